@@ -1,0 +1,1 @@
+"""Floor 6: the verbs of the command line, one module per command group."""

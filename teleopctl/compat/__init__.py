@@ -1,0 +1,1 @@
+"""Beside the floors: the import names of ROS 2 Python packages."""

@@ -1,0 +1,1 @@
+"""Floor 4: ros2_control in Python."""

@@ -1,0 +1,1 @@
+"""Floor 1: the wire format of rmw_zenoh on Eclipse Zenoh."""
