@@ -1,0 +1,113 @@
+"""Floor 2: the client library. Names and meanings are rclpy's.
+
+The names load what they need when they are first used, so that importing this package costs
+nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from teleopctl.node.callback_groups import (
+        CallbackGroup as CallbackGroup,
+    )
+    from teleopctl.node.callback_groups import (
+        MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
+    )
+    from teleopctl.node.callback_groups import (
+        ReentrantCallbackGroup as ReentrantCallbackGroup,
+    )
+    from teleopctl.node.client import Client as Client
+    from teleopctl.node.clock import Clock as Clock
+    from teleopctl.node.clock import ROSClock as ROSClock
+    from teleopctl.node.context import Context as Context
+    from teleopctl.node.exceptions import (
+        ExternalShutdownException as ExternalShutdownException,
+    )
+    from teleopctl.node.exceptions import (
+        ServiceUnavailableError as ServiceUnavailableError,
+    )
+    from teleopctl.node.executor import (
+        Executor as Executor,
+    )
+    from teleopctl.node.executor import (
+        MultiThreadedExecutor as MultiThreadedExecutor,
+    )
+    from teleopctl.node.executor import (
+        SingleThreadedExecutor as SingleThreadedExecutor,
+    )
+    from teleopctl.node.future import Future as Future
+    from teleopctl.node.lifetime import create_node as create_node
+    from teleopctl.node.lifetime import (
+        get_default_context as get_default_context,
+    )
+    from teleopctl.node.lifetime import (
+        get_global_executor as get_global_executor,
+    )
+    from teleopctl.node.lifetime import init as init
+    from teleopctl.node.lifetime import ok as ok
+    from teleopctl.node.lifetime import shutdown as shutdown
+    from teleopctl.node.lifetime import spin as spin
+    from teleopctl.node.lifetime import spin_once as spin_once
+    from teleopctl.node.lifetime import (
+        spin_until_future_complete as spin_until_future_complete,
+    )
+    from teleopctl.node.lifetime import try_shutdown as try_shutdown
+    from teleopctl.node.logging import get_logger as get_logger
+    from teleopctl.node.node import Node as Node
+    from teleopctl.node.parameter import Parameter as Parameter
+    from teleopctl.node.publisher import Publisher as Publisher
+    from teleopctl.node.qos import DurabilityPolicy as DurabilityPolicy
+    from teleopctl.node.qos import HistoryPolicy as HistoryPolicy
+    from teleopctl.node.qos import LivelinessPolicy as LivelinessPolicy
+    from teleopctl.node.qos import QoSPresetProfiles as QoSPresetProfiles
+    from teleopctl.node.qos import QoSProfile as QoSProfile
+    from teleopctl.node.qos import ReliabilityPolicy as ReliabilityPolicy
+    from teleopctl.node.qos import qos_profile_latched as qos_profile_latched
+    from teleopctl.node.qos import (
+        qos_profile_sensor_data as qos_profile_sensor_data,
+    )
+    from teleopctl.node.service import Service as Service
+    from teleopctl.node.subscription import Subscription as Subscription
+    from teleopctl.node.time import ClockType as ClockType
+    from teleopctl.node.time import Duration as Duration
+    from teleopctl.node.time import Time as Time
+    from teleopctl.node.timer import Timer as Timer
+
+_MODULE_OF = {
+    name: module
+    for module, names in {
+        "callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup ReentrantCallbackGroup",
+        "client": "Client",
+        "clock": "Clock ROSClock",
+        "context": "Context",
+        "exceptions": "ExternalShutdownException ServiceUnavailableError",
+        "executor": "Executor MultiThreadedExecutor SingleThreadedExecutor",
+        "future": "Future",
+        "lifetime": "create_node get_default_context get_global_executor init ok shutdown spin "
+        "spin_once spin_until_future_complete try_shutdown",
+        "logging": "get_logger",
+        "node": "Node",
+        "parameter": "Parameter",
+        "publisher": "Publisher",
+        "qos": "DurabilityPolicy HistoryPolicy LivelinessPolicy QoSPresetProfiles QoSProfile "
+        "ReliabilityPolicy qos_profile_latched qos_profile_sensor_data",
+        "service": "Service",
+        "subscription": "Subscription",
+        "time": "ClockType Duration Time",
+        "timer": "Timer",
+    }.items()
+    for name in names.split()
+}
+
+__all__ = sorted(_MODULE_OF)  # noqa: PLE0605 (derived from the one table above)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value

@@ -1,0 +1,141 @@
+"""Clocks: system, steady and ROS time; ROS time follows ``/clock`` when it is simulated."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from teleopctl.node.context import Context
+from teleopctl.node.time import ClockType, Duration, Time
+
+
+class Clock:
+    """A source of time.
+
+    ``Clock(clock_type=ClockType.ROS_TIME)`` is a :class:`ROSClock`, as in rclpy.
+    """
+
+    def __new__(cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> Clock:
+        """Choose the class that serves the type."""
+        return super().__new__(ROSClock if clock_type == ClockType.ROS_TIME else cls)
+
+    def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
+        self._clock_type = clock_type
+
+    @property
+    def clock_type(self) -> ClockType:
+        """Which clock this is."""
+        return self._clock_type
+
+    def nanoseconds(self) -> int:
+        """Return the present time in nanoseconds, without making a :class:`Time`."""
+        if self._clock_type == ClockType.STEADY_TIME:
+            return time.monotonic_ns()
+        return time.time_ns()
+
+    def now(self) -> Time:
+        """Return the present time."""
+        return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
+
+    def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
+        """Wait until the clock shows a time or an event is set.
+
+        Args:
+            deadline_ns: The time to wait for, in this clock's nanoseconds.
+            wake: Ends the wait early when set.
+
+        Returns:
+            True when the clock has reached the time.
+        """
+        while (left_ns := deadline_ns - self.nanoseconds()) > 0:
+            if wake.wait(left_ns / 1e9):
+                return False
+        return True
+
+    def sleep_until(self, until: Time, context: Context | None = None) -> bool:
+        """Sleep until the clock shows a time.
+
+        Returns:
+            True when it was reached, False when the context was shut down before.
+
+        Raises:
+            ValueError: The time belongs to another clock.
+        """
+        if until.clock_type != self._clock_type:
+            raise ValueError("until's clock type does not match this clock's type")
+        owner = context or Context.default()
+        wake = threading.Event()
+        owner.on_shutdown(wake.set)
+        try:
+            return owner.ok() and self.wait_until(until.nanoseconds, wake)
+        finally:
+            owner.forget_on_shutdown(wake.set)
+
+    def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
+        """Sleep for a span of this clock's time; see :meth:`sleep_until`."""
+        return self.sleep_until(self.now() + duration, context)
+
+
+class ROSClock(Clock):
+    """The clock of nodes: the system's time, or the simulation's once ``/clock`` drives it.
+
+    Before the first message of ``/clock`` simulated time is 0, as in ROS 2.
+    """
+
+    def __new__(cls) -> ROSClock:
+        """Make the clock; its type is given."""
+        return object.__new__(cls)
+
+    def __init__(self, *, clock_type: ClockType = ClockType.ROS_TIME) -> None:
+        super().__init__(clock_type=clock_type)
+        self._simulated = False
+        self._simulated_ns = 0
+        self._moved = threading.Condition()
+        self._listeners: list[Callable[[], None]] = []
+
+    @property
+    def ros_time_is_active(self) -> bool:
+        """True while ``/clock`` drives this clock."""
+        return self._simulated
+
+    def nanoseconds(self) -> int:
+        """Return the present time in nanoseconds, simulated or the system's."""
+        return self._simulated_ns if self._simulated else time.time_ns()
+
+    def set_simulated(self, active: bool) -> None:
+        """Switch between simulated and system time."""
+        self._simulated = active
+        self._tell()
+
+    def set_simulated_time(self, nanoseconds: int) -> None:
+        """Move simulated time; called for each message of ``/clock``."""
+        self._simulated_ns = nanoseconds
+        self._tell()
+
+    def on_jump(self, listener: Callable[[], None]) -> None:
+        """Call ``listener`` whenever simulated time moves (executors re-check their timers)."""
+        self._listeners.append(listener)
+
+    def forget_on_jump(self, listener: Callable[[], None]) -> None:
+        """Stop calling a listener; unknown ones are ignored."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+
+    def _tell(self) -> None:
+        with self._moved:
+            self._moved.notify_all()
+        for listener in tuple(self._listeners):
+            listener()
+
+    def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
+        """Wait as :meth:`Clock.wait_until` does, along simulated time when that is active."""
+        if not self._simulated:
+            return super().wait_until(deadline_ns, wake)
+        with self._moved:
+            while self.nanoseconds() < deadline_ns:
+                # The event may be set by a thread that does not move the clock: look now and then.
+                self._moved.wait(0.1)
+                if wake.is_set():
+                    return False
+        return True

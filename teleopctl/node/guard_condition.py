@@ -1,0 +1,46 @@
+"""Guard conditions: any thread has an executor run a callback."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.node.callback_groups import CallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.node.node import Node
+
+
+class GuardCondition:
+    """Made by ``Node.create_guard_condition``; triggers that come close together are one call."""
+
+    def __init__(
+        self, node: Node, callback: Callable[[], Any], callback_group: CallbackGroup
+    ) -> None:
+        self._node = node
+        self.callback = callback
+        self.callback_group = callback_group
+        self._lock = threading.Lock()
+        self._triggered = False
+
+    def trigger(self) -> None:
+        """Have the callback called."""
+        with self._lock:
+            if self._triggered:
+                return
+            self._triggered = True
+        if executor := self._node.executor:
+            executor.enqueue(self)
+
+    def pending(self) -> int:
+        """Return 1 while a trigger waits."""
+        return int(self._triggered)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the callback if it was triggered."""
+        with self._lock:
+            if not self._triggered:
+                return None
+            self._triggered = False
+        return self.callback

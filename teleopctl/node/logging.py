@@ -1,0 +1,276 @@
+"""Logging in ROS 2's line format, to stderr and, through the node, to ``/rosout``.
+
+Source: rcutils. ``RCUTILS_CONSOLE_OUTPUT_FORMAT`` (default
+``[{severity}] [{time}] [{name}]: {message}``), ``RCUTILS_COLORIZED_OUTPUT`` (0, 1; unset: only on
+a terminal) and ``RCUTILS_LOGGING_USE_STDOUT`` are honoured. Loggers form a tree by the dots in
+their names; a level that is not set is inherited.
+"""
+
+from __future__ import annotations
+
+import enum
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType
+
+from teleopctl.errors import TeleopctlError
+
+_DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
+_RESET = "\033[0m"
+
+
+class LoggingSeverity(enum.IntEnum):
+    """How grave a message is."""
+
+    UNSET = 0
+    DEBUG = 10
+    INFO = 20
+    WARN = 30
+    ERROR = 40
+    FATAL = 50
+
+
+_COLORS = {
+    LoggingSeverity.DEBUG: "\033[32m",
+    LoggingSeverity.INFO: "\033[0m",
+    LoggingSeverity.WARN: "\033[33m",
+    LoggingSeverity.ERROR: "\033[31m",
+    LoggingSeverity.FATAL: "\033[31m",
+}
+
+# Receives every message that a logger lets through: severity, logger name, text, caller, time.
+Sink = Callable[[LoggingSeverity, str, str, FrameType, int], None]
+
+
+class _Console:
+    """Writes lines as rcutils does; made once per process."""
+
+    def __init__(self) -> None:
+        use_stdout = os.environ.get("RCUTILS_LOGGING_USE_STDOUT") == "1"
+        self.enabled = True
+        self._stream = sys.stdout if use_stdout else sys.stderr
+        self._format = os.environ.get("RCUTILS_CONSOLE_OUTPUT_FORMAT") or _DEFAULT_FORMAT
+        colorized = os.environ.get("RCUTILS_COLORIZED_OUTPUT")
+        self._colors = (
+            colorized == "1"
+            if colorized in ("0", "1")
+            else self._stream.isatty() and "NO_COLOR" not in os.environ
+        )
+        self._lock = threading.Lock()
+
+    def write(
+        self, severity: LoggingSeverity, name: str, message: str, frame: FrameType, time_ns: int
+    ) -> None:
+        if not self.enabled:
+            return
+        line = (
+            self._format.replace("{severity}", severity.name)
+            .replace("{time}", f"{time_ns // 10**9}.{time_ns % 10**9:09d}")
+            .replace("{time_as_nanoseconds}", str(time_ns))
+            .replace("{name}", name)
+            .replace("{function_name}", frame.f_code.co_name)
+            .replace("{file_name}", frame.f_code.co_filename)
+            .replace("{line_number}", str(frame.f_lineno))
+            .replace("{message}", message)
+        )
+        if self._colors:
+            line = f"{_COLORS[severity]}{line}{_RESET}"
+        with self._lock:
+            self._stream.write(line + "\n")
+            self._stream.flush()
+
+
+_lock = threading.Lock()
+_levels: dict[str, LoggingSeverity] = {"": LoggingSeverity.INFO}
+_sinks: dict[str, Sink] = {}
+_console: _Console | None = None
+
+
+def _console_instance() -> _Console:
+    global _console  # noqa: PLW0603
+    if _console is None:
+        with _lock:
+            if _console is None:
+                _console = _Console()
+    return _console
+
+
+def set_console_enabled(enabled: bool) -> None:
+    """Switch the output to the console (``--disable-stdout-logs``)."""
+    _console_instance().enabled = enabled
+
+
+def severity_from_name(name: str) -> LoggingSeverity:
+    """Return the severity of a name such as ``debug``.
+
+    Raises:
+        TeleopctlError: There is none of that name.
+    """
+    try:
+        return LoggingSeverity[{"WARNING": "WARN"}.get(name.upper(), name.upper())]
+    except KeyError:
+        raise TeleopctlError(
+            f"unknown log level '{name}'",
+            hint="choose one of debug, info, warn, error, fatal",
+            exit_status=2,
+        ) from None
+
+
+def set_logger_level(name: str, level: int) -> None:
+    """Set the level of a logger; the empty name is the root."""
+    _levels[name] = LoggingSeverity(level)
+
+
+def get_logger_level(name: str) -> LoggingSeverity:
+    """Return the level set for a logger itself, UNSET when it inherits."""
+    return _levels.get(name, LoggingSeverity.UNSET)
+
+
+def effective_level(name: str) -> LoggingSeverity:
+    """Return the level that counts for a logger: its own or that of the nearest ancestor."""
+    while name:
+        level = _levels.get(name, LoggingSeverity.UNSET)
+        if level:
+            return level
+        name = name.rpartition(".")[0]
+    return _levels[""] or LoggingSeverity.INFO
+
+
+def add_sink(name: str, sink: Sink) -> None:
+    """Hand every message of a logger and its children to ``sink`` as well."""
+    _sinks[name] = sink
+
+
+def remove_sink(name: str) -> None:
+    """Stop handing messages on."""
+    _sinks.pop(name, None)
+
+
+class RcutilsLogger:
+    """A named logger with rclpy's methods and filters.
+
+    The filters are keyword arguments of each call: ``throttle_duration_sec``, ``once`` and
+    ``skip_first``, each counted per calling line.
+    """
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self._seen: dict[tuple[str, int, str], int] = {}
+
+    def get_child(self, name: str) -> RcutilsLogger:
+        """Return the logger below this one.
+
+        Raises:
+            ValueError: The name is empty.
+        """
+        if not name:
+            raise ValueError("Child logger name must not be empty.")
+        return RcutilsLogger(f"{self.name}.{name}" if self.name else name)
+
+    def set_level(self, level: int) -> None:
+        """Let only messages of this severity and above through."""
+        set_logger_level(self.name, level)
+
+    def get_effective_level(self) -> LoggingSeverity:
+        """Return the level that counts for this logger."""
+        return effective_level(self.name)
+
+    def is_enabled_for(self, severity: int) -> bool:
+        """Tell whether a message of this severity would come through."""
+        return severity >= effective_level(self.name)
+
+    def _passes(
+        self,
+        frame: FrameType,
+        throttle_duration_sec: float | None,
+        skip_first: bool,
+        once: bool,
+    ) -> bool:
+        place = (frame.f_code.co_filename, frame.f_lineno)
+        if once:
+            if (*place, "once") in self._seen:
+                return False
+            self._seen[(*place, "once")] = 1
+        if skip_first and (*place, "skip") not in self._seen:
+            self._seen[(*place, "skip")] = 1
+            return False
+        if throttle_duration_sec is not None:
+            now = time.monotonic_ns()
+            last = self._seen.get((*place, "throttle"))
+            if last is not None and now - last < throttle_duration_sec * 1e9:
+                return False
+            self._seen[(*place, "throttle")] = now
+        return True
+
+    def log(
+        self,
+        message: str,
+        severity: int,
+        name: str | None = None,
+        *,
+        throttle_duration_sec: float | None = None,
+        throttle_time_source_type: object = None,  # noqa: ARG002 (wall time serves)
+        skip_first: bool = False,
+        once: bool = False,
+        _depth: int = 1,
+    ) -> bool:
+        """Log a message.
+
+        Returns:
+            True when it came through the level and the filters.
+        """
+        logger = self.name if name is None else name
+        if severity < effective_level(logger):
+            return False
+        frame = sys._getframe(_depth)  # noqa: SLF001 (rclpy tells the caller's place, too)
+        if (throttle_duration_sec is not None or skip_first or once) and not self._passes(
+            frame, throttle_duration_sec, skip_first, once
+        ):
+            return False
+        grade = LoggingSeverity(severity)
+        now_ns = time.time_ns()
+        text = str(message)
+        _console_instance().write(grade, logger, text, frame, now_ns)
+        owner = logger
+        while owner:
+            if sink := _sinks.get(owner):
+                sink(grade, logger, text, frame, now_ns)
+                break
+            owner = owner.rpartition(".")[0]
+        return True
+
+    def debug(self, message: str, **filters: object) -> bool:
+        """Log a message of severity DEBUG; see :meth:`log` for the filters."""
+        return self.log(message, LoggingSeverity.DEBUG, _depth=2, **filters)  # type: ignore[arg-type]
+
+    def info(self, message: str, **filters: object) -> bool:
+        """Log a message of severity INFO; see :meth:`log` for the filters."""
+        return self.log(message, LoggingSeverity.INFO, _depth=2, **filters)  # type: ignore[arg-type]
+
+    def warning(self, message: str, **filters: object) -> bool:
+        """Log a message of severity WARN; see :meth:`log` for the filters."""
+        return self.log(message, LoggingSeverity.WARN, _depth=2, **filters)  # type: ignore[arg-type]
+
+    warn = warning
+
+    def error(self, message: str, **filters: object) -> bool:
+        """Log a message of severity ERROR; see :meth:`log` for the filters."""
+        return self.log(message, LoggingSeverity.ERROR, _depth=2, **filters)  # type: ignore[arg-type]
+
+    def fatal(self, message: str, **filters: object) -> bool:
+        """Log a message of severity FATAL; see :meth:`log` for the filters."""
+        return self.log(message, LoggingSeverity.FATAL, _depth=2, **filters)  # type: ignore[arg-type]
+
+
+def get_logger(name: str) -> RcutilsLogger:
+    """Return a logger that belongs to no node.
+
+    Raises:
+        ValueError: The name is empty.
+    """
+    if not name:
+        raise ValueError("Logger name must not be empty.")
+    return RcutilsLogger(name)

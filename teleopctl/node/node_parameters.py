@@ -1,0 +1,227 @@
+"""A node's parameters, under rclpy's method names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.parameter import Parameter
+from teleopctl.node.parameter_store import (
+    OnSetCallback,
+    ParameterStore,
+    PostSetCallback,
+    PreSetCallback,
+)
+from teleopctl.node.qos import qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    from teleopctl.node.clock import ROSClock
+    from teleopctl.node.publisher import Publisher
+    from teleopctl.node.ros_args import RosArguments
+
+
+class NodeParameters:
+    """The part of a node that holds its parameters."""
+
+    _arguments: tuple[RosArguments, ...]
+    _name: str
+    _namespace: str
+    _clock: ROSClock
+    _parameters: ParameterStore
+    _parameter_events: Publisher
+
+    def get_fully_qualified_name(self) -> str:
+        """Return namespace and name; the node knows them."""
+        raise TypeError("parameters are a part of a node")
+
+    def _init_parameters(
+        self,
+        given: Iterable[Parameter],
+        *,
+        allow_undeclared: bool,
+        declare_overrides: bool,
+        start_services: bool,
+    ) -> None:
+        """Read the overrides, declare what every node has, open the services."""
+        from teleopctl.node.node import Node
+        from teleopctl.node.parameter_service import ParameterService
+        from teleopctl.node.time_source import TimeSource
+        from teleopctl.node.type_description import start_type_description_service
+
+        assert isinstance(self, Node)
+        overrides = {parameter.name: parameter for parameter in given}
+        # The node's own command line wins over the process's.
+        for arguments in reversed(self._arguments):
+            values = arguments.parameter_overrides(self._name, self._namespace)
+            overrides.update(
+                (name, Parameter(name, value=value)) for name, value in values.items()
+            )
+        self._parameter_events = self.create_publisher(
+            get_message("rcl_interfaces/msg/ParameterEvent"),
+            "/parameter_events",
+            qos_profile_parameter_events,
+        )
+        self._parameters = ParameterStore(
+            overrides, allow_undeclared=allow_undeclared, on_change=self._publish_change
+        )
+        if start_services:
+            ParameterService(self, self._parameters)
+        TimeSource(self)
+        if declare_overrides:
+            for name, parameter in overrides.items():
+                if not self.has_parameter(name):
+                    self.declare_parameter(name, parameter.value)
+        if start_services:
+            start_type_description_service(self)
+
+    def _publish_change(
+        self, new: list[Parameter], changed: list[Parameter], deleted: list[Parameter]
+    ) -> None:
+        from teleopctl.node.parameter_service import parameter_event
+
+        self._parameter_events.publish(
+            parameter_event(
+                self.get_fully_qualified_name(),
+                self._clock.now().to_msg(),
+                new,
+                changed,
+                deleted,
+            )
+        )
+
+    # -- declaring -------------------------------------------------------------------------------
+
+    def declare_parameter(
+        self,
+        name: str,
+        value: Any = None,
+        descriptor: Any | None = None,
+        ignore_override: bool = False,
+    ) -> Parameter:
+        """Declare a parameter; an override from the command line or a file replaces the value.
+
+        Args:
+            name: Its name, parts separated by dots.
+            value: Its default, or a ``Parameter.Type`` where only the type is known.
+            descriptor: A ``rcl_interfaces/msg/ParameterDescriptor``.
+            ignore_override: Keep the default whatever the overrides say.
+
+        Raises:
+            ParameterAlreadyDeclaredException: It is declared.
+            InvalidParameterException: The name is not allowed.
+            InvalidParameterTypeException: The value or the override has another type.
+            InvalidParameterValueException: The value is out of range or a callback refuses it.
+        """
+        return self._parameters.declare(name, value, descriptor, ignore_override)
+
+    def declare_parameters(
+        self,
+        namespace: str,
+        parameters: Iterable[tuple[Any, ...]],
+        ignore_override: bool = False,
+    ) -> list[Parameter]:
+        """Declare several below a prefix; each is ``(name[, value[, descriptor]])``."""
+        prefix = f"{namespace}." if namespace else ""
+        return [
+            self.declare_parameter(prefix + name, *rest, ignore_override=ignore_override)
+            for name, *rest in parameters
+        ]
+
+    def undeclare_parameter(self, name: str) -> None:
+        """Forget a parameter; see :meth:`ParameterStore.undeclare` for what it raises."""
+        self._parameters.undeclare(name)
+
+    def has_parameter(self, name: str) -> bool:
+        """Tell whether a parameter was declared."""
+        return self._parameters.has(name)
+
+    # -- reading ---------------------------------------------------------------------------------
+
+    def get_parameter(self, name: str) -> Parameter:
+        """Return a parameter.
+
+        Raises:
+            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+            ParameterUninitializedException: It is statically typed and has no value.
+        """
+        return self._parameters.get(name)
+
+    def get_parameters(self, names: Iterable[str]) -> list[Parameter]:
+        """Return several parameters; raises as :meth:`get_parameter`."""
+        return [self.get_parameter(name) for name in names]
+
+    def get_parameter_or(
+        self, name: str, alternative_value: Parameter | None = None
+    ) -> Parameter:
+        """Return a parameter, or the alternative where it has no value."""
+        parameter = self._parameters.peek(name)
+        if parameter is not None and parameter.value is not None:
+            return parameter
+        return Parameter(name) if alternative_value is None else alternative_value
+
+    def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """Return the parameters below a prefix, named by what follows it."""
+        return self._parameters.by_prefix(prefix)
+
+    def get_parameter_overrides(self) -> dict[str, Parameter]:
+        """Return what the command line and files set, declared or not (ours)."""
+        return dict(self._parameters.overrides)
+
+    def describe_parameter(self, name: str) -> Any:
+        """Return the descriptor of a parameter.
+
+        Raises:
+            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+        """
+        return self._parameters.descriptor(name)
+
+    def describe_parameters(self, names: Iterable[str]) -> list[Any]:
+        """Return several descriptors; raises as :meth:`describe_parameter`."""
+        return [self.describe_parameter(name) for name in names]
+
+    # -- setting ---------------------------------------------------------------------------------
+
+    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
+        """Set parameters one by one; returns a ``SetParametersResult`` for each."""
+        return self._parameters.set_each(parameter_list)
+
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> Any:
+        """Set all parameters or none; returns one ``SetParametersResult``."""
+        return self._parameters.set_together(parameter_list)
+
+    def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
+        """Let ``callback`` change the list of parameters before it is checked."""
+        self._parameters.pre_set_callbacks.insert(0, callback)
+
+    def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
+        """Let ``callback`` accept or refuse parameters; the newest is asked first."""
+        self._parameters.on_set_callbacks.insert(0, callback)
+
+    def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
+        """Tell ``callback`` of parameters that have been set."""
+        self._parameters.post_set_callbacks.insert(0, callback)
+
+    def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
+        """Take a callback back.
+
+        Raises:
+            ValueError: It was not added.
+        """
+        self._parameters.pre_set_callbacks.remove(callback)
+
+    def remove_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
+        """Take a callback back.
+
+        Raises:
+            ValueError: It was not added.
+        """
+        self._parameters.on_set_callbacks.remove(callback)
+
+    def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
+        """Take a callback back.
+
+        Raises:
+            ValueError: It was not added.
+        """
+        self._parameters.post_set_callbacks.remove(callback)

@@ -1,0 +1,205 @@
+"""A parameter: a name, a type and a value, and its forms as messages."""
+
+from __future__ import annotations
+
+import array
+import enum
+from collections.abc import Sequence
+from typing import Any
+
+from teleopctl.interfaces.store import get_message
+
+
+class ParameterType(enum.IntEnum):
+    """The types of ``rcl_interfaces/msg/ParameterType``."""
+
+    NOT_SET = 0
+    BOOL = 1
+    INTEGER = 2
+    DOUBLE = 3
+    STRING = 4
+    BYTE_ARRAY = 5
+    BOOL_ARRAY = 6
+    INTEGER_ARRAY = 7
+    DOUBLE_ARRAY = 8
+    STRING_ARRAY = 9
+
+    @classmethod
+    def from_parameter_value(cls, value: Any) -> ParameterType:
+        """Return the type that a Python value has as a parameter.
+
+        An empty sequence is a byte array, as in rclpy; a mix of integers and floats is doubles.
+
+        Raises:
+            TypeError: No parameter type holds such a value.
+        """
+        if value is None:
+            return cls.NOT_SET
+        if isinstance(value, bool):
+            return cls.BOOL
+        if isinstance(value, int):
+            return cls.INTEGER
+        if isinstance(value, float):
+            return cls.DOUBLE
+        if isinstance(value, str):
+            return cls.STRING
+        if isinstance(value, array.array):
+            return cls.DOUBLE_ARRAY if value.typecode in "fd" else cls.INTEGER_ARRAY
+        if isinstance(value, bytes | bytearray):
+            return cls.BYTE_ARRAY
+        if isinstance(value, Sequence):
+            return cls._of_elements(value)
+        raise TypeError(
+            f"The given value is not one of the allowed types '{type(value).__name__}'."
+        )
+
+    @classmethod
+    def _of_elements(cls, values: Sequence[Any]) -> ParameterType:
+        kinds = {type(element) for element in values}
+        if kinds <= {bytes}:
+            return cls.BYTE_ARRAY
+        if kinds == {bool}:
+            return cls.BOOL_ARRAY
+        if kinds == {int}:
+            return cls.INTEGER_ARRAY
+        if kinds <= {int, float}:
+            return cls.DOUBLE_ARRAY
+        if kinds == {str}:
+            return cls.STRING_ARRAY
+        names = ", ".join(sorted(kind.__name__ for kind in kinds))
+        raise TypeError(f"The elements of a parameter must be of one type, got {names}.")
+
+    def check(self, value: Any) -> bool:
+        """Tell whether a value may be held by this type."""
+        try:
+            actual = ParameterType.from_parameter_value(value)
+        except TypeError:
+            return False
+        if actual == self:
+            return True
+        # An empty sequence carries no type of its own.
+        empty = isinstance(value, Sequence) and not isinstance(value, str) and not len(value)
+        return empty and self >= ParameterType.BYTE_ARRAY
+
+
+# Which field of rcl_interfaces/msg/ParameterValue holds the value of each type.
+_VALUE_FIELD = {
+    ParameterType.BOOL: "bool_value",
+    ParameterType.INTEGER: "integer_value",
+    ParameterType.DOUBLE: "double_value",
+    ParameterType.STRING: "string_value",
+    ParameterType.BYTE_ARRAY: "byte_array_value",
+    ParameterType.BOOL_ARRAY: "bool_array_value",
+    ParameterType.INTEGER_ARRAY: "integer_array_value",
+    ParameterType.DOUBLE_ARRAY: "double_array_value",
+    ParameterType.STRING_ARRAY: "string_array_value",
+}
+
+
+class Parameter:
+    """One parameter of a node.
+
+    Args:
+        name: Its name, parts separated by dots.
+        type_: Its type; None takes that of the value.
+        value: Its value.
+
+    Raises:
+        ValueError: Type and value do not fit.
+    """
+
+    Type = ParameterType
+    __slots__ = ("_name", "_type", "_value")
+
+    def __init__(
+        self, name: str, type_: ParameterType | None = None, value: Any = None
+    ) -> None:
+        chosen = ParameterType.from_parameter_value(value) if type_ is None else type_
+        if not isinstance(chosen, ParameterType):
+            raise TypeError("type must be an instance of 'Parameter.Type'")
+        if not chosen.check(value) and value is not None:
+            raise ValueError(f"Type '{chosen.name}' and value '{value}' do not agree")
+        self._name = name
+        self._type = chosen
+        self._value = value
+
+    @property
+    def name(self) -> str:
+        """The parameter's name."""
+        return self._name
+
+    @property
+    def type_(self) -> ParameterType:
+        """The parameter's type."""
+        return self._type
+
+    @property
+    def value(self) -> Any:
+        """The parameter's value; None when it is not set."""
+        return self._value
+
+    @classmethod
+    def from_parameter_msg(cls, message: Any) -> Parameter:
+        """Make one from a ``rcl_interfaces/msg/Parameter``."""
+        type_ = ParameterType(message.value.type)
+        return cls(message.name, type_, parameter_value_to_python(message.value))
+
+    def get_parameter_value(self) -> Any:
+        """Return the value as ``rcl_interfaces/msg/ParameterValue``."""
+        message = get_message("rcl_interfaces/msg/ParameterValue")(type=int(self._type))
+        if self._type != ParameterType.NOT_SET:
+            value = self._value
+            if self._type == ParameterType.DOUBLE_ARRAY:
+                value = [float(element) for element in value]
+            elif self._type == ParameterType.BYTE_ARRAY:
+                value = b"".join(value) if isinstance(value, list) else bytes(value)
+            setattr(message, _VALUE_FIELD[self._type], value)
+        return message
+
+    def to_parameter_msg(self) -> Any:
+        """Return the parameter as ``rcl_interfaces/msg/Parameter``."""
+        return get_message("rcl_interfaces/msg/Parameter")(
+            name=self._name, value=self.get_parameter_value()
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Parameter):
+            return NotImplemented
+        return (self._name, self._type, self._value) == (other._name, other._type, other._value)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"
+
+
+def parameter_value_to_python(message: Any) -> Any:
+    """Return the Python value that a ``rcl_interfaces/msg/ParameterValue`` holds."""
+    type_ = ParameterType(message.type)
+    if type_ == ParameterType.NOT_SET:
+        return None
+    value = getattr(message, _VALUE_FIELD[type_])
+    if type_ == ParameterType.BYTE_ARRAY:
+        return [bytes([element]) for element in value]
+    if type_ >= ParameterType.BOOL_ARRAY:
+        return list(value)
+    return value
+
+
+def parameter_value_from_yaml(text: str) -> Any:
+    """Return the ParameterValue that ``param set`` makes of a word on the command line.
+
+    The word is YAML: ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``"1"`` and what
+    fits nothing else a string, ``[1, 2]`` an integer array.
+    """
+    import yaml
+
+    from teleopctl import ros_yaml
+
+    try:
+        value = ros_yaml.load(text)
+        if value is None:
+            value = text
+        return Parameter("", value=value).get_parameter_value()
+    except (yaml.YAMLError, TypeError):
+        return Parameter("", value=text).get_parameter_value()

@@ -1,0 +1,106 @@
+"""Parameter files: ``NODE: ros__parameters: …``, with wildcards and nested namespaces.
+
+Source: rcl's parameter file format. A section's name is a node's full name, with or without the
+leading slash; ``*`` stands for one part of it and ``**`` for any number of them. Nested values
+become dotted names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from teleopctl import ros_yaml
+from teleopctl.errors import TeleopctlError
+
+_PARAMETERS = "ros__parameters"
+
+
+@dataclasses.dataclass(frozen=True)
+class ParameterFile:
+    """The sections of a parameter file, in the order in which they stand there.
+
+    Attributes:
+        sections: Pairs of a section's name, with its leading slash, and its flat parameters.
+    """
+
+    sections: tuple[tuple[str, dict[str, Any]], ...]
+
+    def for_node(self, full_name: str) -> dict[str, Any]:
+        """Return the parameters of a node; later sections win over earlier ones."""
+        result: dict[str, Any] = {}
+        for pattern, parameters in self.sections:
+            if _matches(pattern, full_name):
+                result.update(parameters)
+        return result
+
+
+@functools.cache
+def _pattern(section: str) -> re.Pattern[str]:
+    parts = ["(?:/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]*")
+             for part in section.strip("/").split("/")]
+    return re.compile("".join(parts) + r"\Z")
+
+
+def _matches(section: str, full_name: str) -> bool:
+    return _pattern(section).match(full_name) is not None
+
+
+def flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted names and their values from nested mappings."""
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            yield from flatten(value, f"{name}.")
+        else:
+            yield name, value
+
+
+def _sections(
+    tree: Mapping[str, Any], path: Path, prefix: str = ""
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for key, value in tree.items():
+        name = f"{prefix}/{str(key).strip('/')}"
+        if not isinstance(value, Mapping):
+            raise TeleopctlError(
+                f"{path}: '{key}' holds {value!r} where a section with '{_PARAMETERS}' is expected"
+            )
+        if _PARAMETERS in value:
+            parameters = value[_PARAMETERS]
+            if parameters is None:
+                parameters = {}
+            if not isinstance(parameters, Mapping):
+                raise TeleopctlError(
+                    f"{path}: '{_PARAMETERS}' of '{key}' must be a mapping of names to values"
+                )
+            yield name, dict(flatten(parameters))
+        rest = {inner: content for inner, content in value.items() if inner != _PARAMETERS}
+        if rest:
+            yield from _sections(rest, path, name)
+
+
+def read_parameter_file(path: Path) -> ParameterFile:
+    """Read a parameter file.
+
+    Raises:
+        TeleopctlError: The file cannot be read, is not YAML or has another layout.
+    """
+    try:
+        tree = ros_yaml.load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TeleopctlError(
+            f"cannot read the parameter file {path}: {error.strerror}"
+        ) from error
+    except yaml.YAMLError as error:
+        raise TeleopctlError(f"{path} is not YAML: {error}") from error
+    if tree is None:
+        return ParameterFile(())
+    if not isinstance(tree, Mapping):
+        raise TeleopctlError(f"{path}: a mapping of node names is expected at the top")
+    return ParameterFile(tuple(_sections(tree, path)))

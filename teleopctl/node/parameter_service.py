@@ -1,0 +1,156 @@
+"""The parameter services and events that every node offers.
+
+Source: rclpy's parameter services; the order of declaration is the one that fixes the entity ids
+of a real node. An unknown name makes get, get types and describe answer with an empty list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node.exceptions import ParameterNotDeclaredException
+from teleopctl.node.parameter import Parameter, ParameterType
+from teleopctl.node.parameter_store import ParameterStore, result
+from teleopctl.node.qos import qos_profile_parameters
+
+if TYPE_CHECKING:
+    from teleopctl.node.node import Node
+
+
+class ParameterService:
+    """Serves a node's parameters to the rest of the graph."""
+
+    def __init__(self, node: Node, store: ParameterStore) -> None:
+        self._node = node
+        self._store = store
+        handlers: tuple[tuple[str, Callable[[Any, Any], Any]], ...] = (
+            ("DescribeParameters", self._describe),
+            ("GetParameters", self._get),
+            ("GetParameterTypes", self._get_types),
+            ("ListParameters", self._list),
+            ("SetParameters", self._set),
+            ("SetParametersAtomically", self._set_atomically),
+        )
+        for type_, handler in handlers:
+            snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in type_).lstrip("_")
+            node.create_service(
+                get_service(f"rcl_interfaces/srv/{type_}"),
+                f"~/{snake}",
+                handler,
+                qos_profile=qos_profile_parameters,
+            )
+
+    def _describe(self, request: Any, response: Any) -> Any:
+        try:
+            response.descriptors = [self._descriptor(name) for name in request.names]
+        except ParameterNotDeclaredException as error:
+            self._node.get_logger().warning(f"Failed to describe parameters: {error.message}")
+        return response
+
+    def _descriptor(self, name: str) -> Any:
+        descriptor = self._store.descriptor(name)
+        if parameter := self._store.peek(name):
+            descriptor.type = int(parameter.type_)
+        return descriptor
+
+    def _parameters(self, names: list[str], what: str) -> list[Parameter]:
+        found: list[Parameter] = []
+        for name in names:
+            parameter = self._store.peek(name)
+            if parameter is None and not self._store.allow_undeclared:
+                self._node.get_logger().warning(
+                    f"Failed to get {what}: Invalid access to undeclared parameter(s): ['{name}']"
+                )
+                return []
+            found.append(parameter or Parameter(name))
+        return found
+
+    def _get(self, request: Any, response: Any) -> Any:
+        parameters = self._parameters(request.names, "parameters")
+        response.values = [parameter.get_parameter_value() for parameter in parameters]
+        return response
+
+    def _get_types(self, request: Any, response: Any) -> Any:
+        parameters = self._parameters(request.names, "parameter types")
+        response.types = [int(parameter.type_) for parameter in parameters]
+        return response
+
+    def _list(self, request: Any, response: Any) -> Any:
+        names = set()
+        prefixes = set()
+        for name in self._store.names():
+            parents = name.split(".")[:-1]
+            if not _is_listed(name, request.prefixes, request.depth):
+                continue
+            names.add(name)
+            if parents:
+                prefixes.add(".".join(parents))
+        response.result.names = sorted(names)
+        response.result.prefixes = sorted(prefixes)
+        return response
+
+    def _set(self, request: Any, response: Any) -> Any:
+        results = []
+        for message in request.parameters:
+            parameter, refusal = _read(message)
+            results.append(
+                refusal if parameter is None else self._store.set_together([parameter])
+            )
+        response.results = results
+        return response
+
+    def _set_atomically(self, request: Any, response: Any) -> Any:
+        parameters = []
+        for message in request.parameters:
+            parameter, refusal = _read(message)
+            if parameter is None:
+                response.result = refusal
+                return response
+            parameters.append(parameter)
+        response.result = self._store.set_together(parameters)
+        return response
+
+
+def _read(message: Any) -> tuple[Parameter | None, Any]:
+    """Return the parameter that a message describes, or the refusal of one that is malformed."""
+    try:
+        return Parameter.from_parameter_msg(message), None
+    except (ValueError, TypeError, TeleopctlError) as error:
+        return None, result(False, f"parameter '{message.name}' is malformed: {error}")
+
+
+def _is_listed(name: str, prefixes: list[str], depth: int) -> bool:
+    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
+    if not prefixes:
+        return depth == 0 or name.count(".") < depth
+    for prefix in prefixes:
+        if name == prefix:
+            return True
+        if name.startswith(f"{prefix}."):
+            below = name[len(prefix) + 1 :]
+            if depth == 0 or below.count(".") < depth:
+                return True
+    return False
+
+
+def parameter_event(
+    node_name: str,
+    stamp: Any,
+    new: list[Parameter],
+    changed: list[Parameter],
+    deleted: list[Parameter],
+) -> Any:
+    """Return the ``rcl_interfaces/msg/ParameterEvent`` of a change."""
+    return get_message("rcl_interfaces/msg/ParameterEvent")(
+        stamp=stamp,
+        node=node_name,
+        new_parameters=[parameter.to_parameter_msg() for parameter in new],
+        changed_parameters=[parameter.to_parameter_msg() for parameter in changed],
+        deleted_parameters=[
+            Parameter(parameter.name, ParameterType.NOT_SET).to_parameter_msg()
+            for parameter in deleted
+        ],
+    )

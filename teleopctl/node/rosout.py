@@ -1,0 +1,55 @@
+"""A node's log messages on ``/rosout``."""
+
+from __future__ import annotations
+
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import logging
+from teleopctl.node.qos import QoSProfile
+from teleopctl.node.time import NANOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from teleopctl.node.node import Node
+
+
+class RosoutPublisher:
+    """Publishes what the node's logger lets through."""
+
+    def __init__(self, node: Node, qos: QoSProfile) -> None:
+        self._log = get_message("rcl_interfaces/msg/Log")
+        self._time = get_message("builtin_interfaces/msg/Time")
+        self._logger_name = node.get_logger().name
+        self._publisher = node.create_publisher(self._log, "/rosout", qos)
+        logging.add_sink(self._logger_name, self._publish)
+
+    def _publish(
+        self,
+        severity: logging.LoggingSeverity,
+        name: str,
+        message: str,
+        frame: FrameType,
+        time_ns: int,
+    ) -> None:
+        sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
+        try:
+            self._publisher.publish(
+                self._log(
+                    stamp=self._time(sec=sec, nanosec=nanosec),
+                    level=int(severity),
+                    name=name,
+                    msg=message,
+                    file=frame.f_code.co_filename,
+                    function=frame.f_code.co_name,
+                    line=frame.f_lineno,
+                )
+            )
+        except (TeleopctlError, ValueError, TypeError):
+            # The console has the message already; text that no CDR string holds ends there.
+            logging.remove_sink(self._logger_name)
+
+    def destroy(self) -> None:
+        """Stop publishing; the node destroys the publisher itself."""
+        logging.remove_sink(self._logger_name)

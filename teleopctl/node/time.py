@@ -1,0 +1,204 @@
+"""Points in time and spans of time, in integer nanoseconds, as ``rclpy.time`` has them."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+from teleopctl.interfaces.store import get_message
+
+NANOSECONDS_PER_SECOND = 1_000_000_000
+_INFINITE_NS = 2**63 - 1
+
+
+class ClockType(enum.IntEnum):
+    """What a clock counts; times of different clocks do not compare."""
+
+    UNINITIALIZED = 0
+    ROS_TIME = 1
+    SYSTEM_TIME = 2
+    STEADY_TIME = 3
+
+
+class Duration:
+    """A signed span of time.
+
+    Args:
+        seconds: Seconds, added to ``nanoseconds``.
+        nanoseconds: Nanoseconds.
+
+    Raises:
+        OverflowError: The sum does not fit 64 bits.
+    """
+
+    __slots__ = ("nanoseconds",)
+
+    def __init__(self, *, seconds: float = 0, nanoseconds: int = 0) -> None:
+        total = int(seconds * NANOSECONDS_PER_SECOND) + int(nanoseconds)
+        if not -(2**63) <= total < 2**63:
+            raise OverflowError("Total nanoseconds value is too large to store in C duration.")
+        self.nanoseconds = total
+
+    @property
+    def seconds(self) -> float:
+        """The span in seconds (ours; rclpy has ``nanoseconds`` only)."""
+        return self.nanoseconds / NANOSECONDS_PER_SECOND
+
+    def to_msg(self) -> Any:
+        """Return a ``builtin_interfaces/msg/Duration``."""
+        sec, nanosec = divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+        return get_message("builtin_interfaces/msg/Duration")(sec=sec, nanosec=nanosec)
+
+    @classmethod
+    def from_msg(cls, msg: Any) -> Duration:
+        """Make one from a ``builtin_interfaces/msg/Duration``."""
+        return cls(nanoseconds=msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec)
+
+    def __repr__(self) -> str:
+        return f"Duration(nanoseconds={self.nanoseconds})"
+
+    def __str__(self) -> str:
+        return f"{self.nanoseconds} nanoseconds"
+
+    def __hash__(self) -> int:
+        return hash(self.nanoseconds)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return self.nanoseconds == other.nanoseconds
+
+    def __lt__(self, other: Duration) -> bool:
+        return self.nanoseconds < other.nanoseconds
+
+    def __le__(self, other: Duration) -> bool:
+        return self.nanoseconds <= other.nanoseconds
+
+    def __gt__(self, other: Duration) -> bool:
+        return self.nanoseconds > other.nanoseconds
+
+    def __ge__(self, other: Duration) -> bool:
+        return self.nanoseconds >= other.nanoseconds
+
+    def __neg__(self) -> Duration:
+        return Duration(nanoseconds=-self.nanoseconds)
+
+    def __add__(self, other: Duration) -> Duration:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Duration(nanoseconds=self.nanoseconds + other.nanoseconds)
+
+    def __sub__(self, other: Duration) -> Duration:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Duration(nanoseconds=self.nanoseconds - other.nanoseconds)
+
+    def __mul__(self, factor: float) -> Duration:
+        return Duration(nanoseconds=int(self.nanoseconds * factor))
+
+
+Infinite = Duration(nanoseconds=_INFINITE_NS)
+
+
+class Time:
+    """A point in time of one clock.
+
+    Args:
+        seconds: Seconds since the clock's epoch, added to ``nanoseconds``; not negative.
+        nanoseconds: Nanoseconds since the clock's epoch; not negative.
+        clock_type: The clock that it belongs to.
+
+    Raises:
+        ValueError: A part is negative.
+        OverflowError: The sum does not fit 64 bits.
+    """
+
+    __slots__ = ("_clock_type", "nanoseconds")
+
+    def __init__(
+        self,
+        *,
+        seconds: float = 0,
+        nanoseconds: int = 0,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+    ) -> None:
+        if seconds < 0:
+            raise ValueError("Seconds value must not be negative")
+        if nanoseconds < 0:
+            raise ValueError("Nanoseconds value must not be negative")
+        total = int(seconds * NANOSECONDS_PER_SECOND) + int(nanoseconds)
+        if total >= 2**63:
+            raise OverflowError("Total nanoseconds value is too large to store in C time point.")
+        self.nanoseconds = total
+        self._clock_type = clock_type
+
+    @property
+    def clock_type(self) -> ClockType:
+        """The clock that this time belongs to."""
+        return self._clock_type
+
+    def seconds_nanoseconds(self) -> tuple[int, int]:
+        """Return whole seconds and the nanoseconds left over."""
+        return divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+
+    def to_msg(self) -> Any:
+        """Return a ``builtin_interfaces/msg/Time``."""
+        sec, nanosec = divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+        return get_message("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)
+
+    @classmethod
+    def from_msg(cls, msg: Any, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
+        """Make one from a ``builtin_interfaces/msg/Time``."""
+        return cls(
+            nanoseconds=msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec, clock_type=clock_type
+        )
+
+    def _comparable(self, other: object) -> int:
+        if not isinstance(other, Time):
+            raise TypeError(f"cannot compare a Time with {type(other).__name__}")
+        if self._clock_type != other._clock_type:
+            raise TypeError("Can't compare times with different clock types")
+        return other.nanoseconds
+
+    def __repr__(self) -> str:
+        return f"Time(nanoseconds={self.nanoseconds}, clock_type={self._clock_type.name})"
+
+    def __hash__(self) -> int:
+        return hash((self.nanoseconds, self._clock_type))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Time):
+            return NotImplemented
+        return self.nanoseconds == self._comparable(other)
+
+    def __lt__(self, other: Time) -> bool:
+        return self.nanoseconds < self._comparable(other)
+
+    def __le__(self, other: Time) -> bool:
+        return self.nanoseconds <= self._comparable(other)
+
+    def __gt__(self, other: Time) -> bool:
+        return self.nanoseconds > self._comparable(other)
+
+    def __ge__(self, other: Time) -> bool:
+        return self.nanoseconds >= self._comparable(other)
+
+    def __add__(self, other: Duration) -> Time:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Time(
+            nanoseconds=self.nanoseconds + other.nanoseconds, clock_type=self._clock_type
+        )
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        if isinstance(other, Time):
+            if self._clock_type != other._clock_type:
+                raise TypeError("Can't subtract times with different clock types")
+            return Duration(nanoseconds=self.nanoseconds - other.nanoseconds)
+        if isinstance(other, Duration):
+            return Time(
+                nanoseconds=self.nanoseconds - other.nanoseconds, clock_type=self._clock_type
+            )
+        return NotImplemented
