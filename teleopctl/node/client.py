@@ -48,7 +48,7 @@ class Client(Endpoint):
         self._sequence = itertools.count(1)
         self._lock = threading.Lock()
         self._pending: set[Future] = set()
-        self._channel = node.context.session.declare_querier(
+        self._channel: Any = node.context.session.declare_querier(
             self.key,
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,

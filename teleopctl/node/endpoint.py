@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import type_hash
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
 
-class Endpoint:
+class Endpoint(abc.ABC):
     """One endpoint of a node: its key, its liveliness token and its GID.
 
     Subclasses declare their data channel first and call :meth:`_announce` last, so that nobody
@@ -80,9 +81,9 @@ class Endpoint:
                 _undeclare(token)
             self._close()
 
+    @abc.abstractmethod
     def _close(self) -> None:
         """Undeclare what the subclass declared."""
-        raise TypeError(f"{type(self).__name__} does not say how to close itself")
 
     def __enter__(self) -> Any:
         return self

@@ -143,6 +143,4 @@ class InvalidParameterValueException(ParameterException):
     """A value was refused by a callback or a range."""
 
     def __init__(self, name: str, value: object, reason: str) -> None:
-        super().__init__(
-            f"Invalid parameter value ({value}) for parameter. Reason: {reason}", name
-        )
+        super().__init__(f"Invalid parameter value ({value}) for parameter. Reason: {reason}", name)

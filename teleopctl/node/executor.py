@@ -6,6 +6,7 @@ takes from it, so nothing is polled and a message costs one wake-up.
 
 from __future__ import annotations
 
+import abc
 import concurrent.futures
 import os
 import queue
@@ -53,7 +54,7 @@ _RECHECK = _Signal("recheck timers")
 _RETURN = _Signal("return from spin_once")
 
 
-class Executor:
+class Executor(abc.ABC):
     """Common base of the executors.
 
     Args:
@@ -166,13 +167,11 @@ class Executor:
                 return
         self._raise_if_ended_by_signal()
 
-    def spin_until_future_complete(
-        self, future: Future, timeout_sec: float | None = None
-    ) -> None:
+    def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
         """Run callbacks until a future has ended or the time is over."""
         future.add_done_callback(self._wake_for)
-        deadline = None if timeout_sec is None or timeout_sec < 0 else (
-            time.monotonic() + timeout_sec
+        deadline = (
+            None if timeout_sec is None or timeout_sec < 0 else (time.monotonic() + timeout_sec)
         )
         try:
             while self._context.ok() and not future.done() and not self._is_shutdown:
@@ -241,8 +240,9 @@ class Executor:
         if timer.callback is not None:
             self._run(timer.callback, timer.callback_group)
 
+    @abc.abstractmethod
     def _run(self, handler: Callable[[], Any], group: CallbackGroup | None) -> None:
-        raise TypeError(f"{type(self).__name__} cannot run callbacks, use one of its subclasses")
+        """Run a callback, now or in a thread of its own."""
 
     def _finish(self, outcome: Any) -> None:
         """Go on with what a callback returned: a coroutine becomes a task."""
@@ -271,9 +271,7 @@ class MultiThreadedExecutor(Executor):
         context: See :class:`Executor`.
     """
 
-    def __init__(
-        self, num_threads: int | None = None, *, context: Context | None = None
-    ) -> None:
+    def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
         super().__init__(context=context)
         self._pool = concurrent.futures.ThreadPoolExecutor(
             num_threads or max(2, os.cpu_count() or 2), thread_name_prefix="callback"

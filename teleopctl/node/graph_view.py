@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
@@ -11,14 +12,14 @@ from teleopctl.wire.tokens import EndpointToken, EntityKind
 NamesAndTypes = list[tuple[str, list[str]]]
 
 
-class GraphView:
+class GraphView(abc.ABC):
     """The part of a node that looks at the graph."""
 
     _context: Context
 
+    @abc.abstractmethod
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the absolute name of a topic; the node knows how."""
-        raise TypeError("a graph view is a part of a node")
+        """Return the absolute name of a topic."""
 
     def graph(self) -> Graph:
         """Return a snapshot of the whole graph (ours)."""

@@ -64,7 +64,7 @@ def get_default_context() -> Context:
 
 def get_global_executor() -> Executor:
     """Return the executor that spins where none is given."""
-    global _executor  # noqa: PLW0603
+    global _executor
     with _executor_lock:
         if _executor is None or not _executor.context.ok():
             _executor = SingleThreadedExecutor()
@@ -72,7 +72,7 @@ def get_global_executor() -> Executor:
 
 
 def _drop_global_executor() -> None:
-    global _executor  # noqa: PLW0603
+    global _executor
     with _executor_lock:
         executor, _executor = _executor, None
     if executor is not None:

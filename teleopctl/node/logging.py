@@ -90,7 +90,7 @@ _console: _Console | None = None
 
 
 def _console_instance() -> _Console:
-    global _console  # noqa: PLW0603
+    global _console
     if _console is None:
         with _lock:
             if _console is None:

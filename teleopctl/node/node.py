@@ -130,9 +130,7 @@ class Node(NodeParameters, GraphView):
             LoggerService(self)
         self._context.on_shutdown(self._wake_executor)
 
-    def _arguments_of(
-        self, cli_args: Sequence[str] | None, use_global: bool
-    ) -> Iterable[Any]:
+    def _arguments_of(self, cli_args: Sequence[str] | None, use_global: bool) -> Iterable[Any]:
         from teleopctl.node.ros_args import parse_ros_arguments
 
         if cli_args is not None:

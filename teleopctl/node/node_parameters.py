@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from teleopctl.node.ros_args import RosArguments
 
 
-class NodeParameters:
+class NodeParameters(abc.ABC):
     """The part of a node that holds its parameters."""
 
     _arguments: tuple[RosArguments, ...]
@@ -31,9 +32,9 @@ class NodeParameters:
     _parameters: ParameterStore
     _parameter_events: Publisher
 
+    @abc.abstractmethod
     def get_fully_qualified_name(self) -> str:
-        """Return namespace and name; the node knows them."""
-        raise TypeError("parameters are a part of a node")
+        """Return namespace and name, such as ``/arm/teleop``."""
 
     def _init_parameters(
         self,
@@ -54,9 +55,7 @@ class NodeParameters:
         # The node's own command line wins over the process's.
         for arguments in reversed(self._arguments):
             values = arguments.parameter_overrides(self._name, self._namespace)
-            overrides.update(
-                (name, Parameter(name, value=value)) for name, value in values.items()
-            )
+            overrides.update((name, Parameter(name, value=value)) for name, value in values.items())
         self._parameter_events = self.create_publisher(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",
@@ -123,10 +122,13 @@ class NodeParameters:
     ) -> list[Parameter]:
         """Declare several below a prefix; each is ``(name[, value[, descriptor]])``."""
         prefix = f"{namespace}." if namespace else ""
-        return [
-            self.declare_parameter(prefix + name, *rest, ignore_override=ignore_override)
-            for name, *rest in parameters
-        ]
+        declared = []
+        for entry in parameters:
+            name, value, descriptor = (*entry, None, None)[:3]
+            declared.append(
+                self.declare_parameter(prefix + name, value, descriptor, ignore_override)
+            )
+        return declared
 
     def undeclare_parameter(self, name: str) -> None:
         """Forget a parameter; see :meth:`ParameterStore.undeclare` for what it raises."""
@@ -151,9 +153,7 @@ class NodeParameters:
         """Return several parameters; raises as :meth:`get_parameter`."""
         return [self.get_parameter(name) for name in names]
 
-    def get_parameter_or(
-        self, name: str, alternative_value: Parameter | None = None
-    ) -> Parameter:
+    def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative where it has no value."""
         parameter = self._parameters.peek(name)
         if parameter is not None and parameter.value is not None:

@@ -111,9 +111,7 @@ class Parameter:
     Type = ParameterType
     __slots__ = ("_name", "_type", "_value")
 
-    def __init__(
-        self, name: str, type_: ParameterType | None = None, value: Any = None
-    ) -> None:
+    def __init__(self, name: str, type_: ParameterType | None = None, value: Any = None) -> None:
         chosen = ParameterType.from_parameter_value(value) if type_ is None else type_
         if not isinstance(chosen, ParameterType):
             raise TypeError("type must be an instance of 'Parameter.Type'")

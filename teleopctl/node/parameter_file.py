@@ -43,8 +43,10 @@ class ParameterFile:
 
 @functools.cache
 def _pattern(section: str) -> re.Pattern[str]:
-    parts = ["(?:/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]*")
-             for part in section.strip("/").split("/")]
+    parts = [
+        "(?:/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]*")
+        for part in section.strip("/").split("/")
+    ]
     return re.compile("".join(parts) + r"\Z")
 
 
@@ -94,9 +96,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
     try:
         tree = ros_yaml.load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise TeleopctlError(
-            f"cannot read the parameter file {path}: {error.strerror}"
-        ) from error
+        raise TeleopctlError(f"cannot read the parameter file {path}: {error.strerror}") from error
     except yaml.YAMLError as error:
         raise TeleopctlError(f"{path} is not YAML: {error}") from error
     if tree is None:

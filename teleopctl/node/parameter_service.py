@@ -96,9 +96,7 @@ class ParameterService:
         results = []
         for message in request.parameters:
             parameter, refusal = _read(message)
-            results.append(
-                refusal if parameter is None else self._store.set_together([parameter])
-            )
+            results.append(refusal if parameter is None else self._store.set_together([parameter]))
         response.results = results
         return response
 

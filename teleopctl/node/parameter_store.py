@@ -39,9 +39,7 @@ def result(successful: bool, reason: str = "") -> Any:
 
 def _range_problem(name: str, value: Any, descriptor: Any) -> str | None:
     """Return why a number is outside the range of its descriptor; None when it is inside."""
-    ranges = (
-        descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
-    )
+    ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
     if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
         return None
     allowed = ranges[0]
@@ -130,7 +128,8 @@ class ParameterStore:
             if problem is not None:
                 del self._descriptors[name]
                 if not own.dynamic_typing and own.type not in (
-                    ParameterType.NOT_SET, parameter.type_
+                    ParameterType.NOT_SET,
+                    parameter.type_,
                 ):
                     raise InvalidParameterTypeException(parameter, ParameterType(own.type).name)
                 raise InvalidParameterValueException(name, parameter.value, problem)
@@ -176,10 +175,7 @@ class ParameterStore:
             if self.allow_undeclared:
                 return Parameter(name)
             raise ParameterNotDeclaredException(name)
-        if (
-            parameter.type_ == ParameterType.NOT_SET
-            and not self._descriptors[name].dynamic_typing
-        ):
+        if parameter.type_ == ParameterType.NOT_SET and not self._descriptors[name].dynamic_typing:
             raise ParameterUninitializedException(name)
         return parameter
 
@@ -191,7 +187,7 @@ class ParameterStore:
         """Return the parameters below a prefix, named by what follows it."""
         start = f"{prefix}." if prefix else ""
         return {
-            name[len(start):]: parameter
+            name[len(start) :]: parameter
             for name, parameter in self._parameters.items()
             if name.startswith(start)
         }

@@ -46,7 +46,9 @@ class Publisher(Endpoint):
         from zenoh import ext
 
         if reliable:
-            options["sample_miss_detection"] = ext.MissDetectionConfig(sporadic_heartbeat=0.5)
+            options["sample_miss_detection"] = ext.MissDetectionConfig(
+                heartbeat=None, sporadic_heartbeat=0.5
+            )
         return ext.declare_advanced_publisher(
             session,
             self.key,
@@ -78,7 +80,7 @@ class Publisher(Endpoint):
         """
         self._check_alive()
         if isinstance(msg, self.msg_type):
-            payload = cdr.serialize(msg)
+            payload: bytes | bytearray = cdr.serialize(msg)
         elif isinstance(msg, bytes | bytearray):
             payload = msg
         else:

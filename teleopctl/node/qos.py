@@ -120,9 +120,7 @@ class QoSProfile:
         if history is None and depth is None:
             raise InvalidQoSProfileException("History and/or depth settings are required.")
         if history == HistoryPolicy.KEEP_LAST and depth is None:
-            raise InvalidQoSProfileException(
-                "History set to KEEP_LAST without a depth setting."
-            )
+            raise InvalidQoSProfileException("History set to KEEP_LAST without a depth setting.")
         if depth is not None and depth < 0:
             raise ValueError(f"depth must not be negative, got {depth}")
         self.history = HistoryPolicy.KEEP_LAST if history is None else HistoryPolicy(history)
@@ -204,9 +202,7 @@ def qos_from(profile_or_depth: QoSProfile | int) -> QoSProfile:
         return profile_or_depth
     if isinstance(profile_or_depth, int) and not isinstance(profile_or_depth, bool):
         return QoSProfile(depth=profile_or_depth)
-    raise TypeError(
-        f"Expected QoSProfile or int, but received {type(profile_or_depth).__name__}"
-    )
+    raise TypeError(f"Expected QoSProfile or int, but received {type(profile_or_depth).__name__}")
 
 
 qos_profile_default = QoSProfile(depth=10)
@@ -221,9 +217,7 @@ qos_profile_sensor_data = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST
 qos_profile_services_default = QoSProfile(depth=10)
 qos_profile_parameters = QoSProfile(depth=1000)
 qos_profile_parameter_events = QoSProfile(depth=1000)
-qos_profile_action_status_default = QoSProfile(
-    depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
+qos_profile_action_status_default = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 qos_profile_best_available = QoSProfile(
     depth=10,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,

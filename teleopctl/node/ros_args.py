@@ -15,7 +15,9 @@ from typing import Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.names import expand_name, fully_qualified
 
-_RULE = re.compile(r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):)?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$")
+_RULE = re.compile(
+    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):)?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
+)
 _FLAGS = {
     "--enable-rosout-logs": ("rosout_logs", True),
     "--disable-rosout-logs": ("rosout_logs", False),
@@ -179,8 +181,15 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
             name, state = _FLAGS[option]
             settings[name] = state
             continue
-        if option not in ("--remap", "--param", "--params-file", "--log-level", "--enclave",
-                          "--log-config-file", "--log-file-name"):
+        if option not in (
+            "--remap",
+            "--param",
+            "--params-file",
+            "--log-level",
+            "--enclave",
+            "--log-config-file",
+            "--log-file-name",
+        ):
             raise TeleopctlError(
                 f"unknown ROS argument '{word}'",
                 hint="end the ROS arguments with -- where the program's own follow",

@@ -53,7 +53,7 @@ class Service(Endpoint):
         self.callback_group = callback_group
         self._queries: collections.deque[zenoh.Query] = collections.deque()
         receive = self._answer_now if immediate else self._queue
-        self._channel = node.context.session.declare_queryable(
+        self._channel: Any = node.context.session.declare_queryable(
             self.key, zenoh.handlers.Callback(receive, indirect=False), complete=True
         )
         self._announce()
@@ -89,9 +89,7 @@ class Service(Endpoint):
         try:
             self._handle(query)
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
-            self.node.get_logger().error(
-                f"service '{self.name}' failed:\n{traceback.format_exc()}"
-            )
+            self.node.get_logger().error(f"service '{self.name}' failed:\n{traceback.format_exc()}")
 
     def _handle(self, query: zenoh.Query) -> Any:
         """Answer one request; a query that is let go of unanswered ends the client's wait."""

@@ -79,7 +79,7 @@ class Subscription(Endpoint):
         recovery = (
             None
             if qos.reliability == ReliabilityPolicy.BEST_EFFORT
-            else ext.RecoveryConfig(heartbeat=True)
+            else ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
         )
         return ext.declare_advanced_subscriber(
             session,

@@ -156,7 +156,7 @@ class Time:
     def _comparable(self, other: object) -> int:
         if not isinstance(other, Time):
             raise TypeError(f"cannot compare a Time with {type(other).__name__}")
-        if self._clock_type != other._clock_type:
+        if self._clock_type != other.clock_type:
             raise TypeError("Can't compare times with different clock types")
         return other.nanoseconds
 
@@ -186,9 +186,7 @@ class Time:
     def __add__(self, other: Duration) -> Time:
         if not isinstance(other, Duration):
             return NotImplemented
-        return Time(
-            nanoseconds=self.nanoseconds + other.nanoseconds, clock_type=self._clock_type
-        )
+        return Time(nanoseconds=self.nanoseconds + other.nanoseconds, clock_type=self._clock_type)
 
     __radd__ = __add__
 

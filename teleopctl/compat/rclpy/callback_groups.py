@@ -1,0 +1,9 @@
+"""``rclpy.callback_groups``. Callback groups."""
+
+from teleopctl.node.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
+
+__all__ = ["CallbackGroup", "MutuallyExclusiveCallbackGroup", "ReentrantCallbackGroup"]

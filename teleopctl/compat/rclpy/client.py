@@ -1,0 +1,5 @@
+"""``rclpy.client``. Service clients."""
+
+from teleopctl.node.client import Client
+
+__all__ = ["Client"]

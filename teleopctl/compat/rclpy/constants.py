@@ -1,0 +1,3 @@
+"""``rclpy.constants``. Conversions."""
+
+S_TO_NS = 1_000_000_000

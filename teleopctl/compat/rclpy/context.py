@@ -1,0 +1,5 @@
+"""``rclpy.context``. Contexts."""
+
+from teleopctl.node.context import Context
+
+__all__ = ["Context"]

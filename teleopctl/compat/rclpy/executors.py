@@ -1,0 +1,17 @@
+"""``rclpy.executors``. Executors."""
+
+from teleopctl.node.exceptions import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    TimeoutException,
+)
+from teleopctl.node.executor import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+
+__all__ = [
+    "ConditionReachedException",
+    "Executor",
+    "ExternalShutdownException",
+    "MultiThreadedExecutor",
+    "SingleThreadedExecutor",
+    "TimeoutException",
+]

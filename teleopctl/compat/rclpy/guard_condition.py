@@ -1,0 +1,5 @@
+"""``rclpy.guard_condition``. Guard conditions."""
+
+from teleopctl.node.guard_condition import GuardCondition
+
+__all__ = ["GuardCondition"]

@@ -1,0 +1,5 @@
+"""``rclpy.publisher``. Publishers."""
+
+from teleopctl.node.publisher import Publisher
+
+__all__ = ["Publisher"]

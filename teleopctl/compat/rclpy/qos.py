@@ -1,0 +1,47 @@
+"""``rclpy.qos``. Quality of service."""
+
+from teleopctl.node.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    InvalidQoSProfileException,
+    LivelinessPolicy,
+    QoSPresetProfiles,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_action_status_default,
+    qos_profile_best_available,
+    qos_profile_parameter_events,
+    qos_profile_parameters,
+    qos_profile_sensor_data,
+    qos_profile_services_default,
+    qos_profile_system_default,
+)
+
+__all__ = [
+    "DurabilityPolicy",
+    "HistoryPolicy",
+    "InvalidQoSProfileException",
+    "LivelinessPolicy",
+    "QoSPresetProfiles",
+    "QoSProfile",
+    "ReliabilityPolicy",
+    "qos_profile_action_status_default",
+    "qos_profile_best_available",
+    "qos_profile_parameter_events",
+    "qos_profile_parameters",
+    "qos_profile_sensor_data",
+    "qos_profile_services_default",
+    "qos_profile_system_default",
+]
+
+# The names of earlier distributions, which many nodes still use.
+QoSReliabilityPolicy = ReliabilityPolicy
+QoSDurabilityPolicy = DurabilityPolicy
+QoSHistoryPolicy = HistoryPolicy
+QoSLivelinessPolicy = LivelinessPolicy
+__all__ += [
+    "QoSDurabilityPolicy",
+    "QoSHistoryPolicy",
+    "QoSLivelinessPolicy",
+    "QoSReliabilityPolicy",
+]

@@ -1,0 +1,17 @@
+"""``rclpy.serialization``. Messages to CDR bytes and back."""
+
+from typing import Any
+
+from teleopctl.interfaces import cdr
+
+__all__ = ["deserialize_message", "serialize_message"]
+
+
+def serialize_message(message: Any) -> bytes:
+    """Return the CDR bytes of a message, encapsulation included."""
+    return bytes(cdr.serialize(message))
+
+
+def deserialize_message(serialized_message: bytes, message_type: Any) -> Any:
+    """Return the message of a type that CDR bytes hold."""
+    return cdr.deserialize(serialized_message, message_type)

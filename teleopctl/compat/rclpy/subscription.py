@@ -1,0 +1,5 @@
+"""``rclpy.subscription``. Subscriptions."""
+
+from teleopctl.node.subscription import Subscription
+
+__all__ = ["Subscription"]

@@ -1,0 +1,37 @@
+"""``rclpy.utilities``. What command lines and contexts tell."""
+
+import sys
+from collections.abc import Sequence
+
+from teleopctl.node.context import Context
+from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown
+from teleopctl.node.ros_args import parse_ros_arguments
+
+__all__ = [
+    "get_default_context",
+    "get_rmw_implementation_identifier",
+    "ok",
+    "remove_ros_args",
+    "shutdown",
+    "try_shutdown",
+]
+
+
+def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
+    """Return a command line without its ``--ros-args`` groups; ``sys.argv`` if None."""
+    return list(parse_ros_arguments(sys.argv if args is None else args).program)
+
+
+def get_rmw_implementation_identifier() -> str:
+    """Return the middleware whose wire format is spoken."""
+    return "rmw_zenoh_cpp"
+
+
+def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
+    """Return a timeout in nanoseconds; -1, which waits for ever, for None and negative ones."""
+    return -1 if timeout_sec is None or timeout_sec < 0 else int(timeout_sec * 1_000_000_000)
+
+
+def get_domain_id(context: Context | None = None) -> int:
+    """Return the ROS domain of a context."""
+    return (context or get_default_context()).domain_id

@@ -1,0 +1,39 @@
+"""``rclpy.wait_for_message``. One message, without a subscription of one's own."""
+
+from typing import Any
+
+from teleopctl.node.future import Future
+from teleopctl.node.lifetime import spin_until_future_complete
+from teleopctl.node.node import Node
+from teleopctl.node.qos import QoSProfile
+
+__all__ = ["wait_for_message"]
+
+
+def wait_for_message(
+    msg_type: Any,
+    node: Node,
+    topic: str,
+    *,
+    qos_profile: QoSProfile | int = 1,
+    time_to_wait: float = -1,
+) -> tuple[bool, Any]:
+    """Wait for the next message of a topic.
+
+    Args:
+        msg_type: Message class.
+        node: Whose subscription is used; the call spins it.
+        topic: Name of the topic.
+        qos_profile: Quality of service of the subscription.
+        time_to_wait: Longest wait in seconds; negative waits for ever.
+
+    Returns:
+        Whether one came, and the message.
+    """
+    future = Future()
+    subscription = node.create_subscription(msg_type, topic, future.set_result, qos_profile)
+    try:
+        spin_until_future_complete(node, future, timeout_sec=time_to_wait)
+    finally:
+        node.destroy_subscription(subscription)
+    return future.done(), future.result()
