@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.node.names import expand_name, fully_qualified
 
 _RULE = re.compile(
-    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):)?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
+    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
 )
 _FLAGS = {
     "--enable-rosout-logs": ("rosout_logs", True),

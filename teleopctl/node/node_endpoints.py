@@ -1,0 +1,296 @@
+"""The making and unmaking of what a node talks through, under rclpy's method names."""
+
+from __future__ import annotations
+
+import abc
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from teleopctl.node.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from teleopctl.node.client import Client
+from teleopctl.node.clock import Clock, ROSClock
+from teleopctl.node.endpoint import Endpoint
+from teleopctl.node.guard_condition import GuardCondition
+from teleopctl.node.publisher import Publisher
+from teleopctl.node.qos import QoSProfile, qos_from, qos_profile_services_default
+from teleopctl.node.service import Service
+from teleopctl.node.subscription import Subscription
+from teleopctl.node.timer import Rate, Timer
+
+if TYPE_CHECKING:
+    from teleopctl.node.executor import Executor, Waitable
+    from teleopctl.node.node import Node
+
+_EndpointT = TypeVar("_EndpointT", bound=Endpoint)
+
+
+class NodeEndpoints(abc.ABC):
+    """The part of a node that holds its publishers, subscriptions, services, clients, timers."""
+
+    _clock: ROSClock
+
+    def __init__(self) -> None:
+        self.executor: Executor | None = None
+        self.timers: list[Timer] = []
+        self._endpoints: list[Endpoint] = []
+        self._guards: list[GuardCondition] = []
+        self._endpoints_lock = threading.Lock()
+        self._default_callback_group = MutuallyExclusiveCallbackGroup()
+
+    @abc.abstractmethod
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the absolute name of a topic."""
+
+    @abc.abstractmethod
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the absolute name of a service."""
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The group of callbacks that name none."""
+        return self._default_callback_group
+
+    @property
+    def _node(self) -> Node:
+        """This very object: the mixin has no life of its own."""
+        from teleopctl.node.node import Node
+
+        assert isinstance(self, Node)
+        return self
+
+    # -- making endpoints ------------------------------------------------------------------------
+
+    def create_publisher(
+        self,
+        msg_type: Any,
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002 (events have none)
+        event_callbacks: Any = None,  # noqa: ARG002 (Zenoh reports no QoS events)
+        qos_overriding_options: Any = None,  # noqa: ARG002 (rclpy's signature)
+        publisher_class: type[Publisher] = Publisher,
+    ) -> Publisher:
+        """Make a publisher; an integer QoS is the depth of the default profile.
+
+        Raises:
+            InvalidTopicNameException: The name breaks a rule.
+        """
+        name = self.resolve_topic_name(topic)
+        return self._keep(publisher_class(self._node, msg_type, name, qos_from(qos_profile)))
+
+    def create_subscription(
+        self,
+        msg_type: Any,
+        topic: str,
+        callback: Callable[..., Any],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: Any = None,  # noqa: ARG002 (Zenoh reports no QoS events)
+        qos_overriding_options: Any = None,  # noqa: ARG002 (rclpy's signature)
+        raw: bool = False,
+        immediate: bool = False,
+    ) -> Subscription:
+        """Make a subscription; see :class:`Subscription` for the callback and ``immediate``.
+
+        Raises:
+            InvalidTopicNameException: The name breaks a rule.
+        """
+        return self._keep(
+            Subscription(
+                self._node,
+                msg_type,
+                self.resolve_topic_name(topic),
+                callback,
+                callback_group or self._default_callback_group,
+                qos_from(qos_profile),
+                raw=raw,
+                immediate=immediate,
+            )
+        )
+
+    def create_service(
+        self,
+        srv_type: Any,
+        srv_name: str,
+        callback: Callable[[Any, Any], Any],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+        immediate: bool = False,
+    ) -> Service:
+        """Make a service server: ``callback(request, response) -> response``.
+
+        Raises:
+            InvalidServiceNameException: The name breaks a rule.
+        """
+        return self._keep(
+            Service(
+                self._node,
+                srv_type,
+                self.resolve_service_name(srv_name),
+                callback,
+                callback_group or self._default_callback_group,
+                qos_profile,
+                immediate=immediate,
+            )
+        )
+
+    def create_client(
+        self,
+        srv_type: Any,
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+    ) -> Client:
+        """Make a service client.
+
+        Raises:
+            InvalidServiceNameException: The name breaks a rule.
+        """
+        name = self.resolve_service_name(srv_name)
+        group = callback_group or self._default_callback_group
+        return self._keep(Client(self._node, srv_type, name, group, qos_profile))
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[[], Any] | None,
+        callback_group: CallbackGroup | None = None,
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Make a timer on the node's clock, or on another.
+
+        Args:
+            timer_period_sec: Period in seconds.
+            callback: Called each period.
+            callback_group: For multi-threaded executors.
+            clock: The node's clock if None, so simulated time counts where it is used.
+            autostart: Start at once; else :meth:`Timer.reset` does.
+        """
+        timer = Timer(
+            self._node,
+            callback,
+            callback_group or self._default_callback_group,
+            int(timer_period_sec * 1_000_000_000),
+            clock or self._clock,
+            autostart=autostart,
+        )
+        self.timers.append(timer)
+        if self.executor is not None:
+            self.executor.recheck()
+        return timer
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Make a rate in Hz, to sleep by in a thread that does not spin.
+
+        Raises:
+            ValueError: The frequency is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be positive")
+        return Rate(self.create_timer(1.0 / frequency, None, clock=clock))
+
+    def create_guard_condition(
+        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
+        guard = GuardCondition(self._node, callback, callback_group or self._default_callback_group)
+        self._guards.append(guard)
+        return guard
+
+    def _keep(self, endpoint: _EndpointT) -> _EndpointT:
+        with self._endpoints_lock:
+            self._endpoints.append(endpoint)
+        if self.executor is not None and isinstance(endpoint, Subscription | Service):
+            # What arrived before the node knew its endpoint has woken nobody.
+            for _ in range(endpoint.pending()):
+                self.executor.enqueue(endpoint)
+        return endpoint
+
+    # -- what there is ---------------------------------------------------------------------------
+
+    def waitables(self) -> list[Waitable]:
+        """Return what may have arrivals for an executor."""
+        with self._endpoints_lock:
+            receiving = [e for e in self._endpoints if isinstance(e, Subscription | Service)]
+        return [*receiving, *self._guards]
+
+    @property
+    def publishers(self) -> list[Publisher]:
+        """The node's publishers."""
+        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Publisher)]
+
+    @property
+    def subscriptions(self) -> list[Subscription]:
+        """The node's subscriptions."""
+        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Subscription)]
+
+    @property
+    def services(self) -> list[Service]:
+        """The node's service servers."""
+        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Service)]
+
+    @property
+    def clients(self) -> list[Client]:
+        """The node's service clients."""
+        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Client)]
+
+    # -- taking things down ----------------------------------------------------------------------
+
+    def _forget(self, endpoint: Endpoint) -> bool:
+        with self._endpoints_lock:
+            if endpoint not in self._endpoints:
+                return False
+            self._endpoints.remove(endpoint)
+        endpoint.destroy()
+        return True
+
+    def destroy_publisher(self, publisher: Publisher) -> bool:
+        """Destroy a publisher; False when it is not this node's."""
+        return self._forget(publisher)
+
+    def destroy_subscription(self, subscription: Subscription) -> bool:
+        """Destroy a subscription; False when it is not this node's."""
+        return self._forget(subscription)
+
+    def destroy_service(self, service: Service) -> bool:
+        """Destroy a service server; False when it is not this node's."""
+        return self._forget(service)
+
+    def destroy_client(self, client: Client) -> bool:
+        """Destroy a service client; False when it is not this node's."""
+        return self._forget(client)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Destroy a timer; False when it is not this node's."""
+        if timer not in self.timers:
+            return False
+        self.timers.remove(timer)
+        timer.destroy()
+        return True
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Destroy a rate and its timer."""
+        rate.destroy()
+        return self.destroy_timer(rate._timer)  # noqa: SLF001 (a rate is a part of its timer)
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Destroy a guard condition; False when it is not this node's."""
+        if guard not in self._guards:
+            return False
+        self._guards.remove(guard)
+        return True
+
+    def _destroy_all(self) -> None:
+        """Destroy timers and endpoints, the youngest first."""
+        for timer in tuple(self.timers):
+            self.destroy_timer(timer)
+        with self._endpoints_lock:
+            endpoints, self._endpoints = self._endpoints, []
+        for endpoint in reversed(endpoints):
+            endpoint.destroy()

@@ -1,0 +1,263 @@
+"""Topics and services between nodes."""
+
+import pytest
+
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import (
+    DurabilityPolicy,
+    MultiThreadedExecutor,
+    Node,
+    QoSProfile,
+    ServiceUnavailableError,
+)
+from teleopctl.node.exceptions import InvalidHandle
+
+STRING = get_message("std_msgs/msg/String")
+ADD = get_service("example_interfaces/srv/AddTwoInts")
+LATCHED = QoSProfile(depth=2, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def test_a_subscription_gets_what_is_published_in_order(make_node, spin_until):
+    node = make_node()
+    got = []
+    node.create_subscription(STRING, "chatter", lambda message: got.append(message.data), 10)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    for number in range(10):
+        publisher.publish(STRING(data=str(number)))
+    spin_until(lambda: len(got) == 10)
+    assert got == [str(number) for number in range(10)]
+
+
+def test_a_full_queue_loses_its_oldest(make_node, spin_until):
+    node = make_node()
+    got = []
+    subscription = node.create_subscription(STRING, "chatter", got.append, 3)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    for number in range(9):
+        publisher.publish(STRING(data=str(number)))
+    assert subscription.pending() == 3
+    spin_until(lambda: len(got) == 3)
+    assert [message.data for message in got] == ["6", "7", "8"]
+
+
+def test_the_second_argument_of_a_callback_tells_of_the_message(make_node, spin_until):
+    node = make_node()
+    got = []
+    node.create_subscription(STRING, "chatter", lambda message, info: got.append(info), 10)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    publisher.publish(STRING(data="x"))
+    publisher.publish(STRING(data="y"))
+    spin_until(lambda: len(got) == 2)
+    assert [info["publication_sequence_number"] for info in got] == [1, 2]
+    assert got[0]["publisher_gid"] == publisher.gid
+    assert 0 < got[0]["source_timestamp"] <= got[0]["received_timestamp"]
+
+
+def test_a_late_subscriber_gets_the_latched_messages(make_node, spin_until):
+    node = make_node()
+    publisher = node.create_publisher(STRING, "description", LATCHED)
+    for text in ("old", "newer", "newest"):
+        publisher.publish(STRING(data=text))
+    got = []
+    node.create_subscription(STRING, "description", lambda m: got.append(m.data), LATCHED)
+    spin_until(lambda: len(got) == 2)
+    assert got == ["newer", "newest"]
+
+
+def test_a_raw_subscription_gets_the_cdr_bytes(make_node, spin_until):
+    node = make_node()
+    got = []
+    node.create_subscription(STRING, "chatter", got.append, 10, raw=True)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING(data="hi"))
+    spin_until(lambda: got)
+    assert got == [bytes.fromhex("0001000003000000686900")]
+
+
+def test_an_immediate_subscription_needs_no_executor(context):
+    import threading
+
+    node = Node("tester", context=context)
+    arrived = threading.Event()
+    node.create_subscription(STRING, "chatter", lambda _: arrived.set(), 10, immediate=True)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
+    assert arrived.wait(10)
+    node.destroy_node()
+
+
+def test_a_message_of_another_type_is_refused(make_node):
+    publisher = make_node().create_publisher(STRING, "chatter", 10)
+    with pytest.raises(TypeError):
+        publisher.publish(get_message("std_msgs/msg/Bool")())
+
+
+def test_a_destroyed_publisher_says_so(make_node):
+    node = make_node()
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    assert node.destroy_publisher(publisher)
+    with pytest.raises(InvalidHandle):
+        publisher.publish(STRING())
+
+
+def test_names_are_remapped(make_node):
+    node = make_node(cli_args=["--ros-args", "-r", "chatter:=speech", "-r", "__ns:=/left"])
+    assert node.get_fully_qualified_name() == "/left/tester"
+    assert node.create_publisher(STRING, "chatter", 10).topic_name == "/left/speech"
+
+
+def test_a_garbage_sample_is_dropped_and_the_next_one_arrives(make_node, context, spin_until):
+    node = make_node()
+    got = []
+    subscription = node.create_subscription(STRING, "chatter", got.append, 10)
+    context.session.put(subscription.key, b"\x00\x01\x00\x00\xff\xff\xff\xff")
+    node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
+    spin_until(lambda: got)
+    assert (subscription.undecodable, got[0].data) == (1, "x")
+
+
+def test_a_service_answers(make_node, executor):
+    node = make_node()
+
+    def add(request, response):
+        response.sum = request.a + request.b
+        return response
+
+    node.create_service(ADD, "add", add)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(timeout_sec=10)
+    future = client.call_async(ADD.Request(a=20, b=22))
+    executor.spin_until_future_complete(future, 10)
+    assert future.result().sum == 42
+
+
+def test_a_coroutine_may_serve_and_await_another_service(make_node, executor):
+    node = make_node()
+
+    def add(request, response):
+        response.sum = request.a + request.b
+        return response
+
+    inner = node.create_client(ADD, "inner")
+
+    async def outer(request, response):
+        answer = await inner.call_async(request)
+        response.sum = 10 * answer.sum
+        return response
+
+    node.create_service(ADD, "inner", add)
+    node.create_service(ADD, "outer", outer)
+    client = node.create_client(ADD, "outer")
+    assert inner.wait_for_service(timeout_sec=10)
+    assert client.wait_for_service(timeout_sec=10)
+    future = client.call_async(ADD.Request(a=1, b=2))
+    executor.spin_until_future_complete(future, 10)
+    assert future.result().sum == 30
+
+
+def test_a_service_may_be_called_inside_a_callback(make_node, spin_until, context):
+    node = make_node()
+    server = Node("server", context=context)
+
+    def add(request, response):
+        response.sum = request.a + request.b
+        return response
+
+    server.create_service(ADD, "add", add, immediate=True)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(timeout_sec=10)
+    sums = []
+    node.create_timer(0.001, lambda: sums.append(client.call(ADD.Request(a=1, b=1), 10).sum))
+    spin_until(lambda: sums)
+    assert sums[0] == 2
+    server.destroy_node()
+
+
+def test_a_call_that_nobody_serves_ends_with_an_error(make_node, executor):
+    client = make_node().create_client(ADD, "nobody")
+    assert not client.wait_for_service(timeout_sec=0)
+    future = client.call_async(ADD.Request())
+    executor.spin_until_future_complete(future, 10)
+    with pytest.raises(ServiceUnavailableError, match="/nobody"):
+        future.result()
+
+
+def test_a_callback_that_raises_ends_the_spinning(make_node, executor):
+    node = make_node()
+
+    def fail(_):
+        raise ValueError("mine")
+
+    node.create_subscription(STRING, "chatter", fail, 10)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING())
+    with pytest.raises(ValueError, match="mine"):
+        executor.spin_once(10)
+
+
+def test_callbacks_of_a_reentrant_group_run_side_by_side(context):
+    import threading
+
+    from teleopctl.node import ReentrantCallbackGroup
+
+    node = Node("tester", context=context)
+    executor = MultiThreadedExecutor(2, context=context)
+    executor.add_node(node)
+    both_inside = threading.Barrier(2)
+    done = []
+
+    def wait_for_the_other(_):
+        both_inside.wait(10)
+        done.append(1)
+        executor.wake()
+
+    group = ReentrantCallbackGroup()
+    node.create_subscription(STRING, "chatter", wait_for_the_other, 10, callback_group=group)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    publisher.publish(STRING())
+    publisher.publish(STRING())
+    while len(done) < 2:
+        executor.spin_once(10)
+    executor.shutdown()
+    node.destroy_node()
+
+
+def test_a_node_shows_and_leaves_the_graph(make_node, context):
+    watcher = make_node("watcher")
+    node = Node("shown", context=context, namespace="/deep")
+    node.create_publisher(STRING, "chatter", 10)
+    seen = context.watcher.wait_for(lambda g: "/deep/shown" in g.node_names(), 10)
+    assert seen
+    assert watcher.wait_for_match.__self__ is watcher
+    assert context.watcher.wait_for(lambda g: len(g.publishers("/deep/chatter")) == 1, 10)
+    node.destroy_node()
+    assert context.watcher.wait_for(lambda g: "/deep/shown" not in g.node_names(), 10)
+    assert context.watcher.wait_for(lambda g: not g.publishers("/deep/chatter"), 10)
+
+
+def test_log_lines_are_published_on_rosout(make_node, spin_until):
+    node = make_node("speaker")
+    got = []
+    make_node("listener").create_subscription(
+        get_message("rcl_interfaces/msg/Log"), "/rosout", got.append, 10
+    )
+    node.get_logger().warning("careful")
+    spin_until(lambda: any(log.msg == "careful" for log in got))
+    log = next(log for log in got if log.msg == "careful")
+    assert (log.level, log.name) == (30, "speaker")
+    assert log.file.endswith("test_messaging.py")
+
+
+def test_a_type_is_described_on_request(make_node, executor):
+    make_node("knower")
+    describe = get_service("type_description_interfaces/srv/GetTypeDescription")
+    client = make_node("asker").create_client(describe, "/knower/get_type_description")
+    assert client.wait_for_service(timeout_sec=10)
+    future = client.call_async(
+        describe.Request(type_name="std_msgs/msg/Header", include_type_sources=True)
+    )
+    executor.spin_until_future_complete(future, 10)
+    answer = future.result()
+    assert answer.successful
+    described = answer.type_description
+    assert [f.name for f in described.type_description.fields] == ["stamp", "frame_id"]
+    assert [r.type_name for r in described.referenced_type_descriptions] == [
+        "builtin_interfaces/msg/Time"
+    ]
