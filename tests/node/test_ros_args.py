@@ -87,7 +87,7 @@ def test_a_malformed_parameter_file_is_named(tmp_path, text):
     path = tmp_path / "params.yaml"
     path.write_text(text, encoding="utf-8")
     arguments = parse_ros_arguments(["--ros-args", "--params-file", str(path)])
-    with pytest.raises(TeleopctlError, match="params.yaml"):
+    with pytest.raises(TeleopctlError, match=r"params\.yaml"):
         arguments.parameter_overrides("talker", "/")
 
 
