@@ -1,0 +1,80 @@
+"""The modules ``<package>``, ``<package>.msg`` and ``<package>.msg._name`` of interface types."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from types import ModuleType
+from typing import Any
+
+KINDS = ("msg", "srv", "action")
+
+_PACKAGE = re.compile(r"[a-z][a-z0-9_]*\Z")
+
+
+class PackageModule(ModuleType):
+    """A package of which only the interfaces are known."""
+
+    __path__: list[str]
+
+
+class InterfaceModule(ModuleType):
+    """``<package>.<kind>``, or the module below it that belongs to one definition.
+
+    Its attributes are the classes; each is made when it is first asked for.
+    """
+
+    __path__: list[str]
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "__all__":
+            return self.__dir__()
+        from teleopctl.interfaces.store import get_class
+
+        if name not in self.__dir__():
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        package, kind = self.__name__.split(".")[:2]
+        found = get_class(f"{package}/{kind}/{name}")
+        setattr(self, name, found)
+        return found
+
+    def __dir__(self) -> list[str]:
+        return class_names(self.__name__)
+
+
+def class_names(module: str) -> list[str]:
+    """Return the names of the classes of an interface module, sorted.
+
+    A module that belongs to one definition has the classes of its parts as well, which is where
+    pickle looks for them.
+    """
+    from teleopctl.interfaces.store import catalog
+    from teleopctl.interfaces.typenames import module_name
+
+    package, kind, *single = module.split(".")
+    types = [
+        name
+        for name in catalog().package_names(package)
+        if name.startswith(f"{package}/{kind}/") and (not single or module_name(name) == module)
+    ]
+    if single:
+        types = [part for name in types for part in catalog().parts(name)]
+    return [name.rpartition("/")[2] for name in types]
+
+
+def has_package(package: str, kind: str | None = None) -> bool:
+    """Tell whether a package defines interfaces, or interfaces of one kind."""
+    if not _PACKAGE.match(package):
+        return False
+    from teleopctl.interfaces.store import catalog
+
+    return any(
+        kind is None or name.split("/")[1] == kind for name in catalog().package_names(package)
+    )
+
+
+def unknown_name(name: str, module: str) -> str:
+    """Return the text of the error about a class that an interface module does not have."""
+    close = difflib.get_close_matches(name, class_names(module), n=3)
+    also = f"; did you mean {' or '.join(close)}?" if close else ""
+    return f"cannot import name {name!r} from {module!r}{also}"

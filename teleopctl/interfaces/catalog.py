@@ -1,0 +1,195 @@
+"""Where definitions come from, and what is known by which name."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.definition import Definition
+from teleopctl.interfaces.standard import StandardTypes, distribution
+from teleopctl.interfaces.typenames import KINDS, split
+
+_BUILT_IN = Path(__file__).with_name("definitions")
+
+# Definitions that changed after Jazzy, for the distributions that have the changed ones.
+_CHANGED = dict.fromkeys(("kilted", "lyrical"), _BUILT_IN / "_kilted")
+
+
+class Catalog:
+    """The definitions of one process.
+
+    Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
+    that come with teleopctl, and the ROS packages of the user. Of a name only the file that
+    belongs to it is read.
+    """
+
+    def __init__(self, distribution_name: str | None = None) -> None:
+        self.distribution = distribution_name or distribution()
+        self._standard = StandardTypes(self.distribution)
+        changed = _CHANGED.get(self.distribution)
+        self._built_in = [_BUILT_IN] if changed is None else [changed, _BUILT_IN]
+        self._definitions: dict[str, Definition] = {}
+        self._used: set[str] = set()
+        self._user_folders: dict[str, Path] | None = None
+        self._lock = threading.RLock()
+
+    def find(self, type_name: str) -> Definition | None:
+        """Return the definition of a type or of a derived type, or None.
+
+        Raises:
+            TeleopctlError: There is a definition, but it cannot be understood.
+        """
+        with self._lock:
+            found = self._definitions.get(type_name) or self._load(type_name)
+            if found is not None:
+                self._used.add(type_name)
+            return found
+
+    def add_text(self, type_name: str, text: str, where: str | None = None) -> None:
+        """Make a type known by the text of its definition.
+
+        Args:
+            type_name: ``package/kind/Name``.
+            text: Content of the definition file.
+            where: What the errors call the text; the type's name by default.
+
+        Raises:
+            TeleopctlError: The text cannot be understood, or the type is in use with another
+                definition.
+        """
+        from teleopctl.interfaces.services import split_definition
+
+        self.add(split_definition(text, type_name, where))
+
+    def add(self, definitions: Iterable[Definition]) -> None:
+        """Make types known; what is known already with the same fields stays as it is.
+
+        Raises:
+            TeleopctlError: A type is in use with another definition.
+        """
+        with self._lock:
+            for definition in definitions:
+                name = definition.type_name
+                known = self._definitions.get(name)
+                if known is None and name in self._used:
+                    known = self.find(name)
+                if known is not None and name in self._used and not _same(known, definition):
+                    raise TeleopctlError(
+                        f"{name} is already in use with another definition",
+                        hint="Add definitions before anything uses the type.",
+                    )
+                if known is None or not _same(known, definition):
+                    self._definitions[name] = definition
+
+    def add_folder(self, folder: Path, package: str) -> list[str]:
+        """Make all definitions of a package known.
+
+        Args:
+            folder: Holds ``msg``, ``srv`` or ``action``.
+            package: Name of the package.
+
+        Returns:
+            The names of its types.
+
+        Raises:
+            TeleopctlError: There is no definition in the folder, or one cannot be understood.
+        """
+        files = dict(_files(folder, package))
+        if not files:
+            raise TeleopctlError(
+                f"{folder} has no interface definitions",
+                hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action.",
+            )
+        for name, path in files.items():
+            self.add_text(name, _read(path), str(path))
+        return list(files)
+
+    def names(self, kind: str | None = None) -> list[str]:
+        """Return the names of all types that have a definition, sorted, without derived ones."""
+        with self._lock:
+            names = set(self._standard.names())
+            names.update(name for name in self._definitions if "_" not in split(name)[2])
+            for package in _BUILT_IN.glob("[!_]*"):
+                names.update(name for name, _ in _files(package, package.name))
+            for package_name, folder in self._packages().items():
+                names.update(name for name, _ in _files(folder, package_name))
+        return sorted(name for name in names if kind is None or split(name)[1] == kind)
+
+    def package_names(self, package: str) -> list[str]:
+        """Return the names of the types of one package, sorted; empty for an unknown package."""
+        with self._lock:
+            start = f"{package}/"
+            names = {name for name in self._standard.names() if name.startswith(start)}
+            names.update(
+                name
+                for name in self._definitions
+                if name.startswith(start) and "_" not in split(name)[2]
+            )
+            names.update(name for name, _ in _files(_BUILT_IN / package, package))
+            if not names and (share := self._packages().get(package)) is not None:
+                names.update(name for name, _ in _files(share, package))
+        return sorted(names)
+
+    def parts(self, type_name: str) -> list[str]:
+        """Return a type and, for a service or an action, all types derived from it."""
+        with self._lock:
+            if self.find(type_name) is None:
+                return []
+            derived = f"{type_name}_"
+            return [n for n in self._definitions if n == type_name or n.startswith(derived)]
+
+    def _load(self, type_name: str) -> Definition | None:
+        if (standard := self._standard.find(type_name)) is not None:
+            self._definitions[type_name] = standard
+            return standard
+        package, kind, name = split(type_name)
+        stem = name if kind == "msg" else name.split("_", 1)[0]
+        path = self._file(package, kind, f"{stem}.{kind}")
+        if path is None:
+            return None
+        from teleopctl.interfaces.services import split_definition
+
+        for definition in split_definition(_read(path), f"{package}/{kind}/{stem}", str(path)):
+            self._definitions.setdefault(definition.type_name, definition)
+        return self._definitions.get(type_name)
+
+    def _file(self, package: str, kind: str, name: str) -> Path | None:
+        for folder in self._built_in:
+            if (path := folder / package / kind / name).is_file():
+                return path
+        share = self._packages().get(package)
+        if share is not None and (path := share / kind / name).is_file():
+            return path
+        return None
+
+    def _packages(self) -> dict[str, Path]:
+        """Return the user's ROS packages that define interfaces; looked for once."""
+        if self._user_folders is None:
+            from teleopctl.packages import list_packages
+
+            self._user_folders = {}  # what looks for packages may import, and an import may ask
+            self._user_folders = {
+                package.name: package.share
+                for package in list_packages()
+                if any((package.share / kind).is_dir() for kind in KINDS)
+            }
+        return self._user_folders
+
+
+def _files(folder: Path, package: str) -> Iterator[tuple[str, Path]]:
+    for kind in KINDS:
+        for path in sorted(folder.joinpath(kind).glob(f"*.{kind}")):
+            yield f"{package}/{kind}/{path.stem}", path
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise TeleopctlError(f"{path} cannot be read: {error}") from error
+
+
+def _same(one: Definition, other: Definition) -> bool:
+    return one.fields == other.fields and one.constants == other.constants

@@ -1,0 +1,262 @@
+"""Checking and converting the values that people and programs assign to fields.
+
+A converter takes what was given and returns what the field stores, or raises TypeError or
+ValueError with a text like ``expected uint32, got 'abc'``. Whoever calls it knows the field and
+puts its name before the text. Sequences of numbers are stored as ``array.array`` or as numpy
+arrays, whichever came, so that a large block of data is never copied without need.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+import numbers
+import operator
+from collections.abc import Callable, Iterable
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, FieldType, Shape
+
+Converter = Callable[[Any], Any]
+NumberArray: TypeAlias = npt.NDArray[Any]
+
+TYPE_CODES = {
+    "int8": "b",
+    "uint8": "B",
+    "char": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}
+DTYPES = {name: np.dtype(code) for name, code in TYPE_CODES.items()} | {
+    "bool": np.dtype(np.bool_),
+    "byte": np.dtype(np.uint8),
+}
+
+_FLOAT32_MAX = 3.4028234663852886e38
+_SHOWN = 60
+
+
+def expected(kind: FieldType | str, value: object) -> str:
+    """Return the text of an error about a value that does not fit a type."""
+    shown = repr(value)
+    if len(shown) > _SHOWN:
+        shown = f"{shown[:_SHOWN]}…"
+    return f"expected {kind}, got {shown}"
+
+
+def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
+    """Return the converter for a field.
+
+    Args:
+        kind: Type of the field.
+        message_class: Gives the class of a message type; called at the first conversion.
+    """
+    if kind.shape is Shape.SINGLE:
+        return _single(kind, message_class)
+    if kind.is_numeric:
+        return _fixed_numbers(kind) if kind.shape is Shape.ARRAY else _numbers(kind)
+    return _list(kind, _single(kind.element, message_class))
+
+
+def _single(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
+    if kind.base in INTEGER_RANGES:
+        return _integer(kind)
+    if kind.base in FLOATS:
+        return _float(kind)
+    if kind.base in STRINGS:
+        return _string(kind)
+    if kind.base == "bool":
+        return _bool
+    if kind.base == "byte":
+        return _byte
+    return _message(kind, message_class)
+
+
+def _integer(kind: FieldType) -> Converter:
+    low, high = INTEGER_RANGES[kind.base]
+
+    def convert(value: Any) -> int:
+        if type(value) is not int:
+            try:
+                value = operator.index(value)
+            except TypeError:
+                raise TypeError(expected(kind, value)) from None
+        if not low <= value <= high:
+            raise ValueError(f"{expected(kind, value)}, which is not in {low}…{high}")
+        return int(value)
+
+    return convert
+
+
+def _float(kind: FieldType) -> Converter:
+    limit = _FLOAT32_MAX if kind.base == "float32" else math.inf
+
+    def convert(value: Any) -> float:
+        if type(value) is not float:
+            if not isinstance(value, numbers.Real | np.bool_):
+                raise TypeError(expected(kind, value))
+            try:
+                value = float(value)
+            except OverflowError:
+                raise ValueError(expected(kind, value)) from None
+        if not -limit <= value <= limit and math.isfinite(value):
+            raise ValueError(f"{expected(kind, value)}, which is out of range")
+        return float(value)
+
+    return convert
+
+
+def _string(kind: FieldType) -> Converter:
+    bound = kind.string_capacity
+
+    def convert(value: Any) -> str:
+        if not isinstance(value, str):
+            raise TypeError(expected(kind, value))
+        if bound and len(value) > bound:
+            raise ValueError(f"{expected(kind, value)} of {len(value)} characters")
+        return value
+
+    return convert
+
+
+def _bool(value: Any) -> bool:
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise TypeError(expected("bool", value))
+
+
+def _byte(value: Any) -> bytes:
+    if isinstance(value, bytes | bytearray):
+        if len(value) == 1:
+            return bytes(value)
+    elif not isinstance(value, bool | np.bool_):
+        try:
+            return bytes((operator.index(value),))
+        except (TypeError, ValueError):
+            pass
+    raise ValueError(expected("byte", value))
+
+
+def _message(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
+    wanted: type | None = None
+
+    def convert(value: Any) -> object:
+        nonlocal wanted
+        if wanted is None:
+            wanted = message_class(kind.base)
+        if isinstance(value, wanted):
+            return value
+        got = getattr(type(value), "TYPE_NAME", None)
+        raise TypeError(f"expected {kind.base}, got {got}" if got else expected(kind.base, value))
+
+    return convert
+
+
+def _list(kind: FieldType, convert_element: Converter) -> Converter:
+    plain = kind.base in STRINGS or kind.is_nested  # elements that conversion leaves as they are
+
+    def convert(value: Any) -> list[Any]:
+        if isinstance(value, np.ndarray):
+            value = value.tolist()
+        elif kind.base == "byte" and isinstance(value, bytes | bytearray):
+            value = [bytes((number,)) for number in value]
+        if isinstance(value, str | bytes | dict) or not isinstance(value, Iterable):
+            raise TypeError(expected(kind, value))
+        given = value if isinstance(value, list) else list(value)
+        check_length(kind, len(given))
+        converted: list[Any] = []
+        for index, element in enumerate(given):
+            try:
+                converted.append(convert_element(element))
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"element {index}: {error}") from None
+        # As in ROS 2 a list that is right already stays the caller's own.
+        return given if plain else converted
+
+    return convert
+
+
+def check_length(kind: FieldType, length: int) -> None:
+    """Raise ValueError when a number of elements is not allowed for a type."""
+    if kind.shape is Shape.ARRAY and length != kind.capacity:
+        raise ValueError(f"expected {kind}, got {length} elements")
+    if kind.shape is Shape.BOUNDED and length > kind.capacity:
+        raise ValueError(f"expected {kind}, got {length} elements")
+
+
+def _numbers(kind: FieldType) -> Converter:
+    code, dtype = TYPE_CODES[kind.base], DTYPES[kind.base]
+    bounded = kind.shape is Shape.BOUNDED
+
+    def convert(value: Any) -> array.array[Any] | NumberArray:
+        stored: array.array[Any] | NumberArray
+        if isinstance(value, array.array) and value.typecode == code:
+            stored = value
+        elif isinstance(value, np.ndarray):
+            stored = _numpy(kind, value, dtype)
+        elif isinstance(value, bytes | bytearray | memoryview):
+            if dtype.itemsize != 1:
+                raise TypeError(expected(kind, value))
+            # Bytes never change, so that a view is safe; the others are copied.
+            stored = np.frombuffer(value if isinstance(value, bytes) else bytes(value), dtype)
+        elif isinstance(value, str | dict) or not isinstance(value, Iterable):
+            raise TypeError(expected(kind, value))
+        else:
+            stored = _collect(kind, value, code)
+        if bounded:
+            check_length(kind, len(stored))
+        return stored
+
+    return convert
+
+
+def _fixed_numbers(kind: FieldType) -> Converter:
+    dtype = DTYPES[kind.base]
+    convert_numbers = _numbers(kind)
+
+    def convert(value: Any) -> NumberArray:
+        stored = convert_numbers(value)
+        check_length(kind, len(stored))
+        return np.array(stored, dtype)
+
+    return convert
+
+
+def _collect(kind: FieldType, values: Iterable[Any], code: str) -> array.array[Any]:
+    given = values if isinstance(values, list | tuple) else list(values)
+    try:
+        return array.array(code, given)
+    except (TypeError, ValueError, OverflowError):
+        check = _float(kind.element) if kind.base in FLOATS else _integer(kind.element)
+        converted = array.array(code)
+        for index, element in enumerate(given):
+            try:
+                converted.append(check(element))
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"element {index}: {error}") from None
+        return converted
+
+
+def _numpy(kind: FieldType, value: NumberArray, dtype: np.dtype[Any]) -> NumberArray:
+    flat = np.ascontiguousarray(value).reshape(-1)
+    if flat.dtype == dtype:
+        return flat
+    if flat.size == 0:
+        return np.empty(0, dtype)
+    if flat.dtype.kind not in "iufb" or (flat.dtype.kind == "f" and dtype.kind != "f"):
+        raise TypeError(f"expected {kind}, got an array of {flat.dtype}")
+    if dtype.kind in "iu":
+        low, high = INTEGER_RANGES[kind.base]
+        if int(flat.min()) < low or int(flat.max()) > high:
+            raise ValueError(f"expected {kind}, got values outside {low}…{high}")
+    with np.errstate(over="ignore"):
+        return flat.astype(dtype)

@@ -1,0 +1,169 @@
+"""What an interface definition says: fields with their types and defaults, and constants."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from enum import IntEnum
+from typing import NamedTuple
+
+PLACEHOLDER = "structure_needs_at_least_one_member"
+"""Name of the one uint8 that stands on the wire, and in the hash, for a type without fields."""
+
+FIELD_NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
+
+INTEGER_RANGES = {
+    "int8": (-(2**7), 2**7 - 1),
+    "uint8": (0, 2**8 - 1),
+    "char": (0, 2**8 - 1),
+    "int16": (-(2**15), 2**15 - 1),
+    "uint16": (0, 2**16 - 1),
+    "int32": (-(2**31), 2**31 - 1),
+    "uint32": (0, 2**32 - 1),
+    "int64": (-(2**63), 2**63 - 1),
+    "uint64": (0, 2**64 - 1),
+}
+FLOATS = frozenset({"float32", "float64"})
+STRINGS = frozenset({"string", "wstring"})
+PRIMITIVES = frozenset({*INTEGER_RANGES, *FLOATS, *STRINGS, "bool", "byte"})
+
+_KIND = re.compile("/(msg|srv|action)/")
+_IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8"} | {
+    "float32": "float",
+    "float64": "double",
+}
+
+
+class Shape(IntEnum):
+    """How many values a field holds."""
+
+    SINGLE = 0
+    ARRAY = 1
+    BOUNDED = 2
+    UNBOUNDED = 3
+
+
+class FieldType(NamedTuple):
+    """The type of a field.
+
+    Attributes:
+        base: A primitive (``uint8``, ``string``, …) or ``package/msg/Name``.
+        shape: One value, a fixed array, or a sequence with or without a bound.
+        capacity: Length of the array or bound of the sequence, else 0.
+        string_capacity: Bound of a bounded string in characters, else 0.
+    """
+
+    base: str
+    shape: Shape = Shape.SINGLE
+    capacity: int = 0
+    string_capacity: int = 0
+
+    @property
+    def is_nested(self) -> bool:
+        """Whether the values are messages."""
+        return self.base not in PRIMITIVES
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether several values of this type are kept as one block of numbers."""
+        return self.base in INTEGER_RANGES or self.base in FLOATS
+
+    @property
+    def element(self) -> FieldType:
+        """The type of a single value."""
+        return FieldType(self.base, string_capacity=self.string_capacity)
+
+    def __str__(self) -> str:
+        """Return the type as a definition file writes it."""
+        base = self.base.replace("/msg/", "/")
+        if self.string_capacity:
+            base += f"<={self.string_capacity}"
+        match self.shape:
+            case Shape.ARRAY:
+                return f"{base}[{self.capacity}]"
+            case Shape.BOUNDED:
+                return f"{base}[<={self.capacity}]"
+            case Shape.UNBOUNDED:
+                return f"{base}[]"
+        return base
+
+    def idl(self) -> str:
+        """Return the type as ``get_fields_and_field_types`` of ROS 2 names it."""
+        base = _IDL_NAMES.get(self.base, _KIND.sub("/", self.base))
+        if self.string_capacity:
+            base += f"<{self.string_capacity}>"
+        match self.shape:
+            case Shape.ARRAY:
+                return f"{base}[{self.capacity}]"
+            case Shape.BOUNDED:
+                return f"sequence<{base}, {self.capacity}>"
+            case Shape.UNBOUNDED:
+                return f"sequence<{base}>"
+        return base
+
+
+class Field(NamedTuple):
+    """One field; ``default`` is None where the definition gives none."""
+
+    name: str
+    type: FieldType
+    default: object = None
+
+    @property
+    def attribute(self) -> str:
+        """The Python name of the field: a keyword gets an underscore."""
+        return f"{self.name}_" if keyword.iskeyword(self.name) else self.name
+
+
+class Constant(NamedTuple):
+    """A constant of a definition."""
+
+    name: str
+    base: str
+    value: object
+
+
+class Definition(NamedTuple):
+    """A message, or one section of a service or an action.
+
+    Attributes:
+        type_name: ``package/kind/Name``.
+        fields: In the order of the definition.
+        constants: In the order of the definition.
+        text: The definition as written, or None where only its content is known.
+    """
+
+    type_name: str
+    fields: tuple[Field, ...]
+    constants: tuple[Constant, ...] = ()
+    text: str | None = None
+
+    @property
+    def wire_fields(self) -> tuple[Field, ...]:
+        """The fields as serialised and hashed: never none."""
+        return self.fields or (Field(PLACEHOLDER, FieldType("uint8")),)
+
+    def nested_types(self) -> list[str]:
+        """Return the names of the message types that the fields use, each once."""
+        return list(dict.fromkeys(f.type.base for f in self.fields if f.type.is_nested))
+
+    def render(self) -> str:
+        """Return the text of the definition, composed anew when it was not written down."""
+        if self.text is not None:
+            return self.text
+        lines = [f"{c.base} {c.name}={_literal(c.value)}" for c in self.constants]
+        if self.constants and self.fields:
+            lines.append("")
+        for field in self.fields:
+            default = "" if field.default is None else f" {_literal(field.default)}"
+            lines.append(f"{field.type} {field.name}{default}")
+        return "".join(f"{line}\n" for line in lines)
+
+
+def _literal(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    return repr(value)

@@ -1,0 +1,73 @@
+"""Definitions from ``type_description_interfaces/msg/TypeDescription``, as other nodes send it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.definition import (
+    FIELD_NAME,
+    PLACEHOLDER,
+    Definition,
+    Field,
+    FieldType,
+    Shape,
+)
+from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAPE_STEP
+from teleopctl.interfaces.typenames import normalize
+
+_BASES = {number: base for base, number in BASE_IDS.items() if base != "char"}
+
+
+def definitions(description: Any) -> list[Definition]:
+    """Return the definitions that a description holds, the described type first.
+
+    Args:
+        description: A ``type_description_interfaces/msg/TypeDescription``; not trusted.
+
+    Raises:
+        TeleopctlError: A name or the number of a type has no meaning.
+    """
+    return [
+        _definition(individual)
+        for individual in (
+            description.type_description,
+            *description.referenced_type_descriptions,
+        )
+    ]
+
+
+def _definition(individual: Any) -> Definition:
+    name = individual.type_name
+    if normalize(name) != name:
+        raise TeleopctlError(f"{name!r} is not the full name of a type")
+    fields = tuple(
+        Field(field.name, _field_type(name, field))
+        for field in individual.fields
+        if field.name != PLACEHOLDER
+    )
+    for field in fields:
+        if not FIELD_NAME.match(field.name):
+            raise TeleopctlError(f"{name} has a field of the name {field.name!r}")
+    if len({field.name for field in fields}) != len(fields):
+        raise TeleopctlError(f"{name} has two fields of the same name")
+    return Definition(name, fields)
+
+
+def _field_type(type_name: str, field: Any) -> FieldType:
+    number, kind = field.type.type_id, field.type
+    shape, base_id = divmod(number, SHAPE_STEP)
+    bounded = base_id in (BASE_IDS["string"] + BOUNDED_TEXT, BASE_IDS["wstring"] + BOUNDED_TEXT)
+    if base_id == NESTED_ID:
+        base = normalize(kind.nested_type_name)
+    else:
+        base = _BASES.get(base_id - BOUNDED_TEXT if bounded else base_id, "")
+    needs_capacity = shape in (Shape.ARRAY, Shape.BOUNDED)
+    if (
+        not base
+        or shape > Shape.UNBOUNDED
+        or needs_capacity != bool(kind.capacity)
+        or bounded != bool(kind.string_capacity)
+    ):
+        raise TeleopctlError(f"Field {field.name!r} of {type_name} has the unknown type {number}")
+    return FieldType(base, Shape(shape), kind.capacity, kind.string_capacity)

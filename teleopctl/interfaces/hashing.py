@@ -1,0 +1,95 @@
+"""RIHS01 type hashes, by which the ends of a topic or a service find each other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+
+from teleopctl.interfaces.definition import Definition, Field
+
+NOT_SUPPORTED = "TypeHashNotSupported"
+"""What stands in keys and tokens of ROS 2 Humble in the place of a hash."""
+
+Lookup = Callable[[str], Definition]
+
+NESTED_ID = 1
+BOUNDED_TEXT = 4
+"""Added to the id of a string type when it has a bound."""
+
+# A char of a definition file is a uint8 here; ids 12 to 14 exist for IDL files only.
+BASE_IDS = {
+    "int8": 2,
+    "uint8": 3,
+    "char": 3,
+    "int16": 4,
+    "uint16": 5,
+    "int32": 6,
+    "uint32": 7,
+    "int64": 8,
+    "uint64": 9,
+    "float32": 10,
+    "float64": 11,
+    "bool": 15,
+    "byte": 16,
+    "string": 17,
+    "wstring": 18,
+}
+SHAPE_STEP = 48
+"""Added once for an array, twice for a bounded and three times for an unbounded sequence."""
+
+
+def type_description(definition: Definition, lookup: Lookup) -> dict[str, object]:
+    """Return the description that is hashed, as plain dictionaries in hash order.
+
+    Args:
+        definition: The type.
+        lookup: Gives the definition of a type by name.
+
+    Returns:
+        ``type_description`` and, sorted by name, all ``referenced_type_descriptions``.
+    """
+    referenced: dict[str, Definition] = {}
+    waiting = definition.nested_types()
+    while waiting:
+        name = waiting.pop()
+        if name not in referenced and name != definition.type_name:
+            referenced[name] = lookup(name)
+            waiting.extend(referenced[name].nested_types())
+    return {
+        "type_description": fields_of(definition),
+        "referenced_type_descriptions": [fields_of(referenced[n]) for n in sorted(referenced)],
+    }
+
+
+def type_hash(definition: Definition, lookup: Lookup) -> str:
+    """Return the hash of a type, ``RIHS01_`` and 64 hexadecimal digits."""
+    text = json.dumps(type_description(definition, lookup))
+    return f"RIHS01_{hashlib.sha256(text.encode('ascii')).hexdigest()}"
+
+
+def field_type_id(field: Field) -> int:
+    """Return the number of a field's type in ``type_description_interfaces/msg/FieldType``."""
+    base = BASE_IDS.get(field.type.base, NESTED_ID)
+    if field.type.string_capacity:
+        base += BOUNDED_TEXT
+    return base + SHAPE_STEP * field.type.shape
+
+
+def fields_of(definition: Definition) -> dict[str, object]:
+    """Return the part of a description that is about one type alone."""
+    return {
+        "type_name": definition.type_name,
+        "fields": [
+            {
+                "name": field.name,
+                "type": {
+                    "type_id": field_type_id(field),
+                    "capacity": field.type.capacity,
+                    "string_capacity": field.type.string_capacity,
+                    "nested_type_name": field.type.base if field.type.is_nested else "",
+                },
+            }
+            for field in definition.wire_fields
+        ],
+    }

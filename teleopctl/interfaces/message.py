@@ -1,0 +1,325 @@
+"""Making the class of a message type, with the surface that rclpy's classes have."""
+
+from __future__ import annotations
+
+import array
+from collections import deque
+from collections.abc import Callable, Mapping
+from itertools import repeat
+from operator import call
+from types import MemberDescriptorType
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from teleopctl.interfaces.convert import DTYPES, TYPE_CODES, NumberArray, converter
+from teleopctl.interfaces.definition import (
+    FLOATS,
+    INTEGER_RANGES,
+    PLACEHOLDER,
+    STRINGS,
+    Constant,
+    Definition,
+    Field,
+    FieldType,
+    Shape,
+)
+from teleopctl.interfaces.typenames import module_name, split
+
+# The fastest loop over calls that Python has; received messages are made with it.
+_run = deque[None](maxlen=0).extend
+
+ClassLookup = Callable[[str], type["Message"]]
+Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
+"""How a field gets its default: the function that stores, and the one that makes the value."""
+
+
+class Message:
+    """Base of all message classes.
+
+    Each field has a slot named ``_field`` and a property named as the field. What is assigned is
+    checked at once. A block of numbers lies in the slot as it came, often a numpy view of received
+    bytes, and becomes the ``array.array`` that ROS 2 programs expect only when it is read.
+
+    Attributes:
+        TYPE_NAME: ``package/kind/Name``.
+        __definition__: What the class was made from.
+    """
+
+    __slots__ = ()
+    __hash__ = None  # type: ignore[assignment] # messages change
+
+    TYPE_NAME: ClassVar[str]
+    __definition__: ClassVar[Definition]
+    __makers__: ClassVar[dict[str, Maker]]
+    _fields_and_field_types: ClassVar[dict[str, str]]
+
+    def __init__(self, **fields: Any) -> None:
+        for name, (put, make) in self.__makers__.items():
+            if name not in fields:
+                put(self, make())
+        for name, value in fields.items():
+            if name not in self.__makers__:
+                known = ", ".join(self.__makers__) or "none"
+                raise TypeError(f"unknown field {name!r} of {self.TYPE_NAME} (fields: {known})")
+            setattr(self, name, value)
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
+        """Return the fields in order with the names of their types, as ROS 2 writes them."""
+        return dict(cls._fields_and_field_types)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return all(
+            _equal(getattr(self, f"_{name}"), getattr(other, f"_{name}"))
+            for name in self._fields_and_field_types
+        )
+
+    def __repr__(self) -> str:
+        package, kind, name = split(self.TYPE_NAME)
+        fields = (
+            f"{field.attribute}={_field_repr(getattr(self, field.attribute), field.type)}"
+            for field in self.__definition__.fields
+        )
+        return f"{package}.{kind}.{name}({', '.join(fields)})"
+
+    def __reduce__(self) -> tuple[Callable[..., Message], tuple[str, dict[str, Any]]]:
+        values = {f.attribute: getattr(self, f.attribute) for f in self.__definition__.fields}
+        return restore, (self.TYPE_NAME, values)
+
+
+def restore(type_name: str, values: Mapping[str, Any]) -> Message:
+    """Make a message from the values of its fields; what pickle and copy call."""
+    from teleopctl.interfaces.store import get_class
+
+    message: Message = get_class(type_name)(**values)
+    return message
+
+
+def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
+    """Return a new class for a message type.
+
+    Args:
+        definition: The type.
+        lookup: Gives the class of a nested type; called when such a value is first needed.
+    """
+    fields = definition.fields
+    namespace: dict[str, Any] = {
+        "__slots__": tuple(f"_{field.attribute}" for field in fields),
+        "__module__": module_name(definition.type_name),
+        "__doc__": f"Message class {split(definition.type_name)[2]!r}.",
+        "TYPE_NAME": definition.type_name,
+        "__definition__": definition,
+        "__makers__": {},
+        "_fields_and_field_types": {field.attribute: field.type.idl() for field in fields},
+    }
+    namespace.update((c.name, _constant(c)) for c in definition.constants)
+    if not fields:
+        namespace[f"_{PLACEHOLDER}"] = 0
+    cls: type[Message] = type(split(definition.type_name)[2], (Message,), namespace)
+    for field in fields:
+        slot: Any = cls.__dict__[f"_{field.attribute}"]
+        setattr(cls, field.attribute, _property(definition.type_name, field, slot, lookup))
+        if field.type.shape is not Shape.SINGLE and _is_block(field.type):
+            setattr(cls, wire_property(field), _numpy_property(field.type, slot))
+        elif field.type.base == "byte":
+            setattr(cls, wire_property(field), _byte_property(slot))
+        cls.__makers__[field.attribute] = (slot.__set__, _default(field, lookup))
+    return cls
+
+
+def wire_property(field: Field) -> str:
+    """Return the attribute that gives a value as it is serialised, where the slot does not."""
+    return f"_{field.attribute}_on_wire"
+
+
+def wire_name(field: Field) -> str:
+    """Return the attribute that gives the value of a field as the serialiser wants it."""
+    if field.type.base == "byte" or (
+        field.type.shape is not Shape.SINGLE and _is_block(field.type)
+    ):
+        return wire_property(field)
+    return f"_{field.attribute}"
+
+
+def stored(message: Message, field: Field) -> Any:
+    """Return what lies in the slot of a field: a block of numbers in whichever form it came."""
+    return getattr(message, f"_{field.attribute}")
+
+
+def make_builder(cls: type[Message]) -> Callable[..., Message]:
+    """Return a function that makes a message from received values, which it does not check."""
+    new = cls.__new__
+    puts: list[Callable[[Any, Any], None]] = [
+        getattr(cls, f"_{field.attribute}").__set__ for field in cls.__definition__.fields
+    ]
+    bytes_at = [
+        index
+        for index, field in enumerate(cls.__definition__.fields)
+        if field.type.base == "byte" and field.type.shape is Shape.SINGLE
+    ]
+    if not puts:
+        return lambda *_values: new(cls)
+
+    def build(*values: Any) -> Message:
+        message = new(cls)
+        _run(map(call, puts, repeat(message), values))
+        return message
+
+    def build_with_bytes(*values: Any) -> Message:
+        changed = list(values)
+        for index in bytes_at:
+            changed[index] = bytes((changed[index],))
+        return build(*changed)
+
+    return build_with_bytes if bytes_at else build
+
+
+def _is_block(kind: FieldType) -> bool:
+    return kind.is_numeric or kind.base in ("bool", "byte")
+
+
+def _property(
+    type_name: str, field: Field, slot: MemberDescriptorType, lookup: ClassLookup
+) -> property:
+    put = slot.__set__
+    convert = converter(field.type, lookup)
+    name = field.attribute
+
+    def set_value(self: Message, value: object) -> None:
+        try:
+            put(self, convert(value))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"field {name!r} of {type_name}: {error}") from None
+
+    return property(_getter(field.type, slot), set_value, doc=f"Field {name!r}: {field.type}.")
+
+
+def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]:
+    get, put = slot.__get__, slot.__set__
+    if kind.shape is Shape.SINGLE or not _is_block(kind):
+        return get
+
+    if kind.is_numeric and kind.shape is Shape.ARRAY:
+
+        def get_numpy(self: Message) -> NumberArray:
+            value: NumberArray = get(self)
+            if not value.flags.writeable:
+                value = value.copy()
+                put(self, value)
+            return value
+
+        return get_numpy
+
+    to_public = _to_array(TYPE_CODES[kind.base]) if kind.is_numeric else _TO_LIST[kind.base]
+
+    def get_public(self: Message) -> Any:
+        value = get(self)
+        if type(value) is np.ndarray:
+            value = to_public(value)
+            put(self, value)
+        return value
+
+    return get_public
+
+
+def _to_array(code: str) -> Callable[[NumberArray], array.array[Any]]:
+    def to_array(value: NumberArray) -> array.array[Any]:
+        copy: array.array[Any] = array.array(code)
+        copy.frombytes(value.view(np.uint8).data)
+        return copy
+
+    return to_array
+
+
+_TO_LIST: dict[str, Callable[[NumberArray], list[Any]]] = {
+    "bool": lambda value: list(value.tolist()),
+    "byte": lambda value: [bytes((number,)) for number in value.tolist()],
+}
+
+
+def _numpy_property(kind: FieldType, slot: MemberDescriptorType) -> property:
+    get, dtype = slot.__get__, DTYPES[kind.base]
+
+    def get_numpy(self: Message) -> NumberArray:
+        value = get(self)
+        if type(value) is np.ndarray:
+            return value
+        if kind.is_numeric:
+            return np.frombuffer(value, dtype)
+        if kind.base == "byte":
+            return np.frombuffer(b"".join(value), dtype)
+        return np.array(value, dtype)
+
+    return property(get_numpy)
+
+
+def _byte_property(slot: MemberDescriptorType) -> property:
+    get = slot.__get__
+
+    def get_number(self: Message) -> int:
+        value: bytes = get(self)
+        return value[0]
+
+    return property(get_number)
+
+
+def _default(field: Field, lookup: ClassLookup) -> Callable[[], Any]:
+    kind = field.type
+    convert = converter(kind, lookup)
+    if kind.shape is Shape.SINGLE:
+        if kind.is_nested:
+            return lambda: lookup(kind.base)()
+        value = convert(_zero(kind) if field.default is None else field.default)
+        return lambda: value
+    if field.default is not None:
+        return lambda: convert(list(field.default))  # type: ignore[call-overload]
+    if kind.is_numeric:
+        if kind.shape is Shape.ARRAY:
+            return lambda: np.zeros(kind.capacity, DTYPES[kind.base])
+        return lambda: array.array(TYPE_CODES[kind.base])
+    if kind.shape is not Shape.ARRAY:
+        return list
+    if kind.is_nested:
+        return lambda: [lookup(kind.base)() for _ in range(kind.capacity)]
+    return lambda: [_zero(kind)] * kind.capacity
+
+
+def _zero(kind: FieldType) -> object:
+    if kind.base in INTEGER_RANGES:
+        return 0
+    if kind.base in FLOATS:
+        return 0.0
+    if kind.base in STRINGS:
+        return ""
+    return False if kind.base == "bool" else b"\0"
+
+
+def _constant(constant: Constant) -> object:
+    if constant.base == "byte" and isinstance(constant.value, int):
+        return bytes((constant.value,))
+    return constant.value
+
+
+def _equal(one: object, other: object) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return bool(np.array_equal(_plain(one), _plain(other)))
+    return one == other
+
+
+def _plain(value: Any) -> Any:
+    return [element[0] for element in value] if _holds_bytes(value) else value
+
+
+def _holds_bytes(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], bytes)
+
+
+def _field_repr(value: object, kind: FieldType) -> str:
+    if isinstance(value, array.array):
+        return repr(value.tolist())
+    if isinstance(value, np.ndarray) and kind.shape is not Shape.ARRAY:
+        return repr(value.tolist())
+    return repr(value)

@@ -1,0 +1,180 @@
+"""Reading ``.msg``, ``.srv`` and ``.action`` texts."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.definition import (
+    FIELD_NAME,
+    FLOATS,
+    INTEGER_RANGES,
+    PRIMITIVES,
+    STRINGS,
+    Constant,
+    Definition,
+    Field,
+    FieldType,
+    Shape,
+)
+
+_FIELD = re.compile(
+    r"(?P<base>[A-Za-z][\w/]*)(?:<=(?P<text_bound>\d+))?"
+    r"(?P<array>\[(?P<bounded><=)?(?P<size>\d+)?\])?"
+    r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)\Z"
+)
+_SEPARATOR = re.compile(r"^---[ \t]*$", re.MULTILINE)
+_ALIASES = {
+    "Header": "std_msgs/msg/Header",
+    "time": "builtin_interfaces/msg/Time",
+    "duration": "builtin_interfaces/msg/Duration",
+}
+_SECTIONS = {"msg": 1, "srv": 2, "action": 3}
+
+
+def sections(text: str, kind: str, where: str) -> list[str]:
+    """Split the text of a definition file.
+
+    Args:
+        text: Content of the file.
+        kind: ``msg`` (one section), ``srv`` (request, response) or ``action`` (goal, result,
+            feedback).
+        where: What the errors call the text.
+
+    Returns:
+        The texts of the sections.
+
+    Raises:
+        TeleopctlError: The number of sections is not that of the kind.
+    """
+    parts = [text] if kind == "msg" else _SEPARATOR.split(text)
+    if len(parts) != _SECTIONS[kind]:
+        raise TeleopctlError(
+            f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"
+        )
+    return [part.lstrip("\n") for part in parts]
+
+
+def parse(text: str, type_name: str, package: str, where: str | None = None) -> Definition:
+    """Read the text of a message or of one section of a service or an action.
+
+    Args:
+        text: The definition.
+        type_name: The name that the type gets.
+        package: The package in which types named without one are looked for.
+        where: What the errors call the text; the type's name by default.
+
+    Returns:
+        The definition, ``text`` included.
+
+    Raises:
+        TeleopctlError: A line cannot be understood; the message names it.
+    """
+    fields: dict[str, Field] = {}
+    constants: list[Constant] = []
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.strip()
+        if not line or line[0] in "#@":
+            continue
+        try:
+            item = _line(line, package)
+            if item.name in fields:
+                raise ValueError(f"field {item.name!r} is there twice")
+        except (ValueError, SyntaxError) as error:
+            raise TeleopctlError(
+                f"{where or type_name}, line {number}: {error}: {line!r}"
+            ) from error
+        if isinstance(item, Constant):
+            constants.append(item)
+        else:
+            fields[item.name] = item
+    return Definition(type_name, tuple(fields.values()), tuple(constants), text)
+
+
+def _line(line: str, package: str) -> Field | Constant:
+    match = _FIELD.match(line)
+    if match is None:
+        raise ValueError("neither a field nor a constant")
+    base = match["base"]
+    if match["text_bound"] and base not in STRINGS:
+        raise ValueError(f"{base} cannot be bounded")
+    if base not in PRIMITIVES:
+        base = _message_name(base, package)
+    rest = match["rest"]
+    if rest.startswith("="):
+        if match["array"] or base not in PRIMITIVES:
+            raise ValueError("a constant is one primitive value")
+        return Constant(match["name"], base, _value(rest[1:], FieldType(base)))
+    if not FIELD_NAME.match(match["name"]):
+        raise ValueError("the name of a field has small letters, digits and underscores")
+    shape, capacity = Shape.SINGLE, 0
+    if match["array"]:
+        capacity = int(match["size"] or 0)
+        shape = Shape.ARRAY if match["size"] else Shape.UNBOUNDED
+        if match["bounded"]:
+            shape = Shape.BOUNDED
+        if shape is not Shape.UNBOUNDED and capacity == 0:
+            raise ValueError("the size of an array is a positive number")
+    kind = FieldType(base, shape, capacity, int(match["text_bound"] or 0))
+    default = None
+    if rest and not rest.startswith("#"):
+        if kind.is_nested:
+            raise ValueError("a message has no default value")
+        default = _value(rest, kind)
+    return Field(match["name"], kind, default)
+
+
+def _message_name(base: str, package: str) -> str:
+    parts = base.split("/")
+    if len(parts) == 1:
+        return _ALIASES.get(base, f"{package}/msg/{base}")
+    if len(parts) == 2:
+        return f"{parts[0]}/msg/{parts[1]}"
+    if len(parts) == 3:
+        return base
+    raise ValueError(f"{base!r} is not the name of a type")
+
+
+def _value(text: str, kind: FieldType) -> object:
+    if kind.shape is not Shape.SINGLE:
+        body = _without_comment(text)
+        if not (body.startswith("[") and body.endswith("]")):
+            raise ValueError("the default of an array stands in brackets")
+        values = [_value(part, kind.element) for part in _elements(body[1:-1])]
+        if len(values) > kind.capacity > 0 or (
+            kind.shape is Shape.ARRAY and len(values) != kind.capacity
+        ):
+            raise ValueError(f"{len(values)} values for {kind}")
+        return values
+    if kind.base in STRINGS:
+        return _text(text)
+    body = _without_comment(text)
+    if kind.base == "bool":
+        if body.lower() not in ("true", "false", "0", "1"):
+            raise ValueError(f"{body!r} is no bool")
+        return body.lower() in ("true", "1")
+    if kind.base in FLOATS:
+        return float(body)
+    value = int(body, 0)
+    low, high = INTEGER_RANGES.get(kind.base, (0, 255))
+    if not low <= value <= high:
+        raise ValueError(f"{value} is out of range for {kind.base}")
+    return value
+
+
+def _text(text: str) -> str:
+    """Return a string value: quoted with escapes, or bare up to the end of the line."""
+    body = text.strip()
+    quoted = re.match(r"""("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?:#.*)?\Z""", body)
+    return str(ast.literal_eval(quoted[1])) if quoted else body
+
+
+def _without_comment(text: str) -> str:
+    """Cut a comment off, except where the ``#`` stands inside quotes."""
+    return re.sub(r"""((?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^#"'])*)#.*""", r"\1", text).strip()
+
+
+def _elements(text: str) -> list[str]:
+    found: list[str] = re.findall(r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,"'])+""", text)
+    return [part.strip() for part in found if part.strip()]

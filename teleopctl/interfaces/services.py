@@ -1,0 +1,99 @@
+"""The types that ROS 2 derives from the definition of a service or an action."""
+
+from __future__ import annotations
+
+from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
+from teleopctl.interfaces.parser import parse, sections
+from teleopctl.interfaces.typenames import split
+
+_UUID = Field("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
+_TIME = FieldType("builtin_interfaces/msg/Time")
+_EVENT_INFO = FieldType("service_msgs/msg/ServiceEventInfo")
+
+SERVICE_PARTS = ("Request", "Response", "Event")
+ACTION_PARTS = ("Goal", "Result", "Feedback", "FeedbackMessage")
+ACTION_SERVICES = ("SendGoal", "GetResult")
+
+
+def split_definition(text: str, type_name: str, where: str | None = None) -> list[Definition]:
+    """Return every type that one definition file gives rise to.
+
+    Args:
+        text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
+        type_name: ``package/kind/Name``; the kind decides how the text is read.
+        where: What the errors call the text; the type's name by default.
+
+    Returns:
+        The type itself last; before it, what it is made of.
+
+    Raises:
+        TeleopctlError: The text cannot be understood.
+    """
+    package, kind, _ = split(type_name)
+    place = where or type_name
+    parts = sections(text, kind, place)
+    if kind == "msg":
+        return [parse(text, type_name, package, place)]
+    suffixes = SERVICE_PARTS if kind == "srv" else ACTION_PARTS
+    parsed = [
+        parse(part, f"{type_name}_{suffix}", package, place)
+        for part, suffix in zip(parts, suffixes, strict=False)
+    ]
+    if kind == "srv":
+        return [*parsed, *_service_types(type_name, text)]
+    return [*parsed, *_action_types(type_name, text)]
+
+
+def _service_types(name: str, text: str | None = None) -> list[Definition]:
+    request, response = FieldType(f"{name}_Request"), FieldType(f"{name}_Response")
+    event = Definition(
+        f"{name}_Event",
+        (
+            Field("info", _EVENT_INFO),
+            Field("request", FieldType(request.base, Shape.BOUNDED, 1)),
+            Field("response", FieldType(response.base, Shape.BOUNDED, 1)),
+        ),
+    )
+    service = Definition(
+        name,
+        (
+            Field("request_message", request),
+            Field("response_message", response),
+            Field("event_message", FieldType(event.type_name)),
+        ),
+        text=text,
+    )
+    return [event, service]
+
+
+def _action_types(name: str, text: str) -> list[Definition]:
+    goal, result, feedback = (FieldType(f"{name}_{part}") for part in ACTION_PARTS[:3])
+    send_goal, get_result = (f"{name}_{part}" for part in ACTION_SERVICES)
+    feedback_message = Definition(f"{name}_FeedbackMessage", (_UUID, Field("feedback", feedback)))
+    return [
+        Definition(f"{send_goal}_Request", (_UUID, Field("goal", goal))),
+        Definition(
+            f"{send_goal}_Response",
+            (Field("accepted", FieldType("bool")), Field("stamp", _TIME)),
+        ),
+        *_service_types(send_goal),
+        Definition(f"{get_result}_Request", (_UUID,)),
+        Definition(
+            f"{get_result}_Response",
+            (Field("status", FieldType("int8")), Field("result", result)),
+        ),
+        *_service_types(get_result),
+        feedback_message,
+        Definition(
+            name,
+            (
+                Field("goal", goal),
+                Field("result", result),
+                Field("feedback", feedback),
+                Field("send_goal_service", FieldType(send_goal)),
+                Field("get_result_service", FieldType(get_result)),
+                Field("feedback_message", FieldType(feedback_message.type_name)),
+            ),
+            text=text,
+        ),
+    ]

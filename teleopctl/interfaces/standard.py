@@ -1,0 +1,180 @@
+"""The messages of a ROS 2 distribution as rosbags knows them, without importing its type store.
+
+The stores of rosbags build hundreds of classes when they are imported. All that is wanted of them
+is a table of fields and constants, so that table is kept in a file in the user's cache folder and
+read from there; the store is imported when there is no such file, or one that does not fit.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.definition import (
+    PLACEHOLDER,
+    Constant,
+    Definition,
+    Field,
+    FieldType,
+    Shape,
+)
+
+DEFAULT_DISTRIBUTION = "jazzy"
+DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical")
+
+_FORMAT = 1
+_BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
+
+# rosbags drops the default values of its definitions. These are the ones that are not the zero of
+# their type; one that is given by a constant holds where the distribution has that constant.
+_DEFAULTS: dict[tuple[str, str], object] = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
+_DEFAULT_CONSTANTS = {("sensor_msgs/msg/NavSatStatus", "status"): "STATUS_UNKNOWN"}
+
+Table = dict[str, Any]
+
+
+def distribution() -> str:
+    """Return the ROS 2 distribution whose types are used: ``ROS_DISTRO``, else Jazzy.
+
+    Raises:
+        TeleopctlError: ``ROS_DISTRO`` names one whose types are not known.
+    """
+    name = os.environ.get("ROS_DISTRO") or DEFAULT_DISTRIBUTION
+    if name == "rolling":
+        return DISTRIBUTIONS[-1]
+    if name not in DISTRIBUTIONS:
+        raise TeleopctlError(
+            f"ROS_DISTRO is {name!r}, a distribution whose message types are not known",
+            hint=f"Set it to one of {', '.join(DISTRIBUTIONS)}, rolling, or unset it.",
+            exit_status=2,
+        )
+    return name
+
+
+class StandardTypes:
+    """Definitions of the messages of one distribution, made when they are asked for."""
+
+    def __init__(self, name: str) -> None:
+        self._module = f"ros2_{name}"
+        self._table = _read_cache(self._module)
+        self._from_cache = self._table is not None
+        if self._table is None:
+            self._table = self._import()
+
+    def names(self) -> list[str]:
+        """Return the names of all messages."""
+        return list(self._rows())
+
+    def find(self, type_name: str) -> Definition | None:
+        """Return the definition of a message, or None where rosbags has none of that name."""
+        row = self._rows().get(type_name)
+        if row is None:
+            return None
+        try:
+            return _definition(type_name, row)
+        except (TypeError, ValueError, LookupError):
+            if not self._from_cache:
+                raise
+            self._table, self._from_cache = self._import(), False
+            return self.find(type_name)
+
+    def _rows(self) -> Table:
+        assert self._table is not None
+        return self._table
+
+    def _import(self) -> Table:
+        table: Table = import_module(f"rosbags.typesys.stores.{self._module}").FIELDDEFS
+        _write_cache(self._module, table)
+        return table
+
+
+def _definition(type_name: str, row: Any) -> Definition:
+    raw_constants, raw_fields = row
+    constants = tuple(Constant(str(name), str(base), value) for name, base, value in raw_constants)
+    values = {constant.name: constant.value for constant in constants}
+    fields = tuple(
+        Field(
+            name,
+            _field_type(description),
+            _DEFAULTS.get((type_name, name))
+            or values.get(_DEFAULT_CONSTANTS.get((type_name, name), "")),
+        )
+        for name, description in raw_fields
+    )
+    if len(fields) == 1 and fields[0].name == PLACEHOLDER:
+        fields = ()
+    return Definition(type_name, fields, constants)
+
+
+def _field_type(description: Any) -> FieldType:
+    node, content = description
+    if node == _BASE:
+        base, bound = content
+        return FieldType(str(base), string_capacity=int(bound))
+    if node == _NAME:
+        return FieldType(str(content))
+    element = _field_type(content[0])
+    capacity = int(content[1])
+    if node == _ARRAY:
+        shape = Shape.ARRAY
+    elif node == _SEQUENCE:
+        shape = Shape.BOUNDED if capacity else Shape.UNBOUNDED
+    else:
+        raise ValueError(f"unknown node type {node}")
+    return FieldType(element.base, shape, capacity, element.string_capacity)
+
+
+def _cache_file(module: str) -> Path:
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("teleopctl", appauthor=False)) / f"{module}.json"
+
+
+def _fingerprint() -> list[list[Any]]:
+    """Return what changes when another version of rosbags is installed.
+
+    Reading the version itself takes longer than reading the whole cache.
+    """
+    spec = importlib.util.find_spec("rosbags")
+    assert spec is not None
+    assert spec.submodule_search_locations is not None
+    folder = Path(spec.submodule_search_locations[0]) / "typesys" / "stores"
+    with os.scandir(folder) as entries:
+        stats = [(entry.name, entry.stat()) for entry in entries if entry.name.endswith(".py")]
+    return [[str(folder)], *sorted([name, s.st_size, s.st_mtime_ns] for name, s in stats)]
+
+
+def _read_cache(module: str) -> Table | None:
+    try:
+        content = json.loads(_cache_file(module).read_bytes())
+        if content["format"] != _FORMAT or content["rosbags"] != _fingerprint():
+            return None
+        table = content["types"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    return table if isinstance(table, dict) else None
+
+
+def _write_cache(module: str, table: Table) -> None:
+    """Write the cache file; where that is not possible, the next start imports again."""
+    import tempfile
+
+    path = _cache_file(module)
+    content = {"format": _FORMAT, "rosbags": _fingerprint(), "types": table}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                json.dump(content, file)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError:
+        return

@@ -1,0 +1,307 @@
+"""The message, service and action types of this process, by name.
+
+Classes are made when they are asked for, and each name has one class for good. The functions are
+safe to call from any thread.
+"""
+
+from __future__ import annotations
+
+import threading
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import hashing
+from teleopctl.interfaces.catalog import Catalog
+from teleopctl.interfaces.definition import Definition
+from teleopctl.interfaces.message import Message, make_class
+from teleopctl.interfaces.typenames import module_name, normalize, split
+
+_CANCEL_GOAL = "action_msgs/srv/CancelGoal"
+_GOAL_STATUS = "action_msgs/msg/GoalStatusArray"
+_WITHOUT_HASHES = frozenset({"humble"})
+
+_lock = threading.RLock()
+_classes: dict[str, type[Any]] = {}
+
+
+class Service:
+    """Base of all service classes, which only hold the classes of their messages together."""
+
+    TYPE_NAME: ClassVar[str]
+    Request: ClassVar[type[Message]]
+    Response: ClassVar[type[Message]]
+    Event: ClassVar[type[Message]]
+
+    def __init__(self) -> None:
+        raise NotImplementedError("A service has no instances; make a Request or a Response.")
+
+
+class Action:
+    """Base of all action classes, which only hold the classes of their messages together.
+
+    ``Impl`` holds what an action is on the wire: ``SendGoalService``, ``GetResultService``,
+    ``FeedbackMessage``, ``CancelGoalService`` and ``GoalStatusMessage``.
+    """
+
+    TYPE_NAME: ClassVar[str]
+    Goal: ClassVar[type[Message]]
+    Result: ClassVar[type[Message]]
+    Feedback: ClassVar[type[Message]]
+    Impl: ClassVar[Any]
+
+    def __init__(self) -> None:
+        raise NotImplementedError("An action has no instances; make a Goal.")
+
+
+def get_message(type_name: str) -> type[Any]:
+    """Return the class of a message type.
+
+    Args:
+        type_name: ``package/msg/Name``, ``package/Name``, or the name of a part of a service or an
+            action such as ``package/srv/Name_Request``.
+
+    Raises:
+        TeleopctlError: There is no such message.
+    """
+    found = _classes.get(type_name)
+    if found is not None and issubclass(found, Message):
+        return found
+    name = normalize(type_name)
+    definition = _definition(name)
+    if _is_service(name) or _is_action(name):
+        what = "a service" if _is_service(name) else "an action"
+        raise TeleopctlError(f"{name} is {what}, not a message", exit_status=2)
+    with _lock:
+        if name not in _classes:
+            _classes[name] = make_class(definition, get_message)
+        return _classes[name]
+
+
+def get_service(type_name: str) -> type[Any]:
+    """Return the class of a service with its ``Request``, ``Response`` and ``Event``.
+
+    Args:
+        type_name: ``package/srv/Name``, ``package/Name``, or one of the services of an action such
+            as ``package/action/Name_SendGoal``.
+
+    Raises:
+        TeleopctlError: There is no such service.
+    """
+    name = normalize(type_name, "srv")
+    if not _is_service(name):
+        _definition(name)
+        raise TeleopctlError(f"{name} is not a service", exit_status=2)
+    with _lock:
+        if name not in _classes:
+            _definition(name)
+            parts = {
+                part: get_message(f"{name}_{part}") for part in ("Request", "Response", "Event")
+            }
+            _classes[name] = type(split(name)[2], (Service,), _namespace(name) | parts)
+        return _classes[name]
+
+
+def get_action(type_name: str) -> type[Any]:
+    """Return the class of an action with its ``Goal``, ``Result``, ``Feedback`` and ``Impl``.
+
+    Args:
+        type_name: ``package/action/Name`` or ``package/Name``.
+
+    Raises:
+        TeleopctlError: There is no such action.
+    """
+    name = normalize(type_name, "action")
+    if not _is_action(name):
+        _definition(name)
+        raise TeleopctlError(f"{name} is not an action", exit_status=2)
+    with _lock:
+        if name not in _classes:
+            _definition(name)
+            parts = {part: get_message(f"{name}_{part}") for part in ("Goal", "Result", "Feedback")}
+            implementation = SimpleNamespace(
+                SendGoalService=get_service(f"{name}_SendGoal"),
+                GetResultService=get_service(f"{name}_GetResult"),
+                FeedbackMessage=get_message(f"{name}_FeedbackMessage"),
+                CancelGoalService=get_service(_CANCEL_GOAL),
+                GoalStatusMessage=get_message(_GOAL_STATUS),
+            )
+            namespace = _namespace(name) | parts | {"Impl": implementation}
+            _classes[name] = type(split(name)[2], (Action,), namespace)
+        return _classes[name]
+
+
+def get_class(type_name: str) -> type[Any]:
+    """Return the class of a message, a service or an action, whichever the full name means.
+
+    Raises:
+        TeleopctlError: There is no such type.
+    """
+    name = normalize(type_name)
+    if _is_action(name):
+        return get_action(name)
+    return get_service(name) if _is_service(name) else get_message(name)
+
+
+@cache
+def type_hash(type_name: str) -> str:
+    """Return the hash of a type, ``RIHS01_…``.
+
+    Args:
+        type_name: Full name of a message, a service, an action or a type derived from them.
+
+    Returns:
+        The hash, or ``TypeHashNotSupported`` in the distribution that has none.
+
+    Raises:
+        TeleopctlError: The type, or one that it uses, is not known.
+    """
+    definition = _definition(normalize(type_name))
+    if catalog().distribution in _WITHOUT_HASHES:
+        return hashing.NOT_SUPPORTED
+    return hashing.type_hash(definition, _definition)
+
+
+def type_description(type_name: str) -> dict[str, Any]:
+    """Return the description from which the hash of a type is made, as plain dictionaries.
+
+    Raises:
+        TeleopctlError: The type, or one that it uses, is not known.
+    """
+    return hashing.type_description(_definition(normalize(type_name)), _definition)
+
+
+def list_types(kind: str | None = None) -> list[str]:
+    """Return the names of all known types, sorted; only ``msg``, ``srv`` or ``action`` if given."""
+    return catalog().names(kind)
+
+
+def definition_text(type_name: str) -> str:
+    """Return the text that defines a type.
+
+    Raises:
+        TeleopctlError: There is no such type.
+    """
+    return _definition(normalize(type_name)).render()
+
+
+def complete_definition_text(type_name: str) -> str:
+    """Return the text that defines a message and, below it, those of all types that it uses.
+
+    The parts are separated as in ROS bags: a line of 80 equals signs, then ``MSG: package/Name``.
+
+    Raises:
+        TeleopctlError: The type, or one that it uses, is not known.
+    """
+    names = [normalize(type_name)]
+    for name in names:  # grows while it is read
+        names.extend(n for n in _definition(name).nested_types() if n not in names)
+    head, *others = names
+    parts = [definition_text(head)]
+    parts.extend(f"MSG: {n.replace('/msg/', '/')}\n{definition_text(n)}" for n in others)
+    return f"{'=' * 80}\n".join(parts)
+
+
+def add_definitions(folder: str | Path, package_name: str) -> list[str]:
+    """Make the types of a package known.
+
+    Args:
+        folder: Holds ``msg``, ``srv`` or ``action``.
+        package_name: The package the types belong to.
+
+    Returns:
+        The names of the types.
+
+    Raises:
+        TeleopctlError: There is nothing in the folder, a definition cannot be understood, or a
+            type is already in use with another definition.
+    """
+    added = catalog().add_folder(Path(folder), package_name)
+    type_hash.cache_clear()
+    return added
+
+
+def add_definition_text(type_name: str, text: str) -> None:
+    """Make a type known by the text of its definition.
+
+    Raises:
+        TeleopctlError: The text cannot be understood, or the type is already in use with another
+            definition.
+    """
+    catalog().add_text(normalize(type_name), text)
+    type_hash.cache_clear()
+
+
+def add_description(description: Any) -> None:
+    """Make a type known by the description of it that another node sent.
+
+    Nothing known is replaced: of a known type the fields have to be the same.
+
+    Args:
+        description: A ``type_description_interfaces/msg/TypeDescription``; not trusted.
+
+    Raises:
+        TeleopctlError: The description makes no sense, or contradicts what is known.
+    """
+    from teleopctl.interfaces.description import definitions
+
+    described = definitions(description)
+    for definition in described:
+        known = catalog().find(definition.type_name)
+        if known is not None and hashing.fields_of(known) != hashing.fields_of(definition):
+            raise TeleopctlError(
+                f"{definition.type_name} is defined here otherwise than where it is used",
+                hint="The packages that define it have different versions.",
+            )
+    catalog().add(d for d in described if catalog().find(d.type_name) is None)
+
+
+def catalog() -> Catalog:
+    """Return the definitions of this process."""
+    with _lock:
+        return _make_catalog()
+
+
+@cache
+def _make_catalog() -> Catalog:
+    return Catalog()
+
+
+def _definition(name: str) -> Definition:
+    found = catalog().find(name)
+    if found is None:
+        raise TeleopctlError(f"Unknown interface type {name}", hint=_similar(name))
+    return found
+
+
+def _similar(name: str) -> str:
+    import difflib
+
+    known = list_types()
+    last = split(name)[2].lower()
+    close = [other for other in known if split(other)[2].lower() == last]
+    close = close or difflib.get_close_matches(name, known, n=3, cutoff=0.75)
+    if close:
+        return f"Did you mean {' or '.join(close[:3])}?"
+    return (
+        "Put the folder of the package that defines it, with its package.xml, on "
+        "TELEOPCTL_PACKAGE_PATH."
+    )
+
+
+def _is_service(name: str) -> bool:
+    kind, short = split(name)[1:]
+    if kind == "srv":
+        return "_" not in short
+    return kind == "action" and short.endswith(("_SendGoal", "_GetResult"))
+
+
+def _is_action(name: str) -> bool:
+    kind, short = split(name)[1:]
+    return kind == "action" and "_" not in short
+
+
+def _namespace(name: str) -> dict[str, Any]:
+    return {"TYPE_NAME": name, "__module__": module_name(name), "__doc__": f"{name}."}

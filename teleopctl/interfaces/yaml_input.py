@@ -1,0 +1,169 @@
+"""YAML, or plain values, to messages."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import yaml
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.convert import check_length, converter, expected
+from teleopctl.interfaces.definition import (
+    FLOATS,
+    INTEGER_RANGES,
+    STRINGS,
+    Field,
+    FieldType,
+    Shape,
+)
+from teleopctl.interfaces.message import Message
+from teleopctl.interfaces.store import get_message
+
+MessageType = TypeVar("MessageType")
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_TIME = "builtin_interfaces/msg/Time"
+_HEADER = "std_msgs/msg/Header"
+_NOW_WORDS = ("auto", "now")
+_NANOSECONDS = 10**9
+
+
+class _BadValueError(Exception):
+    """A value does not fit; the text starts with the path of its field."""
+
+
+def message_from_yaml(
+    message_class: type[MessageType],
+    content: str | Mapping[str, Any] | None,
+    now: Any = None,
+) -> MessageType:
+    """Make a message from YAML.
+
+    Fields that are not mentioned keep their defaults. A ``std_msgs/msg/Header`` or a
+    ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``.
+
+    Args:
+        message_class: The class of the message.
+        content: YAML text, or the mapping that it stands for; empty means all defaults.
+        now: What ``auto`` and ``now`` stand for: nanoseconds since the epoch, or a
+            ``builtin_interfaces/msg/Time``; the present by default.
+
+    Raises:
+        TeleopctlError: The text is not YAML, a field is unknown, or a value does not fit its
+            field; the message has the path of the field, what was expected and what was there.
+    """
+    assert issubclass(message_class, Message)
+    values: object = _load(content) if isinstance(content, str) else content
+    stamp = _nanoseconds(now)
+    try:
+        message = _message(message_class, values, "", stamp)
+    except _BadValueError as error:
+        raise TeleopctlError(str(error), hint=_hint(message_class), exit_status=2) from None
+    assert isinstance(message, message_class)
+    return message
+
+
+def _nanoseconds(now: Any) -> int:
+    if now is None:
+        return time.time_ns()
+    return now if isinstance(now, int) else int(now.sec * _NANOSECONDS + now.nanosec)
+
+
+def _load(text: str) -> object:
+    try:
+        return yaml.load(text, _LOADER)  # noqa: S506 - one of the two safe loaders
+    except yaml.YAMLError as error:
+        reason = " ".join(str(error).split())
+        raise TeleopctlError(f"This is not YAML: {reason}", exit_status=2) from error
+
+
+def _hint(message_class: type[Message]) -> str:
+    fields = message_class.__definition__.fields
+    return f"{message_class.TYPE_NAME} has " + (
+        f"the fields {', '.join(f'{field.name} ({field.type})' for field in fields)}."
+        if fields
+        else "no fields."
+    )
+
+
+def _message(message_class: type[Message], values: object, path: str, now: int) -> Message:
+    if isinstance(values, Message) and isinstance(values, message_class):
+        return values
+    message = message_class()
+    if values is None:
+        return message
+    if isinstance(values, str) and values in _NOW_WORDS and _stamp(message, now):
+        return message
+    if not isinstance(values, Mapping):
+        example = "" if path or ":" not in str(values) else " (a blank must follow each colon)"
+        raise _BadValueError(_located(path, f"{expected('a mapping of fields', values)}{example}"))
+    known = {name: f for f in message_class.__definition__.fields for name in (f.name, f.attribute)}
+    for name, value in values.items():
+        field = known.get(str(name))
+        if field is None:
+            fields = ", ".join(f.name for f in message_class.__definition__.fields) or "none"
+            unknown = f"unknown field {str(name)!r} of {message_class.TYPE_NAME} (fields: {fields})"
+            raise _BadValueError(_located(path, unknown))
+        where = f"{path}.{name}" if path else str(name)
+        setattr(message, field.attribute, _field(field, value, where, now))
+    return message
+
+
+def _stamp(message: Message, now: int) -> bool:
+    """Set a header or a time to the present; false for any other message."""
+    target: Any = message
+    if message.TYPE_NAME == _HEADER:
+        target = target.stamp
+    elif message.TYPE_NAME != _TIME:
+        return False
+    target.sec, target.nanosec = divmod(now, _NANOSECONDS)
+    return True
+
+
+def _field(field: Field, value: object, path: str, now: int) -> object:
+    if field.type.shape is Shape.SINGLE:
+        return _single(field.type, value, path, now)
+    if isinstance(value, str | Mapping) or value is None:
+        raise _BadValueError(_located(path, expected(field.type, value)))
+    if field.type.base not in ("uint8", "byte", "char") or not isinstance(value, bytes):
+        if not isinstance(value, list | tuple):
+            raise _BadValueError(_located(path, expected(field.type, value)))
+        element = field.type.element
+        value = [_single(element, v, f"{path}[{i}]", now) for i, v in enumerate(value)]
+    try:
+        check_length(field.type, len(value))
+        return converter(field.type, get_message)(value)
+    except (TypeError, ValueError) as error:
+        raise _BadValueError(_located(path, str(error))) from None
+
+
+def _single(kind: FieldType, value: object, path: str, now: int) -> object:
+    if kind.is_nested:
+        return _message(get_message(kind.base), value, path, now)
+    try:
+        return converter(kind, get_message)(_as_meant(kind, value))
+    except (TypeError, ValueError) as error:
+        raise _BadValueError(_located(path, str(error))) from None
+
+
+def _as_meant(kind: FieldType, value: object) -> object:
+    """Undo what YAML read into a scalar that the field takes otherwise."""
+    if kind.base in FLOATS and isinstance(value, str):
+        # YAML 1.1 takes 1e-3 for text, and JSON has no other way to write NaN.
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    if kind.base in STRINGS and isinstance(value, int | float):
+        return str(value)
+    if (kind.base in INTEGER_RANGES or kind.base in FLOATS) and isinstance(value, bool):
+        raise TypeError(expected(kind, value))
+    if kind.base == "byte" and isinstance(value, str) and len(value) == 1:
+        return ord(value)
+    return value
+
+
+def _located(path: str, text: str) -> str:
+    return f"{path}: {text}" if path else text

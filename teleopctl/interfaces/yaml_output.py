@@ -1,0 +1,214 @@
+"""Messages to YAML, JSON and CSV, in the words of ``ros2 topic echo``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import yaml
+
+from teleopctl.interfaces.definition import FLOATS, STRINGS, Field, FieldType, Shape
+from teleopctl.interfaces.message import Message, stored
+
+DEFAULT_TRUNCATION = 128
+"""Elements of an array, and characters of a text, that are shown before the rest is cut."""
+
+_UNLIMITED = 2**31 - 1
+_ELLIPSIS = "..."
+_LONG_ESCAPE = "\\U"
+
+
+class _PlainDumper(yaml.SafeDumper):
+    """Writes mappings as blocks in every style, as ROS 2 does."""
+
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+        return True
+
+
+class _FastDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """The same on libyaml, which is many times faster."""
+
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+        return True
+
+
+def _represent_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.MappingNode:
+    represent = dumper.represent_data
+    items = [(represent(key), represent(value)) for key, value in data.items()]
+    return yaml.MappingNode("tag:yaml.org,2002:map", items)
+
+
+_PlainDumper.add_representer(dict, _represent_mapping)
+_FastDumper.add_representer(dict, _represent_mapping)
+
+
+class _Options(NamedTuple):
+    truncate: int | None
+    no_arr: bool
+    no_str: bool
+
+
+def message_to_yaml(
+    message: Any,
+    *,
+    truncate: int | None = DEFAULT_TRUNCATION,
+    flow: bool = False,
+    no_arr: bool = False,
+    no_str: bool = False,
+) -> str:
+    """Return a message as ``ros2 topic echo`` prints it, with a line feed at the end.
+
+    Args:
+        message: The message.
+        truncate: Elements of an array and characters of a text that are shown; None for all.
+        flow: Write arrays on one line.
+        no_arr: Write type and length of arrays instead of their elements.
+        no_str: Write the length of texts instead of the texts.
+    """
+    values = _readable(message, _Options(truncate, no_arr, no_str))
+    text = _dump(values, _FastDumper, flow)
+    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it.
+    return _dump(values, _PlainDumper, flow) if _LONG_ESCAPE in text else text
+
+
+def _dump(values: object, dumper: type[Any], flow: bool) -> str:
+    text: str = yaml.dump(
+        values, Dumper=dumper, allow_unicode=True, width=_UNLIMITED, default_flow_style=flow
+    )
+    return text
+
+
+def message_to_dict(message: Any) -> dict[str, Any]:
+    """Return a message as values that JSON can hold.
+
+    JSON has no NaN and no infinity: they become the texts ``NaN``, ``Infinity`` and
+    ``-Infinity``, which ``message_from_yaml`` takes back. Bytes become numbers.
+    """
+    assert isinstance(message, Message)
+    return {field.name: _json_value(message, field) for field in message.__definition__.fields}
+
+
+def message_to_csv(
+    message: Any,
+    *,
+    truncate: int | None = DEFAULT_TRUNCATION,
+    no_arr: bool = False,
+    no_str: bool = False,
+) -> str:
+    """Return all values of a message, those of nested messages included, joined by commas.
+
+    Args:
+        message: The message.
+        truncate: Elements of an array and characters of a text that are shown; None for all.
+        no_arr: Write type and length of arrays instead of their elements.
+        no_str: Write the length of texts instead of the texts.
+    """
+    return ",".join(_columns(message, _Options(truncate, no_arr, no_str)))
+
+
+def _readable(message: Message, options: _Options) -> dict[str, Any]:
+    return {
+        field.attribute: _readable_field(message, field, options)
+        for field in message.__definition__.fields
+    }
+
+
+def _readable_field(message: Message, field: Field, options: _Options) -> object:
+    value = stored(message, field)
+    if field.type.shape is Shape.SINGLE:
+        return _readable_value(field.type, value, options)
+    if options.no_arr:
+        return _abbreviated(field.type, len(value))
+    cut = options.truncate is not None and len(value) > options.truncate
+    shown = value[: options.truncate] if cut else value
+    elements = _elements(field.type, shown)
+    if not field.type.is_numeric and field.type.base != "bool":
+        elements = [_readable_value(field.type, element, options) for element in elements]
+    if cut:
+        elements.append(_ELLIPSIS)
+    return elements
+
+
+def _readable_value(kind: FieldType, value: Any, options: _Options) -> object:
+    if kind.is_nested:
+        return _readable(value, options)
+    if kind.base == "byte":
+        return value.decode("latin-1") if isinstance(value, bytes) else chr(value)
+    if kind.base in STRINGS:
+        return _shortened(value, options)
+    return value
+
+
+def _shortened(text: str, options: _Options) -> str:
+    if options.no_str:
+        return f"<string length: <{len(text)}>>"
+    if options.truncate is not None and len(text) > options.truncate:
+        return text[: options.truncate] + _ELLIPSIS
+    return text
+
+
+def _abbreviated(kind: FieldType, length: int) -> str:
+    name = kind.base if kind.is_nested else FieldType(kind.base).idl()
+    match kind.shape:
+        case Shape.ARRAY:
+            return f"<array type: {name}[{kind.capacity}]>"
+        case Shape.BOUNDED:
+            return f"<sequence type: {name}[{kind.capacity}], length: {length}>"
+    return f"<sequence type: {name}, length: {length}>"
+
+
+def _elements(kind: FieldType, value: Any) -> list[Any]:
+    """Return the elements of a sequence, however it is stored, as a new list."""
+    if isinstance(value, list):
+        return list(value)
+    elements: list[Any] = value.tolist()
+    return [bytes((number,)) for number in elements] if kind.base == "byte" else elements
+
+
+def _json_value(message: Message, field: Field) -> object:
+    value = stored(message, field)
+    if field.type.shape is Shape.SINGLE:
+        return _json_single(field.type, value)
+    elements = _elements(field.type, value)
+    if field.type.base in FLOATS and all(map(math.isfinite, elements)):
+        return elements
+    if field.type.is_numeric and field.type.base not in FLOATS:
+        return elements
+    return [_json_single(field.type, element) for element in elements]
+
+
+def _json_single(kind: FieldType, value: Any) -> object:
+    if kind.is_nested:
+        return message_to_dict(value)
+    if kind.base == "byte":
+        return value[0]
+    if kind.base in FLOATS and not math.isfinite(value):
+        if math.isnan(value):
+            return "NaN"
+        return "Infinity" if value > 0 else "-Infinity"
+    return value
+
+
+def _columns(message: Message, options: _Options) -> list[str]:
+    columns: list[str] = []
+    for field in message.__definition__.fields:
+        value = stored(message, field)
+        if field.type.shape is Shape.SINGLE:
+            columns.extend(_column(field.type, value, options))
+        elif options.no_arr:
+            columns.append(_abbreviated(field.type, len(value)))
+        elif not len(value):
+            columns.append("")
+        else:
+            shown = value if options.truncate is None else value[: options.truncate]
+            for element in _elements(field.type, shown):
+                columns.extend(_column(field.type, element, options))
+            if len(shown) < len(value):
+                columns.append(_ELLIPSIS)
+    return columns
+
+
+def _column(kind: FieldType, value: Any, options: _Options) -> list[str]:
+    if kind.is_nested:
+        return _columns(value, options)
+    return [_shortened(value, options) if kind.base in STRINGS else str(value)]
