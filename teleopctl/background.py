@@ -1,0 +1,324 @@
+"""Processes that go on after the command that started them has ended.
+
+Each has a record, a small file in the user's runtime folder with its pid and start time. Both are
+checked against the system whenever records are read, so that a record never speaks of a process
+that is gone, nor of another one that was given the same pid.
+"""
+
+import contextlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, NamedTuple
+
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    import psutil
+
+READY = "ready"
+"""The line by which a background process says that it is up."""
+
+_ANNOUNCE = "TELEOPCTL_ANNOUNCE"
+# How far two readings of one start time may be apart, in seconds: the clock may have been set.
+_SAME_START_S = 1.0
+
+# What keeps the signals of the starter's console away; elsewhere a session of its own does.
+if sys.platform == "win32":
+    _CREATION_FLAGS = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW
+else:
+    _CREATION_FLAGS = 0
+
+# Children of this process, kept so that they are reaped when they end.
+_children: dict[int, subprocess.Popen[str]] = {}
+
+
+class ProcessRecord(NamedTuple):
+    """A background process; ``start_time`` in seconds since the Unix epoch."""
+
+    name: str
+    pid: int
+    start_time: float
+    command: tuple[str, ...]
+    log_file: Path
+    kind: str
+
+
+def runtime_dir() -> Path:
+    """The folder of the records: ``TELEOPCTL_RUNTIME_DIR``, else the user's runtime folder."""
+    chosen = os.environ.get("TELEOPCTL_RUNTIME_DIR")
+    if chosen:
+        return Path(chosen)
+    from platformdirs import user_runtime_path, user_state_path
+
+    if sys.platform == "linux" and not (
+        os.environ.get("XDG_RUNTIME_DIR") or Path(f"/run/user/{os.getuid()}").is_dir()
+    ):
+        # In a container, say. The usual substitute is below /tmp, where others could make it first.
+        return user_state_path("teleopctl")
+    return user_runtime_path("teleopctl")
+
+
+def logs_dir() -> Path:
+    """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
+    chosen = os.environ.get("ROS_LOG_DIR")
+    if chosen:
+        return Path(chosen).expanduser()
+    home = os.environ.get("ROS_HOME")
+    return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
+
+
+def start(
+    name: str,
+    argv: Sequence[str],
+    *,
+    kind: str,
+    env: Mapping[str, str] | None = None,
+    ready_within_s: float | None = None,
+) -> ProcessRecord:
+    """Start a process that outlives this one, with its output in a log file.
+
+    Args:
+        name: What people call it, in ``ps`` and ``stop``.
+        argv: Program and arguments.
+        kind: ``router``, ``node`` or ``launch``.
+        env: Its whole environment; by default that of this process.
+        ready_within_s: Wait, at most so many seconds, until the process calls
+            :func:`announce_ready`. None does not wait.
+
+    Raises:
+        TeleopctlError: The program cannot be started, or it reported a failure, ended or said
+            nothing in time instead of announcing that it is ready.
+    """
+    log_file = _new_log_file(name)
+    environment = dict(os.environ if env is None else env)
+    # It may be in our own environment, when this process has not announced itself yet.
+    environment.pop(_ANNOUNCE, None)
+    if ready_within_s is not None:
+        environment[_ANNOUNCE] = "1"
+    with log_file.open("ab") as log:
+        try:
+            child = subprocess.Popen(
+                list(argv),
+                stdin=subprocess.DEVNULL,
+                stdout=log if ready_within_s is None else subprocess.PIPE,
+                stderr=log,
+                env=environment,
+                text=True,
+                start_new_session=sys.platform != "win32",
+                creationflags=_CREATION_FLAGS,
+            )
+        except OSError as error:
+            raise TeleopctlError(f"Cannot start {argv[0]}: {error.strerror}.") from error
+    _children[child.pid] = child
+    if ready_within_s is not None:
+        try:
+            _await_ready(child, name, log_file, ready_within_s)
+        except BaseException:
+            child.kill()
+            child.wait()
+            raise
+    record = ProcessRecord(name, child.pid, _start_time(child.pid), tuple(argv), log_file, kind)
+    _write(record)
+    return record
+
+
+def announce_ready(failure: str | None = None) -> None:
+    """Tell whoever started this process in the background that it is up, or why it is not.
+
+    Does nothing in a process that nobody waits for. From here on, standard output goes to the log.
+    """
+    if os.environ.pop(_ANNOUNCE, None) is None:
+        return
+    # The starter may have given up waiting and closed its end.
+    with contextlib.suppress(OSError):
+        sys.stdout.write(f"{READY if failure is None else ' '.join(failure.split())}\n")
+        sys.stdout.flush()
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+
+def records() -> list[ProcessRecord]:
+    """The background processes that are alive, oldest first; records of others are removed."""
+    alive = []
+    for path in sorted(_records_dir().glob("*.json")):
+        record = _read(path)
+        if record is not None and _process(record) is not None:
+            alive.append(record)
+        else:
+            path.unlink(missing_ok=True)
+    return sorted(alive, key=lambda record: record.start_time)
+
+
+def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
+    """End a background process: SIGINT, then SIGTERM, then SIGKILL to it and its descendants.
+
+    Args:
+        record: The process; one that has ended meanwhile is no error.
+        patience_s: How long to wait, in seconds, before each harder signal.
+    """
+    import psutil
+
+    process = _process(record)
+    if process is not None:
+        # Windows has no interrupt that reaches a process without a common console.
+        gentle = [signal.SIGTERM] if os.name == "nt" else [signal.SIGINT, signal.SIGTERM]
+        with contextlib.suppress(psutil.NoSuchProcess):
+            for number in gentle:
+                process.send_signal(number)
+                if _wait(process, patience_s):
+                    break
+            else:
+                for member in [*process.children(recursive=True), process]:
+                    with contextlib.suppress(psutil.NoSuchProcess):
+                        member.kill()
+                _wait(process, patience_s)
+    _record_path(record.pid).unlink(missing_ok=True)
+
+
+def _await_ready(
+    child: "subprocess.Popen[str]", name: str, log_file: Path, timeout_s: float
+) -> None:
+    lines: list[str] = []
+    stream = child.stdout
+    assert stream is not None
+    # A pipe cannot be read with a deadline on every system; a thread can be waited for.
+    reader = threading.Thread(target=_read_line, args=(stream, lines), daemon=True)
+    reader.start()
+    reader.join(timeout_s)
+    if reader.is_alive():
+        raise TeleopctlError(
+            f"{name} was not ready within {timeout_s:g} s.", hint=f"Its output is in {log_file}."
+        )
+    stream.close()
+    line = lines[0] if lines else ""
+    if line == READY:
+        return
+    raise TeleopctlError(
+        line or f"{name} ended while it was starting.", hint=f"Its output is in {log_file}."
+    )
+
+
+def _read_line(stream: IO[str], lines: list[str]) -> None:
+    with contextlib.suppress(ValueError):
+        lines.append(stream.readline().strip())
+
+
+def _wait(process: "psutil.Process", timeout_s: float) -> bool:
+    """Wait for the end of a process; False when the time is up."""
+    import psutil
+
+    child = _children.get(process.pid)
+    try:
+        if child is not None:
+            child.wait(timeout_s)
+        elif sys.platform == "linux":
+            return _wait_on_linux(process.pid, timeout_s)
+        else:
+            process.wait(timeout_s)
+    except (psutil.TimeoutExpired, subprocess.TimeoutExpired):
+        return False
+    return True
+
+
+def _wait_on_linux(pid: int, timeout_s: float) -> bool:
+    # psutil would also wait until the parent has taken note of the end, which in a container
+    # without an init process is never.
+    try:
+        descriptor = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([descriptor], [], [], timeout_s)[0])
+    finally:
+        os.close(descriptor)
+
+
+def _process(record: ProcessRecord) -> "psutil.Process | None":
+    """The running process of a record, or None when it has ended."""
+    import psutil
+
+    child = _children.get(record.pid)
+    if child is not None and child.poll() is not None:
+        del _children[record.pid]
+        return None
+    try:
+        process = psutil.Process(record.pid)
+        same = abs(process.create_time() - record.start_time) < _SAME_START_S
+        return process if same and process.status() != psutil.STATUS_ZOMBIE else None
+    except psutil.NoSuchProcess:
+        return None
+
+
+def _start_time(pid: int) -> float:
+    import psutil
+
+    try:
+        return psutil.Process(pid).create_time()
+    except psutil.NoSuchProcess:
+        # It has ended already, which is for its log to explain.
+        return datetime.now().timestamp()
+
+
+def _records_dir() -> Path:
+    folder = runtime_dir() / "processes"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise TeleopctlError(
+            f"The folder {folder} for records of background processes cannot be made: "
+            f"{error.strerror}.",
+            hint="Set TELEOPCTL_RUNTIME_DIR to a folder that you may write to.",
+        ) from error
+    return folder
+
+
+def _record_path(pid: int) -> Path:
+    return _records_dir() / f"{pid}.json"
+
+
+def _write(record: ProcessRecord) -> None:
+    path = _record_path(record.pid)
+    entry = {**record._asdict(), "log_file": str(record.log_file)}
+    # Renaming is atomic: nobody reads half a record.
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, suffix=".new", delete=False, encoding="utf-8"
+    ) as file:
+        json.dump(entry, file)
+    Path(file.name).replace(path)
+
+
+def _read(path: Path) -> ProcessRecord | None:
+    try:
+        entry = json.loads(path.read_text(encoding="utf-8"))
+        return ProcessRecord(
+            str(entry["name"]),
+            int(entry["pid"]),
+            float(entry["start_time"]),
+            tuple(str(word) for word in entry["command"]),
+            Path(entry["log_file"]),
+            str(entry["kind"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _new_log_file(name: str) -> Path:
+    folder = logs_dir()
+    safe = "".join(c if c.isalnum() or c in "._-" else "_" for c in name)
+    stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TeleopctlError(
+            f"The folder {folder} for log files cannot be made: {error.strerror}.",
+            hint="Set ROS_LOG_DIR to a folder that you may write to.",
+        ) from error
+    return folder / f"{safe}-{stamp}-{os.getpid()}.log"

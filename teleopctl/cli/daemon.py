@@ -1,0 +1,63 @@
+"""``teleopctl daemon``: the router that introduces nodes to each other."""
+
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Group, Option, Verb
+
+GROUP = Group(
+    "Manage the router that introduces nodes to each other.",
+    {
+        "start": Verb(f"{__name__}:start", "Start the daemon if it is not running."),
+        "stop": Verb(f"{__name__}:stop", "Stop the daemon if it is running."),
+        "status": Verb(f"{__name__}:status", "Tell whether the daemon is running, and where."),
+    },
+)
+
+_AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
+
+
+def start(as_json: _AsJson = False) -> None:
+    """Start the daemon if it is not running."""
+    from teleopctl.wire.router import router_endpoint, start_router
+
+    started = start_router()
+    if as_json:
+        console.out_json({"started": started, "endpoint": router_endpoint()})
+    else:
+        console.out("The daemon has been started" if started else "The daemon is already running")
+
+
+def stop(as_json: _AsJson = False) -> None:
+    """Stop the daemon if it is running."""
+    from teleopctl.wire.router import router_endpoint, stop_router
+
+    stopped = stop_router()
+    if as_json:
+        console.out_json({"stopped": stopped, "endpoint": router_endpoint()})
+    else:
+        console.out("The daemon has been stopped" if stopped else "The daemon is not running")
+
+
+def status(as_json: _AsJson = False) -> None:
+    """Tell whether the daemon is running, and where."""
+    from teleopctl.wire.router import find_router, router_endpoint, router_is_running
+
+    running = router_is_running()
+    # A router that was started otherwise, rmw_zenohd for one, has no record.
+    record = find_router() if running else None
+    if as_json:
+        console.out_json(
+            {
+                "running": running,
+                "endpoint": router_endpoint(),
+                "pid": record.pid if record else None,
+                "log_file": str(record.log_file) if record else None,
+            }
+        )
+        return
+    console.out("The daemon is running" if running else "The daemon is not running")
+    console.out(f"Endpoint: {router_endpoint()}")
+    if record is not None:
+        console.out(f"Process: {record.pid}")
+        console.out(f"Log file: {record.log_file}")

@@ -1,0 +1,53 @@
+"""The 33 bytes that rmw_zenoh attaches to every sample, request and reply.
+
+An attachment tells the number of the message (per publisher or client, from 1 without gaps), the
+time at which it was sent and who sent it. Receivers written in C++ throw on a malformed one, so
+nothing but :func:`encode` may produce attachments.
+"""
+
+import struct
+from typing import NamedTuple
+
+GID_SIZE = 16
+"""Bytes in the identity of an endpoint."""
+
+_LAYOUT = struct.Struct("<qqB16s")
+_LEGACY_SIZE = 77
+_LEGACY_FIRST_BYTE = 0x0F
+
+
+class Attachment(NamedTuple):
+    """Number, source time (nanoseconds since the Unix epoch) and sender of one message."""
+
+    sequence: int
+    time_ns: int
+    gid: bytes
+
+
+def encode(sequence: int, time_ns: int, gid: bytes) -> bytes:
+    """Return the attachment of one message.
+
+    Args:
+        sequence: Number of the message; a reply repeats that of its request.
+        time_ns: When it was sent, in nanoseconds since the Unix epoch.
+        gid: The 16 bytes of the sender's identity; a reply repeats those of its request.
+
+    Raises:
+        ValueError: The identity does not have 16 bytes.
+    """
+    if len(gid) != GID_SIZE:
+        raise ValueError(f"a GID has {GID_SIZE} bytes, not {len(gid)}")
+    return _LAYOUT.pack(sequence, time_ns, GID_SIZE, gid)
+
+
+def decode(data: bytes) -> Attachment | None:
+    """Read an attachment, or return None for anything that is not one."""
+    if len(data) != _LAYOUT.size:
+        return None
+    sequence, time_ns, gid_size, gid = _LAYOUT.unpack(data)
+    return Attachment(sequence, time_ns, gid) if gid_size == GID_SIZE else None
+
+
+def is_legacy(data: bytes) -> bool:
+    """Tell whether the sender is an rmw_zenoh from before April 2025, which has to be upgraded."""
+    return len(data) == _LEGACY_SIZE and data[0] == _LEGACY_FIRST_BYTE

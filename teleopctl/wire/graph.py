@@ -1,0 +1,245 @@
+"""The ROS graph as the liveliness tokens of a domain tell it.
+
+Nothing is stored or cached between processes: :func:`query_graph` asks once, a
+:class:`GraphWatcher` follows the changes. Both give a :class:`Graph`, a snapshot with ROS's own
+questions as methods.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+
+import zenoh
+
+from teleopctl.wire.keys import liveliness_key
+from teleopctl.wire.session import domain_id
+from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token
+
+_NodeKey = tuple[str, str, str, int]
+
+
+def is_hidden_name(name: str) -> bool:
+    """Whether ROS tools leave out a topic or service: a part of its name starts with ``_``."""
+    return "/_" in name or name.startswith("_")
+
+
+class NodeEntry:
+    """One node of the graph, with the endpoints that it has at the moment of the snapshot."""
+
+    __slots__ = ("enclave", "endpoints", "name", "namespace", "nid", "zid")
+
+    def __init__(self, token: NodeToken | EndpointToken) -> None:
+        self.name = token.node
+        self.namespace = token.namespace
+        self.enclave = token.enclave
+        self.zid = token.zid
+        self.nid = token.nid
+        self.endpoints: list[EndpointToken] = []
+
+    @property
+    def full_name(self) -> str:
+        """Namespace and name, ``/ns/node``."""
+        return join_name(self.namespace, self.name)
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether ROS tools leave the node out: its name starts with ``_``."""
+        return self.name.startswith("_")
+
+    def of_kind(self, kind: EntityKind) -> list[EndpointToken]:
+        """The node's endpoints of one kind, sorted by name."""
+        return sorted((e for e in self.endpoints if e.kind is kind), key=_by_name)
+
+
+class Graph:
+    """What was in one domain at one moment; it does not change.
+
+    ``nodes`` holds one entry for each namespace, name, session and id, so that a name that two
+    processes use occurs twice. ``endpoints`` holds every publisher, subscription, service server
+    and service client.
+    """
+
+    __slots__ = ("_by_kind", "endpoints", "nodes")
+
+    def __init__(self, tokens: Iterable[NodeToken | EndpointToken] = ()) -> None:
+        nodes: dict[_NodeKey, NodeEntry] = {}
+        endpoints: list[EndpointToken] = []
+        by_kind: dict[EntityKind, dict[str, list[EndpointToken]]] = {k: {} for k in EntityKind}
+        for token in tokens:
+            key = _node_key(token)
+            # Tokens come in any order: an endpoint may be here before the node that owns it.
+            node = nodes.get(key)
+            if node is None:
+                node = nodes[key] = NodeEntry(token)
+            if isinstance(token, EndpointToken):
+                node.endpoints.append(token)
+                endpoints.append(token)
+                by_kind[token.kind].setdefault(token.name, []).append(token)
+        self.nodes: tuple[NodeEntry, ...] = tuple(nodes.values())
+        self.endpoints: tuple[EndpointToken, ...] = tuple(endpoints)
+        self._by_kind = by_kind
+
+    def node_names(self, include_hidden: bool = False) -> list[str]:
+        """The full names of all nodes, sorted; a name used twice is listed twice."""
+        return sorted(n.full_name for n in self.nodes if include_hidden or not n.is_hidden)
+
+    def find_node(self, full_name: str) -> NodeEntry | None:
+        """The first node of that full name (``/ns/node``), or None."""
+        return next((n for n in self.nodes if n.full_name == full_name), None)
+
+    def topic_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
+        """Every topic that is published or subscribed to, with its types, sorted."""
+        return self._names_and_types((EntityKind.MP, EntityKind.MS), include_hidden)
+
+    def service_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
+        """Every service that has a server or a client, with its types, sorted."""
+        return self._names_and_types((EntityKind.SS, EntityKind.SC), include_hidden)
+
+    def publishers(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
+        """The publishers of a topic (``/ns/topic``), of one type or of all."""
+        return self._of(EntityKind.MP, topic, type_name)
+
+    def subscriptions(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
+        """The subscriptions to a topic, of one type or of all."""
+        return self._of(EntityKind.MS, topic, type_name)
+
+    def servers(self, service: str, type_name: str | None = None) -> list[EndpointToken]:
+        """The servers of a service, of one type or of all."""
+        return self._of(EntityKind.SS, service, type_name)
+
+    def clients(self, service: str, type_name: str | None = None) -> list[EndpointToken]:
+        """The clients of a service, of one type or of all."""
+        return self._of(EntityKind.SC, service, type_name)
+
+    def _of(self, kind: EntityKind, name: str, type_name: str | None) -> list[EndpointToken]:
+        found = self._by_kind[kind].get(name, [])
+        return [e for e in found if type_name is None or e.type_name == type_name]
+
+    def _names_and_types(
+        self, kinds: tuple[EntityKind, ...], include_hidden: bool
+    ) -> list[tuple[str, list[str]]]:
+        types: dict[str, set[str]] = {}
+        for kind in kinds:
+            for name, endpoints in self._by_kind[kind].items():
+                if include_hidden or not is_hidden_name(name):
+                    types.setdefault(name, set()).update(e.type_name for e in endpoints)
+        return [(name, sorted(types[name])) for name in sorted(types)]
+
+
+def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: float = 5.0) -> Graph:
+    """Ask for all tokens of a domain at once.
+
+    Args:
+        session: A client session sees all that the router knows; a peer, all whom it has met.
+        domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
+        timeout_s: Upper bound in seconds; without disturbance the answer takes a millisecond.
+    """
+    key = liveliness_key(domain_id() if domain is None else domain)
+    replies = session.liveliness().get(key, timeout=timeout_s)
+    return Graph(_tokens(replies))
+
+
+def _tokens(replies: Iterable[zenoh.Reply]) -> Iterator[NodeToken | EndpointToken]:
+    seen = set()
+    for reply in replies:
+        text = str(reply.ok.key_expr) if reply.ok is not None else ""
+        # More than one router, or a router and a peer, may know the same token.
+        if text not in seen:
+            seen.add(text)
+            token = parse_token(text)
+            if token is not None:
+                yield token
+
+
+class GraphWatcher:
+    """Follows the graph of one domain; every method may be called from any thread.
+
+    Args:
+        session: The session to listen with; it stays open when the watcher closes.
+        domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
+        on_change: Called without arguments after each change, on the transport's thread: it must
+            be quick and must not raise.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        domain: int | None = None,
+        on_change: Callable[[], None] | None = None,
+    ) -> None:
+        # Imported here because a single query does without it.
+        import threading
+
+        self._changed = threading.Condition()
+        self._tokens: dict[str, NodeToken | EndpointToken] = {}
+        self._graph: Graph | None = None
+        self._closed = False
+        self._on_change = on_change
+        self._subscriber = session.liveliness().declare_subscriber(
+            liveliness_key(domain_id() if domain is None else domain), self._note, history=True
+        )
+
+    def snapshot(self) -> Graph:
+        """The graph as far as this session has heard of it."""
+        with self._changed:
+            return self._snapshot()
+
+    def wait_for(self, predicate: Callable[[Graph], bool], timeout_s: float | None = None) -> bool:
+        """Wait until the graph satisfies a predicate.
+
+        Args:
+            predicate: Asked at once and after each change, with a snapshot.
+            timeout_s: Upper bound in seconds; None waits for ever.
+
+        Returns:
+            Whether it was satisfied; False when the time is up or the watcher is closed.
+        """
+        with self._changed:
+            satisfied = self._changed.wait_for(
+                lambda: self._closed or predicate(self._snapshot()), timeout_s
+            )
+            return not self._closed and bool(satisfied)
+
+    def close(self) -> None:
+        """Stop following; whoever waits returns. Closing twice does no harm."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify_all()
+        # Not under the lock: a callback may be waiting for it.
+        self._subscriber.undeclare()
+
+    def _snapshot(self) -> Graph:
+        if self._graph is None:
+            self._graph = Graph(self._tokens.values())
+        return self._graph
+
+    def _note(self, sample: zenoh.Sample) -> None:
+        text = str(sample.key_expr)
+        token = parse_token(text)
+        if token is None:
+            return
+        with self._changed:
+            if sample.kind == zenoh.SampleKind.PUT:
+                self._tokens[text] = token
+            else:
+                self._tokens.pop(text, None)
+                if isinstance(token, NodeToken):
+                    self._drop_endpoints(token)
+            self._graph = None
+            self._changed.notify_all()
+        if self._on_change is not None:
+            self._on_change()
+
+    def _drop_endpoints(self, node: NodeToken) -> None:
+        """A node takes its endpoints along; their own tokens may go later."""
+        key = _node_key(node)
+        for text in [t for t, token in self._tokens.items() if _node_key(token) == key]:
+            del self._tokens[text]
+
+
+def _node_key(token: NodeToken | EndpointToken) -> _NodeKey:
+    return (token.namespace, token.node, token.zid, token.nid)
+
+
+def _by_name(endpoint: EndpointToken) -> str:
+    return endpoint.name

@@ -1,0 +1,118 @@
+"""Wait until a new peer is connected to the router and to the peers that are already there.
+
+A Zenoh peer learns of the others from the router, after its session has opened. Whatever it
+publishes before that is lost to them without a trace. The router's administration space lists who
+is connected to it, and Zenoh reports each connection as it comes about: together they tell when a
+new peer has met everybody.
+"""
+
+import json
+import logging
+import os
+import threading
+import time
+from typing import cast
+
+import zenoh
+
+from teleopctl.wire.config import router_endpoint
+
+LONGEST_WAIT_S = 0.5
+"""No longer than Zenoh's own wait: a peer that left without a word is listed for a while."""
+
+_ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
+
+
+def introduce(session: zenoh.Session) -> None:
+    """Let a new peer meet the others; warn when there is no router to introduce it.
+
+    ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is honoured as by a ROS process: how many seconds to wait for a
+    router, 0 for ever, a negative number not at all.
+    """
+    patience_s = _router_patience_s()
+    if patience_s is not None and patience_s < 0:
+        return
+    if not meet_peers(session, patience_s) and not session.info.routers_zid():
+        logging.getLogger(__name__).warning(
+            "No router answers at %s. Going on without one: other processes become visible as "
+            "soon as it runs ('teleopctl daemon start').",
+            router_endpoint(),
+        )
+
+
+def meet_peers(
+    session: zenoh.Session,
+    router_within_s: float | None = LONGEST_WAIT_S,
+    peers_within_s: float = LONGEST_WAIT_S,
+) -> bool:
+    """Return once the session is connected to all peers of its router, or after the time is up.
+
+    Args:
+        session: A session in peer mode.
+        router_within_s: How long to wait for the router at most, in seconds; None for ever.
+        peers_within_s: How long to wait for the peers after that, in seconds.
+
+    Returns:
+        Whether everybody has been met.
+    """
+    changed = threading.Condition()
+    connected: dict[str, str] = {}
+
+    def note(event: zenoh.TransportEvent) -> None:
+        with changed:
+            if event.kind == zenoh.SampleKind.PUT:
+                connected[str(event.transport.zid)] = str(event.transport.whatami)
+            else:
+                connected.pop(str(event.transport.zid), None)
+            changed.notify_all()
+
+    with session.info.declare_transport_events_listener(note, history=True):
+        with changed:
+            if not changed.wait_for(lambda: "router" in connected.values(), router_within_s):
+                return False
+            router = next(zid for zid, role in connected.items() if role == "router")
+        deadline = time.monotonic() + peers_within_s
+        others = _peers_of(session, router, peers_within_s)
+        others.discard(str(session.zid()))
+        with changed:
+            return changed.wait_for(
+                lambda: others <= connected.keys(), max(0.0, deadline - time.monotonic())
+            )
+
+
+def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:
+    """Ask a router for the identities of the peers that are connected to it."""
+    offered = threading.Event()
+
+    def note(status: zenoh.MatchingStatus) -> None:
+        if status.matching:
+            offered.set()
+
+    with session.declare_querier(f"@/{router}/router", timeout=timeout_s) as querier:
+        querier.declare_matching_listener(note)
+        # A query sent before the router has told what it offers would end without an answer.
+        if not cast(zenoh.MatchingStatus, querier.matching_status).matching:
+            offered.wait(timeout_s)
+        for reply in querier.get():
+            if reply.ok is not None:
+                return _listed_peers(reply.ok.payload.to_bytes())
+    return set()
+
+
+def _listed_peers(report: bytes) -> set[str]:
+    """Read the peers out of a router's report; a report of another form lists none."""
+    try:
+        sessions = json.loads(report)["sessions"]
+        return {entry["peer"] for entry in sessions if entry["whatami"] == "peer"}
+    except (ValueError, KeyError, TypeError):
+        return set()
+
+
+def _router_patience_s() -> float | None:
+    """How long to wait for a router, in seconds; None for ever, negative not at all."""
+    try:
+        attempts = int(os.environ.get(_ATTEMPTS, ""))
+    except ValueError:
+        return LONGEST_WAIT_S
+    # ROS looks once a second; here the connection itself ends the wait.
+    return float(attempts) if attempts else None

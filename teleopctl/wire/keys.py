@@ -1,0 +1,72 @@
+"""Zenoh key expressions of topics and services.
+
+A topic or service lives on ``<domain>/<name>/<dds type>/<type hash>``; the slashes inside its name
+are Zenoh levels. Two ends exchange data only when the whole key is equal, the hash included.
+"""
+
+from typing import NamedTuple
+
+from teleopctl.interfaces.typenames import from_dds, to_dds
+
+ANY_HASH = "*"
+"""In place of a type hash: receive every version of a type, that of ROS 2 Humble included."""
+
+LIVELINESS_PREFIX = "@ros2_lv"
+
+_BUFFER_KEY = "_buf"
+_CPU_BUFFER_KEY = "_buf_cpu"
+
+
+class TopicKey(NamedTuple):
+    """What a data key says about the sample that came on it."""
+
+    domain: int
+    name: str
+    type_name: str
+    type_hash: str
+
+
+def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
+    """Return the key of a topic or service.
+
+    Args:
+        domain: ROS domain.
+        name: Fully qualified name, ``/robot1/chatter``.
+        type_name: ROS name of the type, ``std_msgs/msg/String``; for a service that of the service.
+        type_hash: ``RIHS01_…``, or :data:`ANY_HASH` to subscribe to every version of the type.
+    """
+    # One slash at either end is dropped, not all of them: that is what the other side does.
+    name = name.removeprefix("/").removesuffix("/")
+    return f"{domain}/{name}/{to_dds(type_name)}/{type_hash}"
+
+
+def parse_topic_key(text: str) -> TopicKey | None:
+    """Take a data key apart, or return None for a key of another form.
+
+    The extra levels on which ROS 2 Lyrical sends messages to buffer-aware subscribers are dropped.
+    """
+    chunks = text.split("/")
+    if chunks[-1] == _CPU_BUFFER_KEY:
+        del chunks[-1]
+    elif len(chunks) > 1 and chunks[-2] == _BUFFER_KEY:
+        del chunks[-2:]
+    if len(chunks) < 4 or not all(chunks):
+        return None
+    domain = decimal(chunks[0])
+    if domain is None:
+        return None
+    return TopicKey(domain, "/" + "/".join(chunks[1:-2]), from_dds(chunks[-2]), chunks[-1])
+
+
+def liveliness_key(domain: int) -> str:
+    """Return the key expression that matches every token of a ROS domain."""
+    # The domain is spelled out because a wildcard does not match the verbatim prefix.
+    return f"{LIVELINESS_PREFIX}/{domain}/**"
+
+
+def decimal(text: str) -> int | None:
+    """Read a plain decimal number of at most 20 digits, or return None."""
+    # int() would also take signs, blanks, underscores and the digits of every script.
+    if 0 < len(text) <= 20 and text.isascii() and text.isdigit():
+        return int(text)
+    return None

@@ -1,0 +1,185 @@
+"""Liveliness tokens: what makes a Zenoh process a node of the ROS graph.
+
+Every node, publisher, subscription, service server and service client declares one token, whose
+key says all that ROS knows about it. Names and types are held here in their ROS form
+(``/robot1/chatter``, ``std_msgs/msg/String``) and mangled only in the text.
+"""
+
+from enum import StrEnum
+from typing import NamedTuple
+
+from teleopctl.interfaces.typenames import from_dds, to_dds
+from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
+from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
+
+_BACKENDS = "backends:"
+_NODE_CHUNKS = 9
+_ENDPOINT_CHUNKS = 13
+_LONGEST_TOKEN = 8192
+# Characters that Zenoh forbids in a key or reads as a wildcard, and the separator of chunks.
+_FORBIDDEN = frozenset("/#?$*")
+
+
+class EntityKind(StrEnum):
+    """What a token stands for: node, publisher, subscription, service server, service client."""
+
+    NN = "NN"
+    MP = "MP"
+    MS = "MS"
+    SS = "SS"
+    SC = "SC"
+
+
+class NodeToken(NamedTuple):
+    """A node: session, id in the session, enclave, namespace (``/`` or ``/ns``) and name.
+
+    ``text`` is the token as it was received; it is empty in a token that was not parsed.
+    """
+
+    domain: int
+    zid: str
+    nid: int
+    enclave: str
+    namespace: str
+    node: str
+    text: str = ""
+
+    @property
+    def full_name(self) -> str:
+        """Namespace and name, ``/ns/node``."""
+        return join_name(self.namespace, self.node)
+
+
+class EndpointToken(NamedTuple):
+    """A publisher, subscription, service server or service client of a node.
+
+    ``backends`` is the list of buffer backends that ROS 2 Lyrical appends for some message types
+    (``cpu:``), None elsewhere. ``text`` is the token as it was received; it is empty in a token
+    that was not parsed.
+    """
+
+    domain: int
+    zid: str
+    nid: int
+    eid: int
+    kind: EntityKind
+    enclave: str
+    namespace: str
+    node: str
+    name: str
+    type_name: str
+    type_hash: str
+    qos: EndpointQos
+    backends: str | None = None
+    text: str = ""
+
+    @property
+    def full_name(self) -> str:
+        """Namespace and name of the node, ``/ns/node``."""
+        return join_name(self.namespace, self.node)
+
+    @property
+    def gid(self) -> bytes:
+        """The 16 bytes by which the endpoint is known in attachments."""
+        return gid(self.text or format_token(self))
+
+
+def join_name(namespace: str, name: str) -> str:
+    """Return the fully qualified name of a node: ``/`` and ``talker`` make ``/talker``."""
+    return f"{namespace.rstrip('/')}/{name}"
+
+
+def format_token(token: NodeToken | EndpointToken) -> str:
+    """Return the text of a token, to be declared with Zenoh.
+
+    Raises:
+        ValueError: A part is empty or holds a character that has no place in a Zenoh key, so that
+            receivers would reject or misread the token.
+    """
+    endpoint = token if isinstance(token, EndpointToken) else None
+    chunks = [
+        LIVELINESS_PREFIX,
+        str(token.domain),
+        token.zid,
+        str(token.nid),
+        str(endpoint.eid if endpoint else token.nid),
+        endpoint.kind.value if endpoint else EntityKind.NN.value,
+        _mangle(token.enclave),
+        _mangle(token.namespace),
+        token.node,
+    ]
+    if endpoint is not None:
+        chunks += [
+            _mangle(endpoint.name),
+            to_dds(endpoint.type_name),
+            endpoint.type_hash,
+            format_qos(endpoint.qos),
+        ]
+        if endpoint.backends is not None:
+            chunks.append(_BACKENDS + endpoint.backends)
+    for chunk in chunks:
+        if not chunk or not _FORBIDDEN.isdisjoint(chunk):
+            raise ValueError(f"{chunk!r} cannot be a part of a liveliness token")
+    return "/".join(chunks)
+
+
+def parse_token(text: str) -> NodeToken | EndpointToken | None:
+    """Read a token, or return None for a text that is not one; never raises.
+
+    Everything but the text comes from other processes, so its size and form are checked.
+    """
+    if len(text) > _LONGEST_TOKEN:
+        return None
+    chunks = text.split("/")
+    if len(chunks) < _NODE_CHUNKS or chunks[0] != LIVELINESS_PREFIX or "" in chunks:
+        return None
+    domain, nid, eid = decimal(chunks[1]), decimal(chunks[3]), decimal(chunks[4])
+    if domain is None or nid is None or eid is None:
+        return None
+    zid, kind = chunks[2], _KINDS.get(chunks[5])
+    enclave, namespace, node = _demangle(chunks[6]), _demangle(chunks[7]), chunks[8]
+    if kind is EntityKind.NN:
+        return NodeToken(domain, zid, nid, enclave, namespace, node, text)
+    if kind is None or len(chunks) < _ENDPOINT_CHUNKS:
+        return None
+    qos = parse_qos(chunks[12])
+    if qos is None:
+        return None
+    backends = None
+    if len(chunks) > _ENDPOINT_CHUNKS and chunks[13].startswith(_BACKENDS):
+        backends = chunks[13].removeprefix(_BACKENDS)
+    return EndpointToken(
+        domain,
+        zid,
+        nid,
+        eid,
+        kind,
+        enclave,
+        namespace,
+        node,
+        _demangle(chunks[9]),
+        from_dds(chunks[10]),
+        chunks[11],
+        qos,
+        backends,
+        text,
+    )
+
+
+def gid(token_text: str) -> bytes:
+    """Return the identity of the endpoint that declares exactly this token, 16 bytes."""
+    # Only publishers and verbose listings need it, so that a plain listing does not load the hash.
+    import xxhash
+
+    return xxhash.xxh3_128_digest(token_text.encode())[::-1]
+
+
+_KINDS = {kind.value: kind for kind in EntityKind}
+
+
+def _mangle(name: str) -> str:
+    return name.replace("/", "%")
+
+
+def _demangle(text: str) -> str:
+    return text.replace("%", "/")

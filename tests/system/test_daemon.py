@@ -1,0 +1,139 @@
+import json
+import os
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from teleopctl import background
+from teleopctl.wire.graph import GraphWatcher
+from teleopctl.wire.router import _listen_endpoints, find_router, router_is_running
+from teleopctl.wire.session import open_session
+from tests.processes import LONGEST_WAIT_S, eventually
+
+
+def test_starting_stopping_and_asking_say_what_ros_says(ros_without_router):
+    ros = ros_without_router
+    status = ros.run("daemon status")
+    assert status.stdout.splitlines()[0] == "The daemon is not running"
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+    status = ros.run("daemon status")
+    assert status.stdout.splitlines()[:2] == ["The daemon is running", f"Endpoint: {ros.router}"]
+    assert router_is_running()
+    assert ros.run("daemon stop").stdout == "The daemon has been stopped\n"
+    assert not router_is_running()
+    assert ros.run("daemon stop").stdout == "The daemon is not running\n"
+    assert status.returncode == 0
+
+
+def test_json_names_endpoint_and_process(ros):
+    status = json.loads(ros.run("daemon status --json").stdout)
+    record = find_router()
+    assert status["running"] is True
+    assert status["endpoint"] == ros.router
+    assert status["pid"] == record.pid
+    assert status["log_file"] == str(record.log_file)
+
+
+def test_many_commands_starting_it_at_once_end_with_one_router(ros_without_router):
+    ros = ros_without_router
+    starters = [ros.spawn("daemon start") for _ in range(4)]
+    assert [starter.wait() for starter in starters] == [0, 0, 0, 0], [s.stderr for s in starters]
+    said = [starter.stdout for starter in starters]
+    assert said.count("The daemon has been started\n") == 1
+    assert said.count("The daemon is already running\n") == 3
+    assert [r.kind for r in background.records()] == ["router"]
+    assert router_is_running()
+
+
+def test_a_port_held_by_another_program_is_reported_with_what_to_do(ros_without_router):
+    ros = ros_without_router
+    with socket.create_server(("127.0.0.1", ros.port)):
+        result = ros.run("daemon start")
+    assert result.returncode == 1
+    assert result.stdout == ""
+    assert f"Port {ros.port} is taken by" in result.stderr
+    assert f"pid {os.getpid()}" in result.stderr
+    assert "TELEOPCTL_ROUTER=tcp/127.0.0.1:" in result.stderr
+
+
+def test_a_router_started_otherwise_serves_but_is_not_stopped(ros_without_router):
+    ros = ros_without_router
+    foreign = ros.spawn_module("teleopctl.wire.router")
+    eventually(router_is_running, what="an answer of the router")
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+    result = ros.run("daemon stop")
+    assert result.returncode == 1
+    assert "was not started by" in result.stderr
+    foreign.interrupt()
+    assert foreign.wait() == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGTERM that can be handled")
+def test_a_router_in_the_foreground_ends_cleanly_on_sigterm(ros_without_router):
+    router = ros_without_router.spawn_module("teleopctl.wire.router")
+    eventually(router_is_running, what="an answer of the router")
+    router.terminate()
+    assert router.wait() == 0
+    assert router.stderr == ""
+
+
+def test_the_router_outlives_the_terminal_that_started_it(ros_without_router):
+    ros = ros_without_router
+    ros.run("daemon start")
+    record = find_router()
+    if os.name != "nt":
+        assert os.getsid(record.pid) != os.getsid(0)
+    assert record.log_file.exists()
+    assert router_is_running()
+
+
+def test_a_killed_router_leaves_no_record(ros_without_router):
+    ros = ros_without_router
+    ros.run("daemon start")
+    kill = "import psutil, sys; psutil.Process(int(sys.argv[1])).kill()"
+    subprocess.run([sys.executable, "-c", kill, str(find_router().pid)], check=True)
+    eventually(lambda: find_router() is None, what="the end of the router")
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+
+
+def test_a_router_of_another_machine_is_not_started_here(ros_without_router):
+    ros = ros_without_router
+    ros.env["TELEOPCTL_ROUTER"] = "tcp/192.0.2.1:7447"
+    result = ros.run("daemon start")
+    assert result.returncode == 1
+    assert "192.0.2.1 is not an address of this machine" in result.stderr
+
+
+def test_a_router_that_cannot_start_says_why_and_where_its_log_is(ros_without_router):
+    ros = ros_without_router
+    ros.env["ZENOH_CONFIG_OVERRIDE"] = 'listen/endpoints=["tcp/192.0.2.1:7447"]'
+    result = ros.run("daemon start")
+    assert result.returncode == 1
+    assert "The router cannot start" in result.stderr
+    assert "192.0.2.1" in result.stderr
+    assert str(ros.folder / "log") in result.stderr
+
+
+def test_it_is_on_every_loopback_address_and_on_no_other():
+    assert _listen_endpoints("tcp/localhost:7447") == [
+        "tcp/127.0.0.1:7447",
+        "tcp/[::1]:7447#exit_on_failure=false",
+    ]
+    assert _listen_endpoints("tcp/0.0.0.0:7447") == ["tcp/0.0.0.0:7447"]
+    assert _listen_endpoints("quic/robot:7447") == ["quic/robot:7447"]
+
+
+def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ros):
+    program = ros.spawn_module("tests.wire.token_holder", [str(ros.domain), "steady"])
+    program.wait_for_line("declared")
+    with open_session("client") as session:
+        watcher = GraphWatcher(session)
+        assert watcher.wait_for(lambda graph: graph.find_node("/steady"), LONGEST_WAIT_S)
+        ros.run("daemon stop")
+        assert watcher.wait_for(lambda graph: not graph.nodes, LONGEST_WAIT_S)
+        ros.run("daemon start")
+        assert watcher.wait_for(lambda graph: graph.find_node("/steady"), LONGEST_WAIT_S)
+        watcher.close()

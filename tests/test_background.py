@@ -1,0 +1,195 @@
+import os
+import subprocess
+import sys
+
+import psutil
+import pytest
+
+from teleopctl import background
+from teleopctl.errors import TeleopctlError
+from tests.processes import LONGEST_WAIT_S, eventually
+
+SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
+ANNOUNCER = """
+import sys, time
+from teleopctl.background import announce_ready
+print("to the log", file=sys.stderr, flush=True)
+announce_ready({failure})
+print("from now on to the log as well", flush=True)
+time.sleep(600)
+"""
+
+
+def announcer(failure=None):
+    return [sys.executable, "-c", ANNOUNCER.format(failure=repr(failure))]
+
+
+@pytest.fixture(autouse=True)
+def _isolated(ros_without_router):
+    """Records and logs of their own, everything ended afterwards."""
+
+
+def test_what_was_started_is_on_record_until_it_is_stopped():
+    record = background.start("sleeper", SLEEPER, kind="node")
+    assert background.records() == [record]
+    assert record.name == "sleeper"
+    assert record.command == tuple(SLEEPER)
+    assert record.kind == "node"
+    assert record.start_time == pytest.approx(psutil.Process(record.pid).create_time())
+    background.stop(record)
+    assert background.records() == []
+    assert not psutil.pid_exists(record.pid)
+
+
+def test_output_goes_to_a_log_file_of_its_own(ros_without_router):
+    speaker = [sys.executable, "-c", "print('out'); import sys; sys.stderr.write('err')"]
+    records = [background.start("a/b speaker", speaker, kind="node") for _ in range(2)]
+    eventually(lambda: not background.records(), what="their end")
+    assert records[0].log_file != records[1].log_file
+    for record in records:
+        assert record.log_file.parent == ros_without_router.folder / "log"
+        assert sorted(record.log_file.read_text().split()) == ["err", "out"]
+
+
+def test_several_of_one_name_are_listed_oldest_first():
+    started = [background.start("twin", SLEEPER, kind="node") for _ in range(3)]
+    listed = background.records()
+    assert {record.pid for record in listed} == {record.pid for record in started}
+    assert [r.start_time for r in listed] == sorted(r.start_time for r in listed)
+
+
+def test_another_process_with_the_same_pid_is_not_ours():
+    record = background.start("sleeper", SLEEPER, kind="node")
+    impostor = record._replace(start_time=record.start_time - 100)
+    background._write(impostor)
+    assert background.records() == []
+    background.stop(impostor)
+    assert psutil.pid_exists(record.pid)
+    psutil.Process(record.pid).kill()
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"pid": "x"}', "\0"])
+def test_a_damaged_record_is_removed(content):
+    path = background._records_dir() / "1.json"
+    path.write_text(content)
+    assert background.records() == []
+    assert not path.exists()
+
+
+def test_a_process_that_was_killed_leaves_no_record():
+    record = background.start("sleeper", SLEEPER, kind="node")
+    psutil.Process(record.pid).kill()
+    eventually(lambda: background.records() == [], what="its end")
+
+
+def test_stopping_what_has_ended_does_no_harm():
+    record = background.start("sleeper", SLEEPER, kind="node")
+    background.stop(record)
+    background.stop(record)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to ignore")
+def test_what_ignores_the_signals_is_killed_with_its_children():
+    stubborn = """
+import signal, subprocess, sys, time
+from teleopctl.background import announce_ready
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+announce_ready()
+time.sleep(600)
+"""
+    record = background.start(
+        "stubborn", [sys.executable, "-c", stubborn], kind="node", ready_within_s=LONGEST_WAIT_S
+    )
+    (child,) = psutil.Process(record.pid).children()
+    background.stop(record, patience_s=0.1)
+    assert background.records() == []
+    eventually(
+        lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE,
+        what="the end of the child",
+    )
+
+
+def test_starting_waits_until_the_process_says_that_it_is_ready():
+    record = background.start("announcer", announcer(), kind="node", ready_within_s=LONGEST_WAIT_S)
+    eventually(lambda: "as well" in record.log_file.read_text(), what="output in the log")
+    assert record.log_file.read_text().startswith("to the log")
+    assert background.READY not in record.log_file.read_text().splitlines()
+
+
+def test_a_failure_to_start_is_reported_in_the_words_of_the_process():
+    with pytest.raises(TeleopctlError, match="there is no robot") as failure:
+        background.start(
+            "announcer",
+            announcer("there is no\nrobot"),
+            kind="node",
+            ready_within_s=LONGEST_WAIT_S,
+        )
+    assert "log" in failure.value.hint
+    assert background.records() == []
+
+
+def test_an_end_before_it_is_ready_is_reported_with_the_log():
+    with pytest.raises(TeleopctlError, match="ended while it was starting") as failure:
+        background.start(
+            "broken",
+            [sys.executable, "-c", "raise SystemExit('gone')"],
+            kind="node",
+            ready_within_s=LONGEST_WAIT_S,
+        )
+    (log_file,) = background.logs_dir().iterdir()
+    assert str(log_file) in failure.value.hint
+    assert log_file.read_text() == "gone\n"
+
+
+def test_silence_is_ended_when_the_time_is_up():
+    with pytest.raises(TeleopctlError, match=r"not ready within 0\.2 s"):
+        background.start("silent", SLEEPER, kind="node", ready_within_s=0.2)
+    assert background.records() == []
+
+
+def test_a_program_that_does_not_exist_is_named():
+    with pytest.raises(TeleopctlError, match="no-such-program"):
+        background.start("x", ["/no-such-program"], kind="node")
+    assert background.records() == []
+
+
+def test_announcing_in_the_foreground_changes_nothing():
+    result = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "from teleopctl.background import announce_ready as a; a(); print(1)",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert result.stdout == "1\n"
+
+
+def test_logs_are_where_ros_puts_them(monkeypatch, tmp_path):
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "here"))
+    assert background.logs_dir() == tmp_path / "here"
+    monkeypatch.delenv("ROS_LOG_DIR")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    assert background.logs_dir() == tmp_path / "home" / "log"
+    monkeypatch.delenv("ROS_HOME")
+    assert background.logs_dir().parts[-2:] == (".ros", "log")
+
+
+def test_records_are_in_the_users_runtime_folder(monkeypatch):
+    monkeypatch.delenv("TELEOPCTL_RUNTIME_DIR")
+    assert "teleopctl" in str(background.runtime_dir())
+
+
+def test_a_folder_that_cannot_be_made_is_an_error_that_names_the_variable(monkeypatch, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(file))
+    with pytest.raises(TeleopctlError) as failure:
+        background.records()
+    assert "TELEOPCTL_RUNTIME_DIR" in failure.value.hint
+    # So that the environment can be taken down.
+    monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "runtime"))

@@ -1,0 +1,259 @@
+import threading
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from teleopctl.wire.graph import Graph, GraphWatcher, is_hidden_name, query_graph
+from teleopctl.wire.qos import EndpointQos
+from teleopctl.wire.session import open_session
+from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, format_token
+from tests.processes import LONGEST_WAIT_S
+from tests.wire.test_tokens import ENDPOINT_TOKENS, NODE_TOKENS
+
+DOMAIN = 7
+
+
+def node(name="talker", namespace="/", *, zid="a1", nid=0):
+    return NodeToken(DOMAIN, zid, nid, "/", namespace, name)
+
+
+def endpoint(kind, name, type_name="std_msgs/msg/String", *, of=None, eid=1, type_hash="RIHS01_0"):
+    owner = of or node()
+    return EndpointToken(
+        DOMAIN, owner.zid, owner.nid, eid, EntityKind(kind), "/", owner.namespace, owner.node,
+        name, type_name, type_hash, EndpointQos(depth=10),
+    )  # fmt: skip
+
+
+def names(found):
+    return [(e.full_name, e.name) for e in found]
+
+
+def test_an_empty_domain_has_nothing():
+    graph = Graph()
+    assert graph.node_names() == []
+    assert graph.topic_names_and_types() == []
+    assert graph.publishers("/chatter") == []
+    assert graph.find_node("/talker") is None
+
+
+def test_nodes_are_listed_by_full_name_and_as_often_as_they_are_there():
+    graph = Graph(
+        [node(), node("talker", "/b"), node("talker", "/b", zid="b2"), node("_ros2cli_1")]
+    )
+    assert graph.node_names() == ["/b/talker", "/b/talker", "/talker"]
+    assert "/_ros2cli_1" in graph.node_names(include_hidden=True)
+
+
+def test_any_token_makes_its_node_known():
+    graph = Graph([endpoint("MP", "/chatter"), node()])
+    assert graph.node_names() == ["/talker"]
+    assert names(graph.find_node("/talker").endpoints) == [("/talker", "/chatter")]
+
+
+def test_topics_come_from_publishers_and_subscriptions_with_all_their_types():
+    graph = Graph(
+        [
+            endpoint("MP", "/b", "std_msgs/msg/String"),
+            endpoint("MS", "/b", "std_msgs/msg/Bool", eid=2),
+            endpoint("MS", "/a", "std_msgs/msg/Int32", eid=3),
+            endpoint("SS", "/service", "std_srvs/srv/Empty", eid=4),
+            endpoint("MP", "/fib/_action/status", "action_msgs/msg/GoalStatusArray", eid=5),
+        ]
+    )
+    assert graph.topic_names_and_types() == [
+        ("/a", ["std_msgs/msg/Int32"]),
+        ("/b", ["std_msgs/msg/Bool", "std_msgs/msg/String"]),
+    ]
+    assert "/fib/_action/status" in dict(graph.topic_names_and_types(include_hidden=True))
+
+
+def test_services_come_from_servers_and_clients():
+    graph = Graph(
+        [
+            endpoint("SS", "/add", "example_interfaces/srv/AddTwoInts"),
+            endpoint("SC", "/other", "std_srvs/srv/Empty", eid=2),
+        ]
+    )
+    assert [name for name, _ in graph.service_names_and_types()] == ["/add", "/other"]
+    assert names(graph.servers("/add")) == [("/talker", "/add")]
+    assert names(graph.clients("/other")) == [("/talker", "/other")]
+
+
+def test_endpoints_match_by_name_and_type_whatever_their_hash():
+    graph = Graph(
+        [
+            endpoint("MP", "/chatter"),
+            endpoint("MP", "/chatter", eid=2, type_hash="TypeHashNotSupported"),
+            endpoint("MP", "/chatter", "std_msgs/msg/Bool", eid=3),
+            endpoint("MS", "/chatter", eid=4),
+        ]
+    )
+    assert len(graph.publishers("/chatter")) == 3
+    assert len(graph.publishers("/chatter", "std_msgs/msg/String")) == 2
+    assert len(graph.subscriptions("/chatter")) == 1
+
+
+def test_a_node_knows_its_endpoints_by_kind_and_name():
+    graph = Graph([endpoint("SS", "/b"), endpoint("SS", "/a", eid=2), endpoint("SC", "/c", eid=3)])
+    servers = graph.find_node("/talker").of_kind(EntityKind.SS)
+    assert [server.name for server in servers] == ["/a", "/b"]
+
+
+@settings(max_examples=30)
+@given(st.lists(NODE_TOKENS | ENDPOINT_TOKENS, max_size=8))
+def test_every_endpoint_is_found_under_its_topic_and_its_node(tokens):
+    graph = Graph(tokens)
+    find = {
+        EntityKind.MP: graph.publishers,
+        EntityKind.MS: graph.subscriptions,
+        EntityKind.SS: graph.servers,
+        EntityKind.SC: graph.clients,
+    }
+    for token in graph.endpoints:
+        assert token in find[token.kind](token.name)
+        assert any(token in entry.endpoints for entry in graph.nodes)
+        listed = graph.topic_names_and_types(True) + graph.service_names_and_types(True)
+        assert token.name in dict(listed)
+
+
+@pytest.mark.parametrize(
+    ("name", "hidden"),
+    [("/chatter", False), ("/a_b/c_", False), ("/_hidden", True), ("/fib/_action/status", True)],
+)
+def test_a_part_with_a_leading_underscore_hides_a_name(name, hidden):
+    assert is_hidden_name(name) is hidden
+
+
+class World:
+    """Sessions that put tokens into the graph."""
+
+    def __init__(self):
+        self.sessions = []
+        self.tokens = []
+
+    def open(self, mode):
+        self.sessions.append(open_session(mode))
+        return self.sessions[-1]
+
+    def declare(self, session, token):
+        # Zenoh takes a token back when nobody holds it.
+        self.tokens.append(session.liveliness().declare_token(format_token(token)))
+        return self.tokens[-1]
+
+    def close(self):
+        for session in self.sessions:
+            session.close()
+
+
+@pytest.fixture
+def world(ros):
+    world = World()
+    yield world
+    world.close()
+
+
+def test_a_query_finds_the_tokens_of_its_domain_only(world):
+    session = world.open("peer")
+    world.declare(session, node())
+    world.declare(session, endpoint("MP", "/chatter"))
+    world.declare(session, node("elsewhere")._replace(domain=DOMAIN + 1))
+    session.liveliness().declare_token(f"@ros2_lv/{DOMAIN}/not/a/token")
+    reader = world.open("client")
+    with_all = GraphWatcher(world.open("client"), DOMAIN)
+    assert with_all.wait_for(lambda g: g.nodes and g.endpoints, LONGEST_WAIT_S)
+    graph = query_graph(reader, DOMAIN)
+    assert graph.node_names() == ["/talker"]
+    assert names(graph.publishers("/chatter")) == [("/talker", "/chatter")]
+    with_all.close()
+
+
+def test_the_domain_of_the_environment_is_the_default(world, ros):
+    world.declare(world.open("peer"), node()._replace(domain=ros.domain))
+    watcher = GraphWatcher(world.open("client"))
+    assert watcher.wait_for(lambda graph: graph.node_names() == ["/talker"], LONGEST_WAIT_S)
+    assert query_graph(world.open("client")).node_names() == ["/talker"]
+    watcher.close()
+
+
+@pytest.mark.parametrize("mode", ["peer", "client"])
+def test_a_watcher_follows_what_was_there_what_comes_and_what_goes(world, mode):
+    session = world.open("peer")
+    world.declare(session, node())
+    watcher = GraphWatcher(world.open(mode), DOMAIN)
+    assert watcher.wait_for(lambda g: g.find_node("/talker"), LONGEST_WAIT_S)
+    token = world.declare(session, endpoint("MP", "/chatter"))
+    assert watcher.wait_for(lambda g: g.publishers("/chatter"), LONGEST_WAIT_S)
+    token.undeclare()
+    assert watcher.wait_for(lambda g: not g.publishers("/chatter"), LONGEST_WAIT_S)
+    session.close()
+    assert watcher.wait_for(lambda g: not g.nodes, LONGEST_WAIT_S)
+    watcher.close()
+
+
+def test_a_node_that_leaves_takes_its_endpoints_along(world):
+    session = world.open("peer")
+    node_token = world.declare(session, node())
+    world.declare(session, endpoint("MP", "/chatter"))
+    watcher = GraphWatcher(world.open("client"), DOMAIN)
+    assert watcher.wait_for(lambda g: g.publishers("/chatter") and g.nodes, LONGEST_WAIT_S)
+    node_token.undeclare()
+    assert watcher.wait_for(lambda g: not g.nodes and not g.endpoints, LONGEST_WAIT_S)
+    watcher.close()
+
+
+def test_a_process_that_is_killed_leaves_the_graph(world, ros):
+    program = ros.spawn_module("tests.wire.token_holder", [str(DOMAIN), "doomed"])
+    program.wait_for_line("declared")
+    watcher = GraphWatcher(world.open("client"), DOMAIN)
+    assert watcher.wait_for(lambda g: g.find_node("/doomed"), LONGEST_WAIT_S)
+    program.kill()
+    assert watcher.wait_for(lambda g: not g.nodes, LONGEST_WAIT_S)
+    watcher.close()
+
+
+def test_a_snapshot_does_not_change(world):
+    session = world.open("client")
+    watcher = GraphWatcher(session, DOMAIN)
+    before = watcher.snapshot()
+    assert watcher.snapshot() is before
+    world.declare(session, node())
+    assert watcher.wait_for(lambda g: g.nodes, LONGEST_WAIT_S)
+    assert before.nodes == ()
+    watcher.close()
+
+
+def test_the_owner_is_told_of_each_change(world):
+    told = threading.Semaphore(0)
+    session = world.open("client")
+    watcher = GraphWatcher(session, DOMAIN, on_change=told.release)
+    token = world.declare(session, node())
+    assert told.acquire(timeout=LONGEST_WAIT_S)
+    token.undeclare()
+    assert told.acquire(timeout=LONGEST_WAIT_S)
+    watcher.close()
+
+
+def test_closing_wakes_whoever_waits(world):
+    watcher = GraphWatcher(world.open("client"), DOMAIN)
+    asked = threading.Event()
+    result = []
+
+    def never(graph):
+        asked.set()
+        return False
+
+    waiter = threading.Thread(target=lambda: result.append(watcher.wait_for(never)))
+    waiter.start()
+    assert asked.wait(LONGEST_WAIT_S)
+    watcher.close()
+    watcher.close()
+    waiter.join(LONGEST_WAIT_S)
+    assert result == [False]
+
+
+def test_waiting_ends_when_the_time_is_up(world):
+    watcher = GraphWatcher(world.open("client"), DOMAIN)
+    assert not watcher.wait_for(lambda graph: graph.nodes, 0.01)
+    watcher.close()
