@@ -1,0 +1,269 @@
+"""``camera``: renders a camera sensor of the robot in a process of its own.
+
+Topics out: ``/image_raw`` (rgb8) and ``/camera_info`` at the sensor's rate in simulated time,
+stamped with the time of the state that they show; ``/tf_static`` with the optical frame. In:
+``/robot_description`` and the simulator's joint states, the latter only while somebody subscribes
+to one of the outputs. Nobody subscribed to the image: nothing is drawn.
+
+Parameters: ``robot_description``, ``camera`` (name of the sensor, by default the first one),
+``quality`` (``auto``, ``fast`` or ``full``).
+"""
+
+from __future__ import annotations
+
+import array
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    QoSProfile,
+    Subscription,
+    init,
+    qos_profile_latched,
+    spin,
+    try_shutdown,
+)
+from teleopctl.robot.description import RobotDescription
+from teleopctl.sim.gl_backend import check_drawing, choose_backend
+from teleopctl.tf.broadcaster import StaticTransformBroadcaster
+
+if TYPE_CHECKING:
+    # These import mujoco, which has to wait for the choice of its backend.
+    from teleopctl.sim.cameras import CameraModel
+    from teleopctl.sim.model import RobotModel
+    from teleopctl.sim.pacing import Beat
+    from teleopctl.sim.rendering import CameraRenderer
+
+_String = get_message("std_msgs/msg/String")
+_JointState = get_message("sensor_msgs/msg/JointState")
+_Image = get_message("sensor_msgs/msg/Image")
+_CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
+_TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
+
+_DESCRIPTION_TOPIC = "/robot_description"
+_VIEW_TOPIC = "/mujoco_sim/joint_states"
+_QUALITIES = ("auto", "fast", "full")
+
+
+class Camera(Node):
+    """The camera's node. Everything that draws happens on one thread, as OpenGL wants it."""
+
+    def __init__(self) -> None:
+        super().__init__("camera")
+        self.declare_parameter("robot_description", "")
+        self.declare_parameter("camera", "")
+        self.declare_parameter("quality", "auto")
+        self._quality = str(self.get_parameter("quality").value)
+        if self._quality not in _QUALITIES:
+            raise TeleopctlError(
+                f"Parameter 'quality' is '{self._quality}'",
+                hint=f"It is one of {', '.join(_QUALITIES)}",
+            )
+        self._changed = threading.Condition()
+        self._stopped = False
+        self._latest: Any = None
+        self._last_ns = 0
+        self._states: Subscription | None = None
+        self._renderer: CameraRenderer | None = None
+        self._image_wanted = False
+        self._info_wanted = False
+        self._thread: threading.Thread | None = None
+        self._tf = StaticTransformBroadcaster(self)
+        given = str(self.get_parameter("robot_description").value)
+        if given:
+            self._start(given)
+        else:
+            self.create_subscription(
+                _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
+            )
+
+    # --- start ----------------------------------------------------------------------------
+
+    def _on_description(self, message: Any) -> None:
+        if self._thread is None:
+            self._start(message.data)
+
+    def _start(self, urdf: str) -> None:
+        from teleopctl.sim.model import build_model
+        from teleopctl.sim.pacing import Beat
+
+        model = build_model(RobotDescription.from_urdf(urdf))
+        name = str(self.get_parameter("camera").value)
+        if not name and not model.cameras:
+            self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")
+            return
+        camera = model.camera(name)
+        self._model: RobotModel = model
+        self._camera: CameraModel = camera
+        self._beat: Beat = Beat(camera.rate_hz)
+        self._image = _new_image(camera)
+        self._info = _new_info(camera)
+        # The newest picture counts: a slow reader of 9 MB each must not see old ones.
+        newest = QoSProfile(depth=1)
+        self._image_publisher = self.create_publisher(_Image, "image_raw", newest)
+        self._info_publisher = self.create_publisher(_CameraInfo, "camera_info", newest)
+        self._tf.sendTransform(_optical_frame(camera))
+        self.get_logger().info(
+            f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
+            f"frame '{camera.frame_id}'"
+        )
+        self._thread = threading.Thread(target=self._run, name="rendering", daemon=True)
+        self.add_graph_callback(self._on_graph)
+        self._on_graph()
+        self._thread.start()
+
+    # --- called on the transport's threads ------------------------------------------------
+
+    def _on_graph(self) -> None:
+        image = self._image_publisher.get_subscription_count() > 0
+        info = self._info_publisher.get_subscription_count() > 0
+        with self._changed:
+            self._image_wanted = image
+            self._info_wanted = info
+            self._changed.notify_all()
+
+    def _on_state(self, message: Any) -> None:
+        with self._changed:
+            self._latest = message
+            self._changed.notify_all()
+
+    # --- drawing --------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        try:
+            self._draw_until_stopped()
+        except Exception as error:  # noqa: BLE001 - whoever spins raises it
+            failure = error
+
+            def fail() -> None:
+                raise failure
+
+            if self.executor is not None:
+                self.executor.enqueue(fail)
+
+    def _draw_until_stopped(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(self._has_something_to_do)
+                if self._stopped:
+                    break
+                wanted, draw = self._is_wanted(), self._image_wanted
+                state, self._latest = self._latest, None
+            self._listen(wanted)
+            if state is not None and wanted and self._is_due(state.header.stamp):
+                if draw:
+                    self._renderer = self._renderer or self._make_renderer()
+                    self._renderer.draw(dict(zip(state.name, state.position, strict=True)))
+                self._publish(state.header.stamp, with_image=draw)
+        if self._renderer is not None:
+            self._renderer.close()
+
+    def _has_something_to_do(self) -> bool:
+        listening = self._states is not None
+        return self._stopped or self._latest is not None or self._is_wanted() != listening
+
+    def _listen(self, wanted: bool) -> None:
+        """Follow the simulator's state only while somebody looks at what comes of it."""
+        if wanted and self._states is None:
+            self._states = self.create_subscription(
+                _JointState, _VIEW_TOPIC, self._on_state, 1, immediate=True
+            )
+        elif not wanted and self._states is not None:
+            self.destroy_subscription(self._states)
+            self._states = None
+
+    def _is_due(self, stamp: Any) -> bool:
+        now_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+        if now_ns < self._last_ns:
+            # Another simulator, which has begun at zero.
+            self._beat.restart()
+        self._last_ns = now_ns
+        return self._beat.take(now_ns)
+
+    def _is_wanted(self) -> bool:
+        return self._image_wanted or self._info_wanted
+
+    def _make_renderer(self) -> CameraRenderer:
+        from teleopctl.sim.rendering import make_renderer
+
+        # Drawn straight into the message, whose 9 MB are never copied here.
+        shape = (self._camera.height, self._camera.width, 3)
+        picture = np.frombuffer(self._image.data, np.uint8).reshape(shape)
+        renderer, choice = make_renderer(self._model, self._camera, self._quality, picture)
+        self.get_logger().info(f"Camera '{self._camera.name}': {choice}")
+        return renderer
+
+    def _publish(self, stamp: Any, *, with_image: bool) -> None:
+        self._info.header.stamp = stamp
+        self._info_publisher.publish(self._info)
+        if with_image:
+            self._image.header.stamp = stamp
+            self._image_publisher.publish(self._image)
+
+    def destroy_node(self) -> None:
+        """End drawing, then the node."""
+        with self._changed:
+            self._stopped = True
+            self._changed.notify_all()
+        if self._thread is not None and self._thread.is_alive():
+            self._thread.join()
+        super().destroy_node()
+
+
+def _new_image(camera: CameraModel) -> Any:
+    image = _Image(height=camera.height, width=camera.width, encoding="rgb8", step=3 * camera.width)
+    image.header.frame_id = camera.frame_id
+    image.data = array.array("B", bytes(3 * camera.width * camera.height))
+    return image
+
+
+def _new_info(camera: CameraModel) -> Any:
+    info = _CameraInfo(
+        height=camera.height,
+        width=camera.width,
+        distortion_model="plumb_bob",
+        d=list(camera.distortion),
+        k=camera.intrinsics,
+        r=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        p=camera.projection,
+    )
+    info.header.frame_id = camera.frame_id
+    return info
+
+
+def _optical_frame(camera: CameraModel) -> Any:
+    """The frame that users of ``camera_info`` think in: z forward, x right, y down."""
+    from teleopctl.sim.cameras import OPTICAL_ROTATION
+
+    transform = _TransformStamped(child_frame_id=f"{camera.link}_optical")
+    transform.header.frame_id = camera.link
+    rotation = transform.transform.rotation
+    rotation.x, rotation.y, rotation.z, rotation.w = OPTICAL_ROTATION
+    return transform
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the camera until it is interrupted.
+
+    Raises:
+        TeleopctlError: If a system library for drawing is missing.
+    """
+    choose_backend()
+    check_drawing()
+    init(args=args)
+    node = None
+    try:
+        node = Camera()
+        spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the ordinary end of a node
+    finally:
+        if node is not None:
+            node.destroy_node()
+        try_shutdown()

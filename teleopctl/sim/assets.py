@@ -1,0 +1,81 @@
+"""Mesh files of a robot: URIs into paths that MuJoCo can read.
+
+MuJoCo reads STL and OBJ. COLLADA files are converted with trimesh where it is installed. A mesh
+that cannot be had costs its picture and its contacts, never the simulation.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import resolve_uri
+
+_READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
+
+
+def resolve_meshes(spec: Any) -> list[str]:
+    """Point every mesh of a spec at a readable file, and drop those that have none.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.
+
+    Returns:
+        One warning per mesh that was dropped.
+    """
+    warnings: list[str] = []
+    complained: set[str] = set()
+    for mesh in list(spec.meshes):
+        uri: str = mesh.file
+        reason = _use_file(mesh, uri)
+        if reason is None:
+            continue
+        if uri not in complained:
+            complained.add(uri)
+            warnings.append(f"Mesh '{uri}' is left out: {reason}")
+        _drop_mesh(spec, mesh)
+    return warnings
+
+
+def _use_file(mesh: Any, uri: str) -> str | None:
+    """Give a mesh its file or its vertices; returns why that was not possible, or None."""
+    try:
+        path = resolve_uri(uri)
+    except TeleopctlError as error:
+        return error.message
+    if not path.is_file():
+        return f"{path} does not exist"
+    if path.suffix.lower() in _READ_BY_MUJOCO:
+        mesh.file = str(path.absolute())
+        return None
+    return _convert(mesh, path)
+
+
+def _convert(mesh: Any, path: Path) -> str | None:
+    """Load a format that MuJoCo does not read through trimesh, as plain triangles."""
+    try:
+        import trimesh
+    except ImportError:
+        return (
+            f"MuJoCo cannot read {path.suffix} files; convert it to STL or OBJ, "
+            "or install trimesh: pip install 'teleopctl[meshes]'"
+        )
+    try:
+        # One mesh of the whole scene graph, in metres and z up as the file's header says.
+        loaded: Any = trimesh.load(path, force="mesh")
+    except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
+        return f"{path} cannot be read: {error}"
+    if len(loaded.faces) == 0:
+        return f"{path} holds no triangles"
+    mesh.file = ""
+    mesh.uservert = loaded.vertices.astype("float32").ravel().tolist()
+    mesh.userface = loaded.faces.astype("int32").ravel().tolist()
+    return None
+
+
+def _drop_mesh(spec: Any, mesh: Any) -> None:
+    for geom in list(spec.geoms):
+        if geom.meshname == mesh.name:
+            spec.delete(geom)
+    spec.delete(mesh)

@@ -1,0 +1,102 @@
+"""Pinhole cameras: from ``<gazebo>`` camera sensors to MuJoCo cameras and ``camera_info``.
+
+A sensor looks along the x axis of its link, with y to the left and z up. MuJoCo's cameras look
+along their negative z axis, with x to the right and y up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.robot.urdf import Pose
+
+# MuJoCo's camera axes expressed in the sensor's frame, quaternion w x y z.
+_SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
+
+# The optical frame of REP 103 (z forward, x right, y down) in the sensor's frame, x y z w.
+OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
+
+
+@dataclass(frozen=True)
+class CameraModel:
+    """A camera of a model.
+
+    Attributes:
+        name: Its name, also of the MuJoCo camera.
+        link: The link that it is fixed to.
+        frame_id: The frame that its images are published in.
+        width: Image width in pixels.
+        height: Image height in pixels.
+        horizontal_fov: Angle between the left and the right edge of the image, in radians.
+        rate_hz: Images per second of simulated time.
+        distortion: Plumb-bob coefficients k1, k2, p1, p2, k3.
+    """
+
+    name: str
+    link: str
+    frame_id: str
+    width: int
+    height: int
+    horizontal_fov: float
+    rate_hz: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def focal_length(self) -> float:
+        """Focal length in pixels; pixels are square, the horizontal field of view decides."""
+        return self.width / 2.0 / math.tan(self.horizontal_fov / 2.0)
+
+    @property
+    def vertical_fov(self) -> float:
+        """Angle between the upper and the lower edge of the image, in radians."""
+        return 2.0 * math.atan(self.height / 2.0 / self.focal_length)
+
+    @property
+    def intrinsics(self) -> tuple[float, ...]:
+        """The nine numbers of the intrinsic matrix K, row by row.
+
+        Pixel (0, 0) is the centre of the upper left pixel, so the image centre lies half a
+        pixel before width/2.
+        """
+        f, cx, cy = self.focal_length, (self.width - 1) / 2.0, (self.height - 1) / 2.0
+        return (f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0)
+
+    @property
+    def projection(self) -> tuple[float, ...]:
+        """The twelve numbers of the projection matrix P of a single camera, row by row."""
+        f, cx, cy = self.focal_length, (self.width - 1) / 2.0, (self.height - 1) / 2.0
+        return (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def add_camera(spec: Any, camera: CameraModel, pose: Pose) -> None:
+    """Add a camera to a spec.
+
+    Args:
+        spec: The ``mujoco.MjSpec``, which has the camera's link as a body.
+        camera: What to add.
+        pose: Where the sensor sits in its link.
+    """
+    rotation = np.zeros(4)
+    mujoco.mju_mulQuat(rotation, _quaternion(pose.rpy), np.array(_SENSOR_TO_MUJOCO))
+    spec.body(camera.link).add_camera(
+        name=camera.name,
+        pos=list(pose.xyz),
+        quat=rotation,
+        fovy=math.degrees(camera.vertical_fov),
+        resolution=[camera.width, camera.height],
+    )
+    offscreen = spec.visual.global_
+    offscreen.offwidth = max(offscreen.offwidth, camera.width)
+    offscreen.offheight = max(offscreen.offheight, camera.height)
+
+
+def _quaternion(rpy: tuple[float, float, float]) -> np.ndarray:
+    """Quaternion w x y z of a rotation about the fixed axes x, y, z in this order."""
+    quaternion = np.zeros(4)
+    mujoco.mju_euler2Quat(quaternion, np.array(rpy), "XYZ")
+    return quaternion

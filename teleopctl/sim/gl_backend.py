@@ -1,0 +1,82 @@
+"""Which OpenGL mujoco draws with, decided before mujoco is imported.
+
+mujoco reads ``MUJOCO_GL`` once, at import. On Linux rendering needs no display: EGL draws on a
+GPU or with Mesa's software rasteriser, OSMesa in software only. Elsewhere nothing is needed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+
+from teleopctl.errors import TeleopctlError
+
+_LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
+
+INSTALL_HINT = (
+    "On Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri (or libosmesa6, with "
+    "MUJOCO_GL=osmesa)"
+)
+
+
+def choose_backend() -> str:
+    """Set ``MUJOCO_GL`` for drawing without a window, unless the user has set it.
+
+    Returns:
+        The backend: ``egl``, ``osmesa`` or whatever the user asked for; empty where the
+        platform has its own.
+
+    Raises:
+        TeleopctlError: If Linux has no library to draw with; the hint names the packages.
+    """
+    asked = os.environ.get("MUJOCO_GL", "").lower()
+    if asked or not sys.platform.startswith("linux"):
+        return asked
+    for backend, library in _LIBRARIES.items():
+        if _is_there(library):
+            os.environ["MUJOCO_GL"] = backend
+            return backend
+    raise missing_library("neither libEGL nor libOSMesa is installed")
+
+
+def missing_library(reason: object) -> TeleopctlError:
+    """The error of a machine that cannot draw.
+
+    Args:
+        reason: What failed, in the words of whoever noticed.
+    """
+    first_line = str(reason).strip().splitlines()[0] if str(reason).strip() else "no OpenGL"
+    return TeleopctlError(
+        f"Cannot render, a system library for drawing is missing: {first_line}",
+        hint=INSTALL_HINT,
+    )
+
+
+def check_drawing() -> None:
+    """Import mujoco with the backend that was chosen and open it once, to know that it works.
+
+    Raises:
+        TeleopctlError: If the backend's library is missing or unusable.
+    """
+    try:
+        import mujoco
+
+        context = mujoco.GLContext(16, 16)
+        context.make_current()
+        context.free()
+    except (ImportError, AttributeError, OSError, RuntimeError) as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == "mujoco":
+            raise
+        # PyOpenGL meets a missing library as an attribute of None.
+        backend = os.environ.get("MUJOCO_GL", "").lower()
+        library = _LIBRARIES.get(backend, "OpenGL")
+        raise missing_library(f"{library} cannot be used ({error})") from error
+
+
+def _is_there(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True

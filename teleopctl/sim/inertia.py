@@ -1,0 +1,126 @@
+"""Repairs of masses and inertias that a physics engine cannot step.
+
+Robot descriptions from CAD exports and tutorials come with links of no mass, with zero inertias
+and with inertias that no body can have. Each repair is told by one warning that names the link.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+# Where only shapes are known, links are as dense as water, in kg/m^3.
+DENSITY = 1000.0
+
+# A frame that moves but has neither mass nor shape: light enough to be felt by nothing.
+_DUMMY_MASS_KG = 1e-3
+_DUMMY_RADIUS_M = 0.03
+
+# Below this MuJoCo takes a mass or an inertia for zero.
+_SMALLEST = 1e-15
+
+
+def repair_inertias(spec: Any) -> list[str]:
+    """Give every moving link a mass and an inertia that physics can work with.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.
+
+    Returns:
+        One warning per repaired link.
+    """
+    warnings: list[str] = []
+    for body in spec.bodies:
+        if body.name == "world":
+            continue
+        warning = _repair(spec, body)
+        if warning is not None:
+            warnings.append(warning)
+    return warnings
+
+
+def _repair(spec: Any, body: Any) -> str | None:
+    moving = len(body.joints) > 0
+    if not body.explicitinertial or body.mass < _SMALLEST:
+        if not moving or _carries_mass(body):
+            _make_massless(body)
+            return None
+        return _invent(body, "has no mass")
+    principal = _principal_moments(body)
+    if principal[0] < _SMALLEST:
+        return _invent_inertia(body, principal)
+    excess = principal[2] - principal[0] - principal[1]
+    if excess > 1e-6 * principal[2]:
+        # MuJoCo replaces the three moments by their mean.
+        spec.compiler.balanceinertia = True
+        mean = float(principal.mean())
+        return (
+            f"Link '{body.name}': no body has the principal moments of inertia "
+            f"{_numbers(principal)} (the largest exceeds the sum of the others); "
+            f"{mean:.4g} kg m^2 is used about every axis"
+        )
+    return None
+
+
+def _carries_mass(body: Any) -> bool:
+    """Whether links fixed to this one bring the mass that it lacks itself."""
+    for child in body.bodies:
+        if len(child.joints) > 0:
+            continue
+        if (child.explicitinertial and child.mass > _SMALLEST) or _carries_mass(child):
+            return True
+    return False
+
+
+def _make_massless(body: Any) -> None:
+    """Keep a link without inertia from getting one computed from its shape."""
+    for geom in body.geoms:
+        geom.density = 0.0
+    body.explicitinertial = False
+
+
+def _invent(body: Any, what: str) -> str:
+    solid = [geom for geom in body.geoms if geom.contype] or list(body.geoms)
+    body.explicitinertial = False
+    body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]
+    for geom in body.geoms:
+        geom.density = 0.0
+    for geom in solid:
+        geom.density = DENSITY
+    if solid:
+        return (
+            f"Link '{body.name}' {what}; it is computed from its shape with a density of "
+            f"{DENSITY:g} kg/m^3"
+        )
+    _set_ball(body, _DUMMY_MASS_KG)
+    return f"Link '{body.name}' {what} and no shape; {_DUMMY_MASS_KG:g} kg is assumed"
+
+
+def _invent_inertia(body: Any, principal: np.ndarray) -> str:
+    _set_ball(body, float(body.mass))
+    return (
+        f"Link '{body.name}' has the principal moments of inertia {_numbers(principal)}, which "
+        f"must be positive; those of a ball of {body.mass:g} kg and {_DUMMY_RADIUS_M:g} m radius "
+        "are used"
+    )
+
+
+def _set_ball(body: Any, mass: float) -> None:
+    moment = 0.4 * mass * _DUMMY_RADIUS_M**2
+    body.explicitinertial = True
+    body.mass = mass
+    body.fullinertia = [moment, moment, moment, 0.0, 0.0, 0.0]
+
+
+def _principal_moments(body: Any) -> np.ndarray:
+    """The principal moments of inertia, ascending, in kg m^2."""
+    xx, yy, zz, xy, xz, yz = (float(value) for value in body.fullinertia)
+    if not np.isfinite(xx):
+        # MuJoCo keeps an inertia of zeros as an unset one.
+        return np.sort(np.asarray(body.inertia, dtype=float))
+    return np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+def _numbers(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)

@@ -1,0 +1,330 @@
+"""The simulator's main loop: physics, wall clock and controller in step with one another.
+
+At each control tick the loop publishes the state of that very time, waits (bounded, in wall
+time) for the command computed from it, applies it, and steps to the next tick. Without a
+controller, and after one has stopped answering, it runs freely and holds.
+
+The loop knows ports, not topics; `teleopctl.nodes.mujoco_sim` connects the two.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from teleopctl.sim.pacing import Beat, Pacer
+from teleopctl.sim.simulation import Simulation
+
+_CLOCK_RATE_HZ = 100.0
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a controller wants of the joints, see `Simulation.apply`.
+
+    Attributes:
+        stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
+        names: Joint names.
+        position: Positions, one per name, or empty.
+        velocity: Velocities, one per name, or empty.
+        effort: Efforts, one per name, or empty.
+    """
+
+    stamp_ns: int
+    names: list[str] = field(default_factory=list)
+    position: list[float] = field(default_factory=list)
+    velocity: list[float] = field(default_factory=list)
+    effort: list[float] = field(default_factory=list)
+
+
+class Ports(Protocol):
+    """Where the loop's results go. Called on the loop's thread."""
+
+    def publish_clock(self, time_ns: int) -> None:
+        """Tell the simulated time."""
+
+    def publish_state(self, time_ns: int) -> None:
+        """Send the state of a control tick to the controller."""
+
+    def publish_view(self, time_ns: int) -> None:
+        """Send the pose to those who look."""
+
+    def controller_lost(self, time_ns: int, waited_s: float) -> None:
+        """The controller did not answer the state of this time."""
+
+    def controller_back(self, time_ns: int) -> None:
+        """A controller that was lost answers again."""
+
+    def fell_behind(self, seconds: float) -> None:
+        """The real-time factor could not be held; this much wall time was lost."""
+
+    def diverged(self, time_ns: int) -> None:
+        """Physics broke down and was set back to its initial state."""
+
+
+class LockstepLoop:
+    """Runs a simulation until it is stopped; all methods may be called from any thread.
+
+    Args:
+        simulation: What to step; nobody else may touch it while the loop runs.
+        ports: Where results go.
+        real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
+        lockstep_timeout_s: How long to wait for a command, in wall time.
+        view_rate_hz: How often at most `Ports.publish_view` is called, in simulated time.
+        paused: Whether time stands still at first.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        ports: Ports,
+        *,
+        real_time_factor: float = 1.0,
+        lockstep_timeout_s: float = 1.0,
+        view_rate_hz: float = 60.0,
+        paused: bool = False,
+    ) -> None:
+        self._simulation = simulation
+        self._ports = ports
+        self._timeout_s = lockstep_timeout_s
+        self._pacer = Pacer(real_time_factor)
+        self._clock_beat = Beat(_CLOCK_RATE_HZ)
+        self._view_beat = Beat(view_rate_hz)
+        self._changed = threading.Condition()
+        self._stopped = False
+        self._paused = paused
+        self._parked = False
+        self._steps_asked = 0
+        self._requests: list[Callable[[], None]] = []
+        self._partner = False
+        self._viewed = False
+        self._lost = False
+        self._lost_ns = 0
+        self._command: Command | None = None
+        self._unstamped: Command | None = None
+
+    # --- called from outside ----------------------------------------------------------------
+
+    def offer(self, command: Command) -> None:
+        """Hand in a command as it arrives."""
+        with self._changed:
+            if command.stamp_ns == 0 and self._simulation.time_ns != 0:
+                self._unstamped = command
+            else:
+                self._command = command
+            self._changed.notify_all()
+
+    def set_partner(self, present: bool) -> None:
+        """Say whether there is a controller to wait for."""
+        with self._changed:
+            self._partner = present
+            self._changed.notify_all()
+
+    def set_viewed(self, viewed: bool) -> None:
+        """Say whether anybody looks at the pose."""
+        with self._changed:
+            self._viewed = viewed
+
+    def set_paused(self, paused: bool, timeout_s: float) -> bool:
+        """Stop time at the next control tick, or let it go on.
+
+        Returns:
+            Whether the loop has got there within ``timeout_s``.
+        """
+        with self._changed:
+            self._paused = paused
+            self._changed.notify_all()
+            return self._changed.wait_for(
+                lambda: self._stopped or self._parked == paused or self._paused != paused,
+                timeout_s,
+            )
+
+    @property
+    def paused(self) -> bool:
+        """Whether time stands still."""
+        with self._changed:
+            return self._paused
+
+    def step(self, count: int, timeout_s: float) -> bool:
+        """Advance a paused simulation by physics steps, exchanging at the ticks on the way.
+
+        Returns:
+            Whether that was done within ``timeout_s``.
+        """
+        with self._changed:
+            self._steps_asked = count
+            self._changed.notify_all()
+            return self._changed.wait_for(
+                lambda: self._stopped or (self._steps_asked == 0 and self._parked), timeout_s
+            )
+
+    def call(self, request: Callable[[], None], timeout_s: float) -> bool:
+        """Run a function on the loop's thread between two steps.
+
+        Returns:
+            Whether it has been run within ``timeout_s``.
+        """
+        done = threading.Event()
+
+        def run() -> None:
+            request()
+            done.set()
+
+        with self._changed:
+            self._requests.append(run)
+            self._changed.notify_all()
+        return done.wait(timeout_s)
+
+    def set_real_time_factor(self, factor: float) -> None:
+        """Change the pace; takes effect within one block of steps."""
+
+        def change() -> None:
+            self._pacer.set_factor(factor, self._simulation.time_ns)
+
+        with self._changed:
+            self._requests.append(change)
+            self._changed.notify_all()
+
+    def stop(self) -> None:
+        """Make `run` return."""
+        with self._changed:
+            self._stopped = True
+            self._changed.notify_all()
+
+    # --- the loop -------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Step until stopped."""
+        self._pacer.anchor(self._simulation.time_ns)
+        while self._ready():
+            simulation = self._simulation
+            if simulation.at_tick and not self._exchange():
+                continue
+            stepping = self._steps_asked > 0
+            count = self._block()
+            simulation.step(count)
+            with self._changed:
+                if stepping:
+                    self._steps_asked -= count
+                hurry = stepping or self._paused
+            now = simulation.time_ns
+            if not hurry:
+                self._wait_until_due(now)
+            self._publish(now, force=stepping and self._steps_asked == 0)
+
+    def _ready(self) -> bool:
+        """Stand still while paused; False when the loop shall end."""
+        while True:
+            with self._changed:
+                requests, self._requests = self._requests, []
+            for request in requests:
+                request()
+            with self._changed:
+                if self._stopped:
+                    self._changed.notify_all()
+                    return False
+                if self._requests:
+                    continue
+                at_rest = self._parked or self._simulation.at_tick
+                if not (self._paused and at_rest and self._steps_asked == 0):
+                    if self._parked and self._steps_asked == 0:
+                        self._parked = False
+                        self._pacer.anchor(self._simulation.time_ns)
+                        self._changed.notify_all()
+                    return True
+                self._parked = True
+                self._changed.notify_all()
+                self._changed.wait_for(
+                    lambda: (
+                        self._stopped
+                        or not self._paused
+                        or self._steps_asked > 0
+                        or bool(self._requests)
+                    )
+                )
+
+    def _exchange(self) -> bool:
+        """The control tick: state out, command in. False when the loop was stopped meanwhile."""
+        now = self._simulation.time_ns
+        if self._simulation.diverged:
+            self._simulation.reset_state()
+            self._ports.diverged(now)
+        self._simulation.read()
+        self._clock_beat.take(now)
+        self._ports.publish_clock(now)
+        self._ports.publish_state(now)
+        command = self._await_command(now)
+        if command is not None:
+            self._simulation.apply(
+                command.names, command.position, command.velocity, command.effort
+            )
+        self._publish(now)
+        return not self._stopped
+
+    def _await_command(self, now: int) -> Command | None:
+        """The command for this tick, or None to go on as before."""
+        with self._changed:
+            unstamped, self._unstamped = self._unstamped, None
+            if self._expected():
+                self._changed.wait_for(
+                    lambda: self._stopped or not self._partner or self._answer(now) is not None,
+                    self._timeout_s,
+                )
+            answer = self._answer(now)
+            missed = answer is None and (self._partner or self._command is not None)
+            was_lost, self._lost = self._lost, missed
+            waited_s = self._timeout_s if self._partner else 0.0
+            if missed and not was_lost:
+                self._lost_ns = now
+            if missed and not self._partner:
+                # Reported now; whoever comes next is a new controller.
+                self._command = None
+            if self._stopped:
+                return None
+        if missed and not was_lost:
+            self._simulation.hold()
+            self._ports.controller_lost(now, waited_s)
+        elif was_lost and answer is not None:
+            self._ports.controller_back(now)
+        return answer or unstamped
+
+    def _expected(self) -> bool:
+        """Whether an answer is worth waiting for: a lost controller has to show up first."""
+        if not self._partner or not self._lost:
+            return self._partner
+        return self._command is not None and self._command.stamp_ns > self._lost_ns
+
+    def _answer(self, now: int) -> Command | None:
+        command = self._command
+        return command if command is not None and command.stamp_ns == now else None
+
+    def _block(self) -> int:
+        """Physics steps until something has to be done."""
+        simulation = self._simulation
+        count = simulation.steps_to_tick
+        count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
+        if self._viewed:
+            count = min(count, simulation.steps_until(self._view_beat.next_ns) or 1)
+        if self._steps_asked > 0:
+            count = min(count, self._steps_asked)
+        return count
+
+    def _wait_until_due(self, now: int) -> None:
+        lag = self._pacer.give_up_lag(now)
+        if lag > 0.0 and not self._lost:
+            self._ports.fell_behind(lag)
+        with self._changed:
+            while (remaining := self._pacer.remaining_s(now)) > 0.0:
+                if self._stopped or self._paused or self._requests:
+                    return
+                self._changed.wait(remaining)
+
+    def _publish(self, now: int, *, force: bool = False) -> None:
+        """What else is due at this time, between ticks as well as at them."""
+        if not self._simulation.at_tick and (self._clock_beat.take(now) or force):
+            self._ports.publish_clock(now)
+        if self._viewed and (self._view_beat.take(now) or force):
+            self._simulation.read()
+            self._ports.publish_view(now)

@@ -1,0 +1,132 @@
+"""The MuJoCo model of a robot description, ready to be stepped or drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.sim.assets import resolve_meshes
+from teleopctl.sim.cameras import CameraModel, add_camera
+from teleopctl.sim.contacts import exclude_adjacent, overlapping_pairs
+from teleopctl.sim.drives import JointSpec, add_drives, prepare_joints
+from teleopctl.sim.inertia import repair_inertias
+from teleopctl.sim.interfaces import camera_mounts, joint_specs
+from teleopctl.sim.scene import add_scene
+from teleopctl.sim.urdf_import import gazebo_colour, import_urdf
+
+if TYPE_CHECKING:
+    from teleopctl.robot.description import RobotDescription
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A compiled model and what it means.
+
+    Attributes:
+        name: The robot's name.
+        mj_model: The compiled ``mujoco.MjModel``.
+        joints: The movable joints with one degree of freedom, in the order of the model.
+        cameras: The camera sensors.
+        warnings: What had to be repaired or left out, one sentence each.
+        excluded: Pairs of links that may pass through each other because they overlap at start.
+    """
+
+    name: str
+    mj_model: Any
+    joints: tuple[JointSpec, ...]
+    cameras: tuple[CameraModel, ...]
+    warnings: tuple[str, ...]
+    excluded: tuple[tuple[str, str], ...]
+
+    def camera(self, name: str) -> CameraModel:
+        """The camera of a name, or the first one for an empty name.
+
+        Raises:
+            TeleopctlError: If the robot has none of that name, or none at all.
+        """
+        for camera in self.cameras:
+            if name in ("", camera.name):
+                return camera
+        known = ", ".join(camera.name for camera in self.cameras) or "none"
+        raise TeleopctlError(
+            f"The robot '{self.name}' has no camera '{name}'", hint=f"It has: {known}"
+        )
+
+
+def build_model(description: RobotDescription) -> RobotModel:
+    """Build the model of a robot standing on a plane.
+
+    Args:
+        description: The robot.
+
+    Returns:
+        The compiled model; two calls with the same description give identical ones.
+
+    Raises:
+        TeleopctlError: If MuJoCo cannot simulate the description.
+    """
+    spec = import_urdf(description.urdf)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    warnings = [*resolve_meshes(spec), *repair_inertias(spec)]
+    joints, complaints = joint_specs(description)
+    warnings += complaints
+    cameras = []
+    for camera, pose in camera_mounts(description):
+        add_camera(spec, camera, pose)
+        cameras.append(camera)
+    _apply_gazebo(spec, description)
+    prepare_joints(spec, joints)
+    exclude_adjacent(spec)
+    ground = add_scene(spec)
+
+    bare = _compile(spec)
+    overlapping = overlapping_pairs(bare, initial_positions(bare, joints), ground)
+    for first, second in overlapping:
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    add_drives(spec, bare, joints)
+    return RobotModel(
+        name=description.name,
+        mj_model=_compile(spec),
+        joints=tuple(joints),
+        cameras=tuple(cameras),
+        warnings=tuple(warnings),
+        excluded=tuple(overlapping),
+    )
+
+
+def initial_positions(model: Any, joints: list[JointSpec] | tuple[JointSpec, ...]) -> np.ndarray:
+    """MuJoCo's ``qpos`` with every joint at its initial position, followers included."""
+    positions = np.array(model.qpos0)
+    start = {joint.name: joint.initial_position for joint in joints}
+    for joint in joints:
+        value = joint.initial_position
+        if joint.mimic is not None:
+            value = joint.mimic.multiplier * start.get(joint.mimic.joint, 0.0) + joint.mimic.offset
+        positions[model.joint(joint.name).qposadr[0]] = value
+    return positions
+
+
+def _apply_gazebo(spec: Any, description: RobotDescription) -> None:
+    """Colours and friction of ``<gazebo reference="link">``."""
+    for link, properties in description.gazebo.links.items():
+        body = spec.body(link)
+        if body is None:
+            continue
+        colour = gazebo_colour(properties.material) if properties.material else None
+        for geom in body.geoms:
+            if colour is not None:
+                geom.rgba[:3] = colour
+            if properties.mu1 is not None:
+                geom.friction[0] = properties.mu1
+
+
+def _compile(spec: Any) -> Any:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        message = " ".join(str(error).split())
+        raise TeleopctlError(f"The robot description cannot be simulated: {message}") from error

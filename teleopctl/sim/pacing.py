@@ -1,0 +1,80 @@
+"""When simulated time is due on the wall clock, and when something periodic is due in it."""
+
+from __future__ import annotations
+
+import time
+
+# Further behind than this (seconds of wall time), lost time is given up rather than caught up.
+_GIVE_UP_S = 0.25
+
+
+class Pacer:
+    """Absolute deadlines on the wall clock for simulated times.
+
+    Args:
+        real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
+    """
+
+    def __init__(self, real_time_factor: float) -> None:
+        self._factor = real_time_factor
+        self._wall_s = 0.0
+        self._sim_ns = 0
+        self.anchor(0)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per second of wall time; 0 for as fast as possible."""
+        return self._factor
+
+    def set_factor(self, real_time_factor: float, sim_ns: int) -> None:
+        """Change the factor, from this simulated time on."""
+        self._factor = real_time_factor
+        self.anchor(sim_ns)
+
+    def anchor(self, sim_ns: int) -> None:
+        """Let this simulated time be due now, and everything later in relation to it."""
+        self._wall_s = time.monotonic()
+        self._sim_ns = sim_ns
+
+    def remaining_s(self, sim_ns: int) -> float:
+        """Seconds of wall time until a simulated time is due; not positive when it is."""
+        if self._factor <= 0.0:
+            return 0.0
+        due = self._wall_s + (sim_ns - self._sim_ns) * 1e-9 / self._factor
+        return due - time.monotonic()
+
+    def give_up_lag(self, sim_ns: int) -> float:
+        """Start anew from here when hopelessly late; returns the seconds given up, or 0."""
+        lag = -self.remaining_s(sim_ns)
+        if lag < _GIVE_UP_S:
+            return 0.0
+        self.anchor(sim_ns)
+        return lag
+
+
+class Beat:
+    """Something that is due at the multiples of a period of simulated time.
+
+    Args:
+        rate_hz: How often per simulated second.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self._period_ns = max(1, round(1e9 / rate_hz))
+        self._count = 0
+
+    @property
+    def next_ns(self) -> int:
+        """The simulated time of the next beat."""
+        return self._count * self._period_ns
+
+    def restart(self) -> None:
+        """Begin again at time zero, as after a restart of whoever counts the time."""
+        self._count = 0
+
+    def take(self, now_ns: int) -> bool:
+        """Whether a beat is due; if so, the next one is the first multiple after ``now_ns``."""
+        if now_ns < self.next_ns:
+            return False
+        self._count = now_ns // self._period_ns + 1
+        return True

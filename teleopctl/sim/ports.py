@@ -1,0 +1,111 @@
+"""The lockstep loop's ports as ROS topics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+_Clock = get_message("rosgraph_msgs/msg/Clock")
+_JointState = get_message("sensor_msgs/msg/JointState")
+
+VIEW_TOPIC = "/mujoco_sim/joint_states"
+
+_NS = 1_000_000_000
+
+
+class TopicPorts:
+    """Publishes a simulation; implements `teleopctl.sim.lockstep.Ports`.
+
+    Messages are made once and filled anew each time.
+
+    Args:
+        node: Who publishes.
+        simulation: What is published, as of its last `Simulation.read`.
+        states_topic: Where the controller listens.
+    """
+
+    def __init__(self, node: Node, simulation: Simulation, states_topic: str) -> None:
+        self._simulation = simulation
+        self._logger = node.get_logger()
+        joints = simulation.model.joints
+        reported = [
+            index
+            for index, joint in enumerate(joints)
+            if joint.state_interfaces or joint.mimic is not None
+        ]
+        self._reported = np.array(reported, dtype=int)
+        self._state = _JointState(name=[joints[index].name for index in reported])
+        self._view = _JointState(name=list(simulation.joint_names))
+        self._time = _Clock()
+        self._clock_publisher = node.create_publisher(_Clock, "/clock", 10)
+        self._state_publisher = node.create_publisher(_JointState, states_topic, 10)
+        self._view_publisher = node.create_publisher(_JointState, VIEW_TOPIC, 10)
+
+    def has_controller(self) -> bool:
+        """Whether somebody listens to the states of the control ticks."""
+        return self._state_publisher.get_subscription_count() > 0
+
+    def is_viewed(self) -> bool:
+        """Whether somebody looks at the pose."""
+        return self._view_publisher.get_subscription_count() > 0
+
+    def publish_clock(self, time_ns: int) -> None:
+        """Tell the simulated time."""
+        _set_stamp(self._time.clock, time_ns)
+        self._clock_publisher.publish(self._time)
+
+    def publish_state(self, time_ns: int) -> None:
+        """Send the state of a control tick to the controller."""
+        message, simulation = self._state, self._simulation
+        _set_stamp(message.header.stamp, time_ns)
+        message.position = simulation.positions[self._reported]
+        message.velocity = simulation.velocities[self._reported]
+        message.effort = simulation.efforts[self._reported]
+        self._state_publisher.publish(message)
+
+    def publish_view(self, time_ns: int) -> None:
+        """Send the pose of every joint to those who look."""
+        message, simulation = self._view, self._simulation
+        _set_stamp(message.header.stamp, time_ns)
+        message.position = simulation.positions
+        message.velocity = simulation.velocities
+        message.effort = simulation.efforts
+        self._view_publisher.publish(message)
+
+    def controller_lost(self, time_ns: int, waited_s: float) -> None:
+        """Report that the controller did not answer."""
+        what = (
+            f"No command for the state of {time_ns / _NS:.3f} s came within {waited_s:g} s"
+            if waited_s > 0.0
+            else f"The controller has gone at {time_ns / _NS:.3f} s"
+        )
+        self._logger.warning(f"{what}; the joints hold and the simulation goes on without it")
+
+    def controller_back(self, time_ns: int) -> None:
+        """Report that a lost controller answers again."""
+        self._logger.info(f"The controller answers again at {time_ns / _NS:.3f} s")
+
+    def fell_behind(self, seconds: float) -> None:
+        """Report that the pace could not be held."""
+        self._logger.warning(
+            f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s",
+            throttle_duration_sec=10.0,
+        )
+
+    def diverged(self, time_ns: int) -> None:
+        """Report that physics broke down."""
+        self._logger.error(
+            f"Physics became unstable before {time_ns / _NS:.3f} s and was reset; check masses "
+            "and inertias, or use a smaller timestep"
+        )
+
+
+def _set_stamp(stamp: Any, time_ns: int) -> None:
+    stamp.sec, stamp.nanosec = divmod(time_ns, _NS)

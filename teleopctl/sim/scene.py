@@ -1,0 +1,102 @@
+"""What surrounds the robot: ground, light and sky.
+
+The scene is for people and cameras. Physics sees of it only the ground plane, which lies at
+z = 0 of the world frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+GROUND_NAME = "ground_plane"
+
+# The side of one tile of the ground's chequer, in metres: a scale to judge distances by.
+_TILE_M = 0.5
+
+_ZENITH = [0.62, 0.74, 0.88]
+_HORIZON = [0.86, 0.9, 0.95]
+
+
+def add_scene(spec: Any) -> str:
+    """Add ground, light and sky to a robot's spec.
+
+    The ground has a body of its own, so that contacts between it and the robot's base can be
+    told from those between two links of the robot.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to extend.
+
+    Returns:
+        The name of the ground's body, which differs from ``GROUND_NAME`` when the robot has a
+        link of that name.
+    """
+    name = _free_name(GROUND_NAME, {body.name for body in spec.bodies})
+    _add_sky(spec)
+    _add_ground(spec, name)
+    _add_lights(spec)
+    return name
+
+
+def _free_name(wanted: str, taken: set[str]) -> str:
+    while wanted in taken:
+        wanted += "_"
+    return wanted
+
+
+def _add_sky(spec: Any) -> None:
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=_ZENITH,
+        rgb2=_HORIZON,
+        width=256,
+        height=256 * 6,
+    )
+    spec.visual.rgba.haze = [*_HORIZON, 1.0]
+
+
+def _add_ground(spec: Any, name: str) -> None:
+    spec.add_texture(
+        name="ground",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        mark=mujoco.mjtMark.mjMARK_EDGE,
+        rgb1=[0.72, 0.73, 0.74],
+        rgb2=[0.64, 0.65, 0.67],
+        markrgb=[0.55, 0.56, 0.58],
+        width=256,
+        height=256,
+    )
+    material = spec.add_material(name="ground", reflectance=0.15, texuniform=True)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "ground"
+    # One texture holds two by two tiles.
+    material.texrepeat = [0.5 / _TILE_M, 0.5 / _TILE_M]
+    body = spec.worldbody.add_body(name=name)
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.05],  # zero half-lengths: an infinite plane
+        material="ground",
+        group=1,
+    )
+
+
+def _add_lights(spec: Any) -> None:
+    spec.worldbody.add_light(
+        name="sun",
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[1.4, -1.8, 4.0],
+        dir=[-0.35, 0.45, -1.0],
+        diffuse=[0.75, 0.75, 0.72],
+        specular=[0.25, 0.25, 0.25],
+        castshadow=True,
+    )
+    # The edge of the shadow map shows as specks on the ground: keep it far from the robot.
+    spec.visual.map.shadowclip = 2.0
+    headlight = spec.visual.headlight
+    headlight.ambient = [0.35, 0.35, 0.35]
+    headlight.diffuse = [0.35, 0.35, 0.35]
+    headlight.specular = [0.1, 0.1, 0.1]

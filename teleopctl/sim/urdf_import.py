@@ -1,0 +1,101 @@
+"""From the robot description's URDF text to a MuJoCo spec that can be edited.
+
+MuJoCo reads URDF itself; what it would drop on the way (visual geometry, links behind fixed
+joints, the text of mesh URIs) is kept by its own extension element, which is added here. Mimic
+joints are taken out, because the description knows them in more forms than MuJoCo does; they
+come back in `teleopctl.sim.drives`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+from lxml import etree
+
+from teleopctl.errors import TeleopctlError
+
+# Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
+VISUAL_GROUP = 1
+COLLISION_GROUP = 3
+
+_COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
+
+# What robots in Gazebo name their colours; a tag there wins over the URDF's own colour.
+_GAZEBO_COLOURS = {
+    "black": (0.05, 0.05, 0.05),
+    "blue": (0.1, 0.2, 0.85),
+    "darkgray": (0.25, 0.25, 0.25),
+    "darkgrey": (0.25, 0.25, 0.25),
+    "gray": (0.6, 0.6, 0.6),
+    "green": (0.1, 0.7, 0.15),
+    "grey": (0.6, 0.6, 0.6),
+    "indigo": (0.33, 0.0, 0.5),
+    "orange": (0.95, 0.45, 0.05),
+    "purple": (0.6, 0.1, 0.7),
+    "red": (0.85, 0.1, 0.1),
+    "turquoise": (0.1, 0.8, 0.75),
+    "white": (0.95, 0.95, 0.95),
+    "yellow": (0.95, 0.85, 0.1),
+}
+
+
+def import_urdf(urdf: str) -> Any:
+    """Read URDF text into a ``mujoco.MjSpec``.
+
+    Args:
+        urdf: The expanded robot description.
+
+    Returns:
+        The spec: bodies, joints and geometry as the URDF has them, meshes by their URIs.
+
+    Raises:
+        TeleopctlError: If MuJoCo does not accept the description; the message is MuJoCo's.
+    """
+    text = _with_compiler_options(urdf)
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+    except ValueError as error:
+        message = " ".join(str(error).split())
+        raise TeleopctlError(f"The robot description cannot be simulated: {message}") from error
+    for geom in spec.geoms:
+        geom.group = COLLISION_GROUP if geom.contype else VISUAL_GROUP
+    _show_bare_collisions(spec)
+    return spec
+
+
+def gazebo_colour(material: str) -> tuple[float, float, float] | None:
+    """The red, green and blue (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
+    return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())
+
+
+def _with_compiler_options(urdf: str) -> str:
+    try:
+        # The text is decoded already; entities have no business in a robot.
+        parser = etree.XMLParser(encoding="utf-8", resolve_entities=False, remove_pis=True)
+        robot = etree.fromstring(urdf.encode(), parser)
+    except etree.XMLSyntaxError as error:
+        raise TeleopctlError(f"The robot description is not XML: {error.msg}") from error
+    for joint in robot.iterfind("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
+    extension = robot.find("mujoco")
+    if extension is None:
+        extension = etree.SubElement(robot, "mujoco")
+        # MuJoCo applies the options to what follows them.
+        robot.insert(0, extension)
+    compiler = extension.find("compiler")
+    if compiler is None:
+        compiler = etree.SubElement(extension, "compiler")
+    compiler.attrib.update(_COMPILER)
+    text: str = etree.tostring(robot, encoding="unicode")
+    return text
+
+
+def _show_bare_collisions(spec: Any) -> None:
+    """Draw the collision shapes of links that have nothing else to be seen by."""
+    for body in spec.bodies:
+        geoms = list(body.geoms)
+        if all(geom.group == COLLISION_GROUP for geom in geoms):
+            for geom in geoms:
+                geom.group = VISUAL_GROUP

@@ -1,0 +1,283 @@
+"""The simulator's loop against ports and a controller that are plain objects."""
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.simulation import Simulation
+from tests.processes import LONGEST_WAIT_S
+from tests.sim.robots import pendulum
+
+PERIOD_NS = 100_000_000
+
+
+class Recorder:
+    """Ports that remember, and that may answer a state at once."""
+
+    def __init__(self) -> None:
+        self.events: list[tuple[str, int]] = []
+        self.changed = threading.Condition()
+        self.on_state: Callable[[int], None] = lambda time_ns: None
+
+    def _add(self, event: str, time_ns: int) -> None:
+        with self.changed:
+            self.events.append((event, time_ns))
+            self.changed.notify_all()
+
+    def publish_clock(self, time_ns: int) -> None:
+        self._add("clock", time_ns)
+
+    def publish_state(self, time_ns: int) -> None:
+        self._add("state", time_ns)
+        self.on_state(time_ns)
+
+    def publish_view(self, time_ns: int) -> None:
+        self._add("view", time_ns)
+
+    def controller_lost(self, time_ns: int, waited_s: float) -> None:
+        self._add("gone" if waited_s == 0.0 else "lost", time_ns)
+
+    def controller_back(self, time_ns: int) -> None:
+        self._add("back", time_ns)
+
+    def fell_behind(self, seconds: float) -> None:
+        self._add("behind", 0)
+
+    def diverged(self, time_ns: int) -> None:
+        self._add("diverged", time_ns)
+
+    def times(self, event: str) -> list[int]:
+        with self.changed:
+            return [time_ns for name, time_ns in self.events if name == event]
+
+    def wait_for(self, event: str, count: int) -> list[int]:
+        with self.changed:
+            assert self.changed.wait_for(
+                lambda: sum(name == event for name, _ in self.events) >= count, LONGEST_WAIT_S
+            ), self.events[-20:]
+        return self.times(event)[:count]
+
+
+class Bench:
+    """A pendulum, its loop and the recorder."""
+
+    def __init__(self, **options) -> None:
+        self.ports = Recorder()
+        self.simulation = Simulation(pendulum("position velocity"), control_period_ns=PERIOD_NS)
+        options = {"real_time_factor": 0.0, "lockstep_timeout_s": 0.05} | options
+        self.loop = LockstepLoop(self.simulation, self.ports, **options)
+        self.thread = threading.Thread(target=self.loop.run, daemon=True)
+
+    def start(self) -> None:
+        self.thread.start()
+
+    def answer(self, position: float) -> None:
+        self.ports.on_state = lambda time_ns: self.loop.offer(
+            Command(time_ns, ["hinge"], [position])
+        )
+
+    def close(self) -> None:
+        self.loop.stop()
+        if self.thread.is_alive():
+            self.thread.join(LONGEST_WAIT_S)
+        assert not self.thread.is_alive()
+
+
+@pytest.fixture
+def make() -> Iterator[Callable[..., Bench]]:
+    benches: list[Bench] = []
+
+    def new(**options) -> Bench:
+        benches.append(Bench(**options))
+        return benches[-1]
+
+    yield new
+    for bench in benches:
+        bench.close()
+
+
+def test_every_tick_has_its_state_and_the_clock_runs_between(make) -> None:
+    bench = make()
+    bench.start()
+
+    assert bench.ports.wait_for("state", 5) == [k * PERIOD_NS for k in range(5)]
+    assert bench.ports.wait_for("clock", 40) == [k * 10_000_000 for k in range(40)]
+
+
+def test_a_command_acts_in_the_period_of_the_state_that_it_answers(make) -> None:
+    bench = make(paused=True)
+    bench.loop.set_partner(True)
+    bench.answer(0.1)
+    bench.start()
+
+    assert bench.loop.step(100, LONGEST_WAIT_S)
+
+    bench.simulation.read()
+    assert bench.simulation.positions[0] > 0.05
+
+
+def test_the_loop_waits_for_the_answer(make) -> None:
+    bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
+    bench.loop.set_partner(True)
+    bench.start()
+    bench.ports.wait_for("state", 1)
+
+    for tick in range(10):
+        assert bench.ports.times("state") == [k * PERIOD_NS for k in range(tick + 1)]
+        bench.loop.offer(Command(tick * PERIOD_NS - 1, ["hinge"], [0.0]))  # not that state's
+        bench.loop.offer(Command(tick * PERIOD_NS, ["hinge"], [0.0]))
+        bench.ports.wait_for("state", tick + 2)
+
+
+def test_a_silent_controller_is_lost_once_and_comes_back_with_a_right_stamp(make) -> None:
+    bench = make()
+    bench.loop.set_partner(True)
+    bench.start()
+    assert bench.ports.wait_for("lost", 1) == [0]
+    bench.ports.wait_for("state", 30)
+
+    bench.answer(0.0)
+    bench.ports.wait_for("back", 1)
+
+    bench.ports.wait_for("state", len(bench.ports.times("state")) + 20)
+    assert len(bench.ports.times("lost")) == 1
+
+
+def test_a_controller_that_leaves_is_missed_at_once_and_the_next_one_is_new(make) -> None:
+    bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
+    bench.loop.set_partner(True)
+    bench.answer(0.3)
+    bench.start()
+    bench.ports.wait_for("state", 10)
+
+    bench.ports.on_state = lambda time_ns: None
+    bench.loop.set_partner(False)
+    bench.ports.wait_for("gone", 1)
+    bench.ports.wait_for("state", 40)
+
+    bench.answer(0.0)
+    bench.loop.set_partner(True)
+    bench.ports.wait_for("state", len(bench.ports.times("state")) + 20)
+    assert [name for name, _ in bench.ports.events if name in ("gone", "lost", "back")] == ["gone"]
+
+
+def test_a_lost_controller_leaves_no_joint_running(make) -> None:
+    bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
+    bench.loop.set_partner(True)
+    bench.ports.on_state = lambda time_ns: bench.loop.offer(
+        Command(time_ns, ["hinge"], velocity=[0.5])
+    )
+    bench.start()
+    bench.ports.wait_for("state", 5)
+    bench.loop.set_partner(False)
+    bench.ports.on_state = lambda time_ns: None
+    bench.ports.wait_for("gone", 1)
+    bench.ports.wait_for("state", len(bench.ports.times("state")) + 10)
+    bench.loop.set_paused(True, LONGEST_WAIT_S)
+
+    bench.simulation.read()
+
+    assert bench.simulation.velocities[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_sender_without_stamps_is_heard_too(make) -> None:
+    bench = make(paused=True)
+    bench.start()
+    bench.loop.step(100, LONGEST_WAIT_S)
+
+    bench.loop.offer(Command(0, ["hinge"], [0.2]))
+    bench.loop.step(500, LONGEST_WAIT_S)
+
+    bench.simulation.read()
+    assert bench.simulation.positions[0] == pytest.approx(0.2, abs=1e-5)
+
+
+def test_a_paused_loop_publishes_nothing_and_goes_on_at_its_present_time(make) -> None:
+    bench = make(paused=True)
+    bench.start()
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
+    assert bench.ports.events == []
+
+    assert bench.loop.set_paused(False, LONGEST_WAIT_S)
+    bench.ports.wait_for("state", 3)
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
+    seen = len(bench.ports.times("state"))
+    assert bench.simulation.time_ns == seen * PERIOD_NS
+    assert bench.loop.set_paused(False, LONGEST_WAIT_S)
+
+    assert bench.ports.wait_for("state", seen + 1)[-1] == seen * PERIOD_NS
+
+
+def test_steps_end_anywhere_and_show_where(make) -> None:
+    bench = make(paused=True)
+    bench.loop.set_viewed(True)
+    bench.start()
+
+    assert bench.loop.step(7, LONGEST_WAIT_S)
+
+    assert bench.simulation.time_ns == 7_000_000
+    assert bench.ports.events == [("clock", 0), ("state", 0), ("view", 0),
+                                  ("clock", 7_000_000), ("view", 7_000_000)]  # fmt: skip
+
+
+def test_the_pose_is_shown_at_its_rate_and_only_to_viewers(make) -> None:
+    bench = make(paused=True, view_rate_hz=50.0)
+    bench.start()
+    bench.loop.step(1000, LONGEST_WAIT_S)
+    assert bench.ports.times("view") == []
+
+    bench.loop.set_viewed(True)
+    bench.loop.step(1000, LONGEST_WAIT_S)
+
+    shown = bench.ports.times("view")
+    assert [time_ns for time_ns in shown if time_ns % 20_000_000 == 0] == [
+        1_000_000_000 + k * 20_000_000 for k in range(51)
+    ]
+
+
+def test_requests_run_between_steps(make) -> None:
+    bench = make()
+    bench.start()
+    bench.ports.wait_for("state", 3)
+    ran_on = []
+
+    assert bench.loop.call(lambda: ran_on.append(threading.current_thread()), LONGEST_WAIT_S)
+
+    assert ran_on == [bench.thread]
+
+
+def test_the_pace_can_be_changed_while_running(make) -> None:
+    bench = make(real_time_factor=0.001)
+    bench.start()
+    bench.ports.wait_for("state", 1)
+
+    bench.loop.set_real_time_factor(0.0)
+
+    bench.ports.wait_for("state", 100)
+
+
+def test_physics_that_breaks_down_is_reported_and_set_back(make) -> None:
+    bench = make(paused=True)
+    bench.start()
+    bench.loop.step(100, LONGEST_WAIT_S)
+
+    def break_it() -> None:
+        bench.simulation._d.qvel[:] = float("nan")
+
+    assert bench.loop.call(break_it, LONGEST_WAIT_S)
+    bench.loop.step(200, LONGEST_WAIT_S)
+
+    assert bench.ports.times("diverged") == [2 * PERIOD_NS]
+    bench.simulation.read()
+    assert bench.simulation.positions[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_stop_ends_the_loop_while_it_waits_for_a_command(make) -> None:
+    bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
+    bench.loop.set_partner(True)
+    bench.start()
+    bench.ports.wait_for("state", 1)
+
+    bench.close()

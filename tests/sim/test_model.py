@@ -1,0 +1,310 @@
+"""From robot description to MuJoCo model."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.sim.model import build_model
+from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum, robot
+
+TETRAHEDRON = """v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 1 4 3
+"""
+
+
+def mesh(kind: str, uri: str) -> str:
+    return f'<{kind}><geometry><mesh filename="{uri}" scale="0.1 0.1 0.1"/></geometry></{kind}>'
+
+
+def names(mj_model, kind: str) -> list[str]:
+    count = getattr(mj_model, {"body": "nbody", "joint": "njnt"}[kind])
+    return [getattr(mj_model, kind)(index).name for index in range(count)]
+
+
+def test_links_behind_fixed_joints_keep_their_names() -> None:
+    built = model(
+        link("base", ""),
+        link("rod"),
+        link("tool", ""),
+        joint("hinge", "base", "rod"),
+        joint("weld", "rod", "tool", kind="fixed"),
+    )
+
+    assert {"base", "rod", "tool"} <= set(names(built.mj_model, "body"))
+
+
+def test_a_root_link_named_world_is_the_world() -> None:
+    built = model(
+        link("world", ""), link("base"), joint("stand", "world", "base", kind="fixed", xyz="0 0 1")
+    )
+
+    assert built.mj_model.body("base").pos == pytest.approx([0, 0, 1])
+    assert names(built.mj_model, "body").count("world") == 1
+
+
+def test_visuals_touch_nothing_and_collisions_are_not_drawn() -> None:
+    built = model(link("base", box("visual", "1 1 1") + box("collision", "1 1 1") + INERTIAL))
+
+    m = built.mj_model
+    base = [g for g in range(m.ngeom) if m.geom_bodyid[g] == m.body("base").id]
+    assert [(m.geom_group[g], m.geom_contype[g]) for g in base] == [(1, 0), (3, 1)]
+
+
+def test_a_link_with_nothing_but_collision_shapes_is_drawn_by_them() -> None:
+    m = model(link("base", box("collision", "1 1 1") + INERTIAL)).mj_model
+
+    base = [g for g in range(m.ngeom) if m.geom_bodyid[g] == m.body("base").id]
+    assert [(m.geom_group[g], m.geom_contype[g]) for g in base] == [(1, 1)]
+
+
+def test_meshes_are_found_by_uri(tmp_path: Path) -> None:
+    file = tmp_path / "part.obj"
+    file.write_text(TETRAHEDRON)
+
+    built = model(link("base", mesh("visual", file.as_uri()) + mesh("collision", str(file))))
+
+    assert built.warnings == ()
+    assert built.mj_model.nmesh >= 1
+
+
+def test_a_missing_mesh_costs_one_warning_and_its_geometry() -> None:
+    uri = "file:///nowhere/part.stl"
+    built = model(link("base", mesh("visual", uri) + mesh("collision", uri) + INERTIAL))
+
+    assert len(built.warnings) == 1
+    assert uri in built.warnings[0]
+    assert built.mj_model.nmesh == 0
+
+
+def test_a_mesh_of_an_unknown_package_is_left_out_too() -> None:
+    built = model(link("base", mesh("visual", "package://no_such_package/part.stl") + INERTIAL))
+
+    assert "no_such_package" in built.warnings[0]
+
+
+def test_a_collada_mesh_is_converted(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    file = tmp_path / "part.dae"
+    trimesh.creation.box((1, 2, 3)).export(file)
+
+    assert model(link("base", mesh("visual", str(file)))).mj_model.nmesh == 1
+
+
+def test_a_collada_mesh_without_a_converter_is_left_out_with_the_line_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "part.dae"
+    file.write_text("<COLLADA/>")
+    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
+
+    built = model(link("base", mesh("visual", str(file))))
+
+    assert "teleopctl[meshes]" in built.warnings[0]
+
+
+def test_a_moving_link_without_inertia_gets_it_from_its_shape() -> None:
+    built = model(
+        link("base", ""), link("rod", box("collision", "0.1 0.1 1")), joint("j", "base", "rod")
+    )
+
+    assert "'rod' has no mass" in built.warnings[0]
+    assert built.mj_model.body("rod").mass[0] == pytest.approx(10.0)
+
+
+def test_a_moving_frame_without_anything_weighs_next_to_nothing() -> None:
+    built = model(link("base", ""), link("dummy", ""), joint("j", "base", "dummy"))
+
+    assert "'dummy'" in built.warnings[0]
+    assert 0 < built.mj_model.body("dummy").mass[0] < 0.01
+
+
+def test_a_massless_link_that_carries_a_heavy_one_is_left_alone() -> None:
+    built = model(
+        link("base", ""),
+        link("frame", ""),
+        link("load"),
+        joint("j", "base", "frame"),
+        joint("weld", "frame", "load", kind="fixed"),
+    )
+
+    assert built.warnings == ()
+
+
+def test_an_impossible_inertia_is_balanced_and_told() -> None:
+    inertial = """<inertial><mass value="1"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="4"/></inertial>"""
+    built = model(link("base", ""), link("rod", inertial), joint("j", "base", "rod"))
+
+    assert "1, 1, 4" in built.warnings[0]
+    assert built.mj_model.body("rod").inertia == pytest.approx([2, 2, 2])
+
+
+def test_a_zero_inertia_is_replaced_and_told() -> None:
+    inertial = """<inertial><mass value="1"/>
+      <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>"""
+    built = model(link("base", ""), link("rod", inertial), joint("j", "base", "rod"))
+
+    assert "must be positive" in built.warnings[0]
+    assert (built.mj_model.body("rod").inertia > 0).all()
+
+
+def test_neighbours_do_not_touch_but_others_do() -> None:
+    shape = box("collision", "0.2 0.2 0.6", "0 0 0.25") + INERTIAL
+    built = model(
+        link("base", shape),
+        link("a", shape),
+        link("b", shape),
+        link("c", shape),
+        joint("ja", "base", "a"),
+        joint("jb", "a", "b"),
+        joint("jc", "base", "c", xyz="1 0 0"),
+    )
+    m = built.mj_model
+    pairs = {
+        (m.exclude_signature[i] >> 16, m.exclude_signature[i] & 0xFFFF) for i in range(m.nexclude)
+    }
+
+    def excluded(first: str, second: str) -> bool:
+        one, two = m.body(first).id, m.body(second).id
+        return (one, two) in pairs or (two, one) in pairs
+
+    assert excluded("base", "a") and excluded("a", "b") and excluded("base", "c")
+    assert not excluded("a", "c") and not excluded("base", "b")
+
+
+def test_links_that_overlap_at_the_start_may_pass_through_each_other() -> None:
+    shape = box("collision", "0.2 0.2 0.6") + INERTIAL
+    built = model(
+        link("base", ""),
+        link("left", shape),
+        link("right", shape),
+        joint("jl", "base", "left", xyz="0 0 1"),
+        joint("jr", "base", "right", xyz="0.1 0 1"),
+    )
+
+    assert built.excluded == (("left", "right"),)
+
+
+@pytest.mark.parametrize("form", ["urdf", "ros2_control"])
+def test_a_mimic_joint_is_held_by_a_constraint_in_either_form(form: str) -> None:
+    urdf = '<mimic joint="lead" multiplier="-2" offset="0.5"/>' if form == "urdf" else ""
+    parameters = (
+        ""
+        if form == "urdf"
+        else '<param name="mimic">lead</param><param name="multiplier">-2</param>'
+    )
+    tag = f"""<ros2_control name="h" type="system"><hardware><plugin>x/Y</plugin></hardware>
+      <joint name="lead"><command_interface name="position"/></joint>
+      <joint name="follow">{parameters}<state_interface name="position"/></joint></ros2_control>"""
+    built = model(
+        link("base", ""),
+        link("a"),
+        link("b"),
+        joint("lead", "base", "a"),
+        joint("follow", "base", "b", content=urdf),
+        tag,
+    )
+
+    m = built.mj_model
+    assert m.neq == 1
+    assert (m.joint(m.eq_obj1id[0]).name, m.joint(m.eq_obj2id[0]).name) == ("follow", "lead")
+    offset = 0.5 if form == "urdf" else 0.0
+    assert m.eq_data[0][:3] == pytest.approx([offset, -2.0, 0.0])
+
+
+def test_a_camera_looks_along_the_x_axis_of_its_link_with_z_up() -> None:
+    sensor = """<gazebo reference="eye"><sensor name="s" type="camera">
+      <pose>0.1 0 0 0 0.5 0</pose><update_rate>15</update_rate>
+      <camera name="front"><horizontal_fov>1.2</horizontal_fov>
+      <image><width>400</width><height>200</height></image></camera>
+      <plugin name="p" filename="libgazebo_ros_camera.so"><frame_name>eye_frame</frame_name>
+      </plugin></sensor></gazebo>"""
+    built = model(
+        link("base", ""),
+        link("eye", ""),
+        joint("mount", "base", "eye", kind="fixed", xyz="1 2 3"),
+        sensor,
+    )
+
+    camera = built.camera("front")
+    assert (camera.frame_id, camera.rate_hz, camera.width) == ("eye_frame", 15.0, 400)
+    data = mujoco.MjData(built.mj_model)
+    mujoco.mj_forward(built.mj_model, data)
+    assert data.cam("front").xpos == pytest.approx([1.1, 2, 3])
+    axes = data.cam("front").xmat.reshape(3, 3)
+    # Pitched down by 0.5 rad: forward is MuJoCo's -z, right its x, up its y.
+    assert -axes[:, 2] == pytest.approx([np.cos(0.5), 0, -np.sin(0.5)])
+    assert axes[:, 0] == pytest.approx([0, -1, 0])
+    assert axes[:, 1] == pytest.approx([np.sin(0.5), 0, np.cos(0.5)])
+    half_height = np.tan(0.6) / 2
+    assert np.radians(built.mj_model.cam_fovy[0]) == pytest.approx(2 * np.arctan(half_height))
+
+
+def test_an_unknown_camera_is_named_with_those_there_are() -> None:
+    with pytest.raises(TeleopctlError, match="no camera 'side'"):
+        pendulum().camera("side")
+
+
+def test_friction_and_colour_come_from_the_gazebo_tag() -> None:
+    built = model(
+        link("base", box("visual", "1 1 1") + box("collision", "1 1 1")),
+        '<gazebo reference="base"><material>Gazebo/Orange</material><mu1>0.3</mu1></gazebo>',
+    )
+
+    m = built.mj_model
+    geoms = [g for g in range(m.ngeom) if m.geom_bodyid[g] == m.body("base").id]
+    assert m.geom_friction[geoms[1]][0] == pytest.approx(0.3)
+    assert m.geom_rgba[geoms[0]][:3] == pytest.approx([0.95, 0.45, 0.05], abs=1e-6)
+
+
+def test_limits_of_zero_stand_for_none() -> None:
+    built = pendulum(limit='lower="0" upper="0" effort="0" velocity="0"')
+
+    hinge = built.joints[0]
+    assert np.isinf([hinge.lower, hinge.upper, hinge.max_effort, hinge.max_velocity]).all()
+
+
+def test_a_command_interface_that_physics_cannot_offer_is_told() -> None:
+    assert "'hinge/stiffness'" in pendulum("position stiffness").warnings[0]
+
+
+def test_the_ground_gets_out_of_the_way_of_a_link_of_its_name() -> None:
+    assert {"ground_plane", "ground_plane_"} <= set(
+        names(model(link("ground_plane", "")).mj_model, "body")
+    )
+
+
+def test_the_same_description_gives_the_same_model() -> None:
+    description = robot(
+        link("base", ""), link("rod"), joint("j", "base", "rod"), control(j="position")
+    )
+
+    sizes, contents = zip(
+        *(
+            (mujoco.mj_sizeModel(built.mj_model), built.mj_model.actuator_gainprm.tobytes())
+            for built in (build_model(description), build_model(description))
+        ),
+        strict=True,
+    )
+    assert sizes[0] == sizes[1] and contents[0] == contents[1]
+
+
+def test_what_mujoco_refuses_is_one_error() -> None:
+    with pytest.raises(TeleopctlError, match="cannot be simulated"):
+        model(
+            link("base", ""),
+            link("a"),
+            link("b"),
+            joint("j", "base", "a"),
+            joint("free", "a", "b", kind="floating", limit=""),
+        )

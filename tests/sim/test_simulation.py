@@ -1,0 +1,273 @@
+"""Physics: drives, modes, time, repeatability."""
+
+import math
+
+import numpy as np
+import pytest
+
+from teleopctl.packages import package_share
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.kinematics import link_transforms
+from teleopctl.robot.xacro_file import expand
+from teleopctl.sim.model import RobotModel, build_model
+from teleopctl.sim.simulation import Simulation
+from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum
+
+PERIOD_NS = 100_000_000
+
+
+@pytest.fixture(scope="module")
+def arm_description() -> RobotDescription:
+    file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+    return RobotDescription.from_urdf(expand(str(file), {}))
+
+
+@pytest.fixture(scope="module")
+def arm(arm_description: RobotDescription) -> RobotModel:
+    return build_model(arm_description)
+
+
+def simulate(robot: RobotModel, **options: int) -> Simulation:
+    return Simulation(robot, control_period_ns=PERIOD_NS, **options)
+
+
+def run(simulation: Simulation, periods: int, names=(), **command) -> None:
+    for _ in range(periods):
+        if names:
+            simulation.apply(names, **command)
+        simulation.step(simulation.steps_to_tick)
+    simulation.read()
+
+
+def test_the_model_of_the_arm_needs_no_repair(arm: RobotModel) -> None:
+    assert arm.warnings == () and arm.excluded == ()
+
+
+def test_the_arm_holds_its_pose_quietly(arm: RobotModel) -> None:
+    simulation = simulate(arm)
+    fastest = 0.0
+    for _ in range(200):
+        simulation.step(10)
+        simulation.read()
+        fastest = max(fastest, float(np.abs(simulation.velocities).max()))
+
+    assert np.abs(simulation.positions).max() < 1e-9
+    assert fastest < 1e-6
+    assert simulation.efforts[1] == pytest.approx(0.965, abs=0.05), "the drives carry the weight"
+
+
+@pytest.mark.parametrize(
+    "target",
+    [(0.5, 0.6, -0.7, -1.0), (-1.0, 1.2, 1.2, -0.5), (1.5, -0.7, -0.2, 0.0), (0.3, 0.1, 1.5, -1.5)],
+)
+def test_the_claw_comes_to_rest_where_forward_kinematics_puts_it(
+    arm: RobotModel, arm_description: RobotDescription, target: tuple[float, ...]
+) -> None:
+    simulation = simulate(arm)
+    run(simulation, 15, ["joint_1", "joint_2", "joint_3", "joint_4"], position=target)
+
+    joints = dict(zip(simulation.joint_names, [*target, -target[3]], strict=True))
+    expected = np.asarray(link_transforms(arm_description, joints)["claw_support"])[:3, 3]
+    assert simulation.link_position("claw_support") == pytest.approx(expected, abs=1e-5)
+    assert simulation.positions == pytest.approx(list(joints.values()), abs=1e-6)
+    assert np.abs(simulation.velocities).max() < 1e-5
+
+
+def test_the_fingers_move_as_mirror_images(arm: RobotModel) -> None:
+    simulation = simulate(arm)
+    simulation.apply(["joint_4"], position=[-1.0])
+    worst = 0.0
+    for _ in range(40):
+        simulation.step(10)
+        simulation.read()
+        worst = max(worst, abs(simulation.positions[3] + simulation.positions[4]))
+
+    assert simulation.positions[3] == pytest.approx(-1.0, abs=1e-3)
+    assert worst < 1e-3
+
+
+def test_the_same_commands_give_the_same_bits(arm: RobotModel) -> None:
+    def record(simulation: Simulation) -> bytes:
+        states = []
+        for tick in range(30):
+            angle = math.sin(tick / 5)
+            simulation.apply(["joint_2", "joint_1"], position=[angle, 1.5 * angle])
+            # However the period is cut into blocks.
+            for block in ((100,), (30, 70), (1, 98, 1))[tick % 3]:
+                simulation.step(block)
+            simulation.read()
+            states.append(simulation.positions.tobytes() + simulation.efforts.tobytes())
+        return b"".join(states)
+
+    first, second = simulate(arm), simulate(arm)
+    expected = record(first)
+    assert record(second) == expected
+    first.reset()
+    assert first.time_ns == 0
+    assert record(first) == expected
+
+
+def test_a_set_point_never_moves_faster_than_the_joint_may() -> None:
+    simulation = simulate(pendulum(limit='lower="-2" upper="2" effort="200" velocity="0.5"'))
+    simulation.apply(["hinge"], position=[1.0])
+    fastest = 0.0
+    for _ in range(300):
+        simulation.step(10)
+        simulation.read()
+        fastest = max(fastest, float(simulation.velocities[0]))
+
+    assert fastest == pytest.approx(0.5, abs=1e-3)
+    assert simulation.positions[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_position_beyond_the_limits_ends_at_the_limit() -> None:
+    simulation = simulate(pendulum())
+    run(simulation, 30, ["hinge"], position=[5.0])
+
+    assert simulation.positions[0] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_the_effort_limit_holds() -> None:
+    weak = 'lower="-2" upper="2" effort="0.5" velocity="3"'
+    simulation = simulate(pendulum(limit=weak))
+    largest = 0.0
+    for _ in range(100):
+        simulation.apply(["hinge"], position=[1.0])
+        simulation.step(100)
+        simulation.read()
+        largest = max(largest, abs(simulation.efforts[0]))
+
+    assert largest == pytest.approx(0.5)
+    assert simulation.positions[0] != pytest.approx(1.0, abs=0.1), "too weak for its own weight"
+
+
+def test_a_velocity_command_is_followed_and_its_end_stops_the_joint() -> None:
+    simulation = simulate(pendulum("position velocity"))
+    run(simulation, 5, ["hinge"], velocity=[0.7])
+    assert simulation.velocities[0] == pytest.approx(0.7, abs=1e-3)
+
+    run(simulation, 5, ["hinge"], velocity=[math.nan])
+    assert simulation.velocities[0] == pytest.approx(0.0, abs=1e-6)
+    held = float(simulation.positions[0])
+    run(simulation, 10)
+    assert simulation.positions[0] == pytest.approx(held, abs=1e-6)
+
+
+def test_a_joint_held_back_does_not_wind_up_its_drive() -> None:
+    wall = link("wall", box("collision", "1 0.2 1")) + joint(
+        "stand", "base", "wall", kind="fixed", xyz="0 -0.5 1"
+    )
+    robot = model(
+        link("base", ""),
+        link("rod", box("collision", "0.1 0.1 0.8", "0 0 0.5") + INERTIAL),
+        joint("hinge", "base", "rod"),
+        control(hinge="velocity"),
+        wall,
+    )
+    simulation = simulate(robot)
+    run(simulation, 50, ["hinge"], velocity=[1.0])
+    stuck = float(simulation.positions[0])
+    assert stuck < 0.6
+
+    run(simulation, 5, ["hinge"], velocity=[-1.0])
+
+    assert simulation.positions[0] < stuck - 0.2, "it comes free at once"
+
+
+def test_an_effort_command_leaves_the_joint_to_gravity() -> None:
+    simulation = simulate(pendulum("position effort"))
+    run(simulation, 5, ["hinge"], position=[0.5])
+
+    run(simulation, 3, ["hinge"], effort=[0.0])
+
+    assert simulation.positions[0] > 0.6, "it falls"
+    assert simulation.efforts[0] == 0.0
+    run(simulation, 1, ["hinge"], effort=[3.0])
+    assert simulation.efforts[0] == pytest.approx(3.0)
+
+
+def test_a_drive_that_takes_over_a_falling_joint_catches_it() -> None:
+    simulation = simulate(pendulum("position effort"))
+    run(simulation, 4, ["hinge"], effort=[0.2])
+
+    simulation.hold()
+    run(simulation, 10)
+    caught = float(simulation.positions[0])
+    run(simulation, 10)
+
+    assert simulation.positions[0] == pytest.approx(caught, abs=1e-6)
+    assert 0.0 < caught < 1.9
+
+
+def test_a_joint_that_nothing_drives_swings_freely() -> None:
+    robot = model(
+        link("base", ""), link("arm"), link("tail"),
+        joint("shoulder", "base", "arm"), joint("swing", "arm", "tail", axis="1 0 0"),
+        control(shoulder="position"),
+    )  # fmt: skip
+    simulation = simulate(robot)
+    run(simulation, 20, ["shoulder"], position=[0.3])
+
+    assert abs(simulation.positions[1]) > 0.5
+    # The drive does not know of that load, so it gives way a little, as a stiff spring does.
+    assert simulation.positions[0] == pytest.approx(0.3, abs=0.05)
+
+
+def test_initial_positions_are_those_of_ros2_control() -> None:
+    tag = """<ros2_control name="h" type="system"><hardware><plugin>x/Y</plugin></hardware>
+      <joint name="hinge"><command_interface name="position"/>
+      <state_interface name="position"><param name="initial_value">0.4</param></state_interface>
+      </joint></ros2_control>"""
+    robot = model(link("base", ""), link("rod"), joint("hinge", "base", "rod"), tag)
+    simulation = simulate(robot)
+
+    assert simulation.positions[0] == pytest.approx(0.4)
+    run(simulation, 5)
+    assert simulation.positions[0] == pytest.approx(0.4, abs=1e-9)
+
+
+def test_commands_find_their_joints_in_any_order_and_pass_over_strangers() -> None:
+    robot = model(
+        link("base", ""), link("a"), link("b"),
+        joint("ja", "base", "a"), joint("jb", "base", "b", xyz="1 0 0.5"),
+        control(ja="position", jb="position"),
+    )  # fmt: skip
+    simulation = simulate(robot)
+    run(simulation, 10, ["jb", "stranger", "ja"], position=[0.2, 9.0, -0.1])
+
+    assert simulation.positions == pytest.approx([-0.1, 0.2], abs=1e-6)
+    assert simulation.commandable("ja") and not simulation.commandable("stranger")
+
+
+@pytest.mark.parametrize(("rate", "steps"), [(10, 100), (100, 10), (300, 4), (1000, 1), (3000, 1)])
+def test_time_is_exact_at_every_tick(rate: int, steps: int) -> None:
+    period = round(1e9 / rate)
+    simulation = Simulation(pendulum(), control_period_ns=period)
+    assert simulation.steps_per_period == steps
+
+    for tick in range(1, 50):
+        simulation.step_to(tick * period)
+        assert simulation.at_tick
+        assert simulation.time_ns == tick * period
+
+
+def test_stepping_to_a_time_ends_at_the_first_step_not_before_it() -> None:
+    simulation = simulate(pendulum())
+    simulation.step_to(123_400_000)
+
+    assert simulation.time_ns == 124_000_000
+    assert not simulation.at_tick
+    assert simulation.steps_to_tick == 76
+    assert simulation.steps_until(100) == 0
+
+
+def test_a_reset_of_the_state_leaves_time_alone() -> None:
+    simulation = simulate(pendulum())
+    run(simulation, 5, ["hinge"], position=[1.0])
+
+    simulation.reset_state()
+
+    assert simulation.time_ns == 5 * PERIOD_NS
+    assert simulation.positions[0] == 0.0
+    run(simulation, 5)
+    assert simulation.positions[0] == pytest.approx(0.0, abs=1e-9)

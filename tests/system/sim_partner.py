@@ -1,0 +1,115 @@
+"""The other end of the simulator's topics: a robot_state_publisher and a controller in one."""
+
+import contextlib
+import threading
+from collections.abc import Callable
+
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import (
+    Context,
+    ExternalShutdownException,
+    Node,
+    SingleThreadedExecutor,
+    qos_profile_latched,
+)
+from teleopctl.packages import package_share
+from teleopctl.robot.xacro_file import expand
+from tests.processes import LONGEST_WAIT_S
+
+JointState = get_message("sensor_msgs/msg/JointState")
+String = get_message("std_msgs/msg/String")
+Clock = get_message("rosgraph_msgs/msg/Clock")
+
+Answer = Callable[[JointState], JointState | None]
+
+
+def teleop_urdf(**mappings: str) -> str:
+    """The teleop arm's description."""
+    file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+    return expand(str(file), mappings)
+
+
+def stamp_ns(message) -> int:
+    """The stamp of a message with a header, in nanoseconds."""
+    return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+
+
+def command(state, **positions: float) -> JointState:
+    """A position command that answers a state."""
+    answer = JointState(name=list(positions), position=list(positions.values()))
+    answer.header.stamp = state.header.stamp
+    return answer
+
+
+class Partner(Node):
+    """Publishes the description, answers states, and remembers what it has seen."""
+
+    def __init__(self, urdf: str) -> None:
+        self._own = Context()
+        self._own.init(args=[])
+        super().__init__("partner", context=self._own, start_parameter_services=False)
+        self.states: list[JointState] = []
+        self.clocks: list[int] = []
+        self.answer: Answer = lambda state: None
+        self._changed = threading.Condition()
+        self._description = self.create_publisher(String, "/robot_description", qos_profile_latched)
+        self._description.publish(String(data=urdf))
+        self.create_subscription(Clock, "/clock", self._on_clock, 10, immediate=True)
+        self._executor_of_test = SingleThreadedExecutor(context=self._own)
+        self._executor_of_test.add_node(self)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+        self.commands = None
+
+    def connect(self, answer: Answer) -> None:
+        """Become the controller."""
+        self.answer = answer
+        self.create_subscription(
+            JointState, "/robot_joint_states", self._on_state, 10, immediate=True
+        )
+        self.commands = self.create_publisher(JointState, "/robot_joint_commands", 10)
+        assert self.wait_for_subscribers("/robot_joint_commands", 1, LONGEST_WAIT_S)
+
+    def disconnect(self) -> None:
+        """Stop being the controller, while states are still heard."""
+        commands, self.commands = self.commands, None
+        self.destroy_publisher(commands)
+
+    def wait(self, what: Callable[[], bool], timeout_s: float = LONGEST_WAIT_S) -> None:
+        """Wait for something that a state or a clock message brings about."""
+        with self._changed:
+            assert self._changed.wait_for(what, timeout_s), f"{len(self.states)} states came"
+
+    def wait_for_states(self, count: int) -> list[JointState]:
+        """Wait until so many states have come."""
+        self.wait(lambda: len(self.states) >= count)
+        return self.states[:count]
+
+    def call(self, service: str, name: str, **request):
+        """Call a service of the simulator."""
+        kind = get_service(f"mujoco_ros2_control_msgs/srv/{service}")
+        client = self.create_client(kind, f"/mujoco_sim/{name}")
+        assert client.wait_for_service(LONGEST_WAIT_S)
+        return client.call(kind.Request(**request), timeout_sec=LONGEST_WAIT_S)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._own.try_shutdown()
+        self._thread.join(LONGEST_WAIT_S)
+
+    def _spin(self) -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            self._executor_of_test.spin()
+
+    def _on_state(self, state: JointState) -> None:
+        answer = self.answer(state)
+        if answer is not None and self.commands is not None:
+            self.commands.publish(answer)
+        with self._changed:
+            self.states.append(state)
+            self._changed.notify_all()
+
+    def _on_clock(self, message: Clock) -> None:
+        with self._changed:
+            self.clocks.append(message.clock.sec * 1_000_000_000 + message.clock.nanosec)
+            self._changed.notify_all()

@@ -1,0 +1,175 @@
+"""The camera as a process, fed by the simulator."""
+
+import itertools
+import os
+import sys
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import Context, Node
+from tests.processes import LONGEST_WAIT_S, Process, RosEnvironment
+from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
+
+Image = get_message("sensor_msgs/msg/Image")
+CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
+
+_KEPT = 4
+
+# The gripper comes down in front of the camera.
+IN_VIEW = {"joint_1": 0.1, "joint_2": -0.7, "joint_3": -0.2, "joint_4": -0.5}
+
+
+class Viewer(Node):
+    """Subscribes to what the camera offers."""
+
+    def __init__(self) -> None:
+        self._own = Context()
+        self._own.init(args=[])
+        super().__init__("viewer", context=self._own, start_parameter_services=False)
+        self.images: list = []
+        self.infos: list = []
+        self._changed = threading.Condition()
+
+    def look(self) -> None:
+        self._images = self.create_subscription(
+            Image, "/image_raw", self._collect(self.images), 1, immediate=True
+        )
+
+    def look_away(self) -> None:
+        self.destroy_subscription(self._images)
+
+    def read_info(self) -> None:
+        self.create_subscription(
+            CameraInfo, "/camera_info", self._collect(self.infos), 10, immediate=True
+        )
+
+    def wait(self, what) -> None:
+        with self._changed:
+            assert self._changed.wait_for(what, LONGEST_WAIT_S)
+
+    def close(self) -> None:
+        self._own.try_shutdown()
+
+    def _collect(self, messages: list):
+        def keep(message) -> None:
+            with self._changed:
+                messages.append(message)
+                # A picture holds 9 MB.
+                del messages[:-_KEPT]
+                self._changed.notify_all()
+
+        return keep
+
+
+@pytest.fixture
+def partner(ros: RosEnvironment) -> Iterator[Partner]:
+    node = Partner(teleop_urdf())
+    yield node
+    node.close()
+
+
+@pytest.fixture
+def viewer(ros: RosEnvironment) -> Iterator[Viewer]:
+    node = Viewer()
+    yield node
+    node.close()
+
+
+@pytest.fixture
+def camera(ros: RosEnvironment, partner: Partner) -> Process:
+    sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    process = ros.spawn_module(
+        "teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=fast"]
+    )
+    process.wait_for_line("Camera 'rgb_camera': 2304x1296 at 30 Hz")
+    sim.wait_for_line("Simulation is running")
+    return process
+
+
+def pixels(image) -> np.ndarray:
+    return np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+
+
+def test_an_image_shows_the_arm_lit_and_the_right_way_up(
+    camera: Process, partner: Partner, viewer: Viewer
+) -> None:
+    partner.connect(lambda state: command(state, **IN_VIEW))
+    partner.wait(lambda: abs(partner.states[-1].position[1] + 0.7) < 1e-6 if partner.states else 0)
+    moment = stamp_ns(partner.states[-1])
+
+    viewer.look()
+    viewer.wait(lambda: bool(viewer.images) and stamp_ns(viewer.images[-1]) > moment)
+
+    image = viewer.images[-1]
+    assert (image.width, image.height, image.step) == (2304, 1296, 3 * 2304)
+    assert (image.encoding, image.header.frame_id) == ("rgb8", "rgb_camera")
+    picture = pixels(image).astype(int)
+    sky, ground = picture[100, -100], picture[-100, -100]
+    assert sky[2] > sky[0] + 10, "the sky is blue and above"
+    assert abs(ground[2] - ground[0]) < 20, "the ground is grey and below"
+    red, green, blue = np.moveaxis(picture, -1, 0)
+    teal = (green > red + 40) & (blue > red + 40) & (red < 60)
+    assert teal.mean() > 0.02, "the fingers are in view"
+    assert picture[teal].max() > 120, "and lit"
+
+
+def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewer: Viewer) -> None:
+    viewer.read_info()
+    viewer.wait(lambda: len(viewer.infos) >= 3)
+
+    info = viewer.infos[-1]
+    assert (info.width, info.height, info.distortion_model) == (2304, 1296, "plumb_bob")
+    assert list(info.d) == [0.0] * 5
+    assert info.header.frame_id == "rgb_camera"
+    focal = 1152 / np.tan(0.575)
+    assert list(info.k) == pytest.approx([focal, 0, 1151.5, 0, focal, 647.5, 0, 0, 1])
+    assert list(info.p) == pytest.approx([focal, 0, 1151.5, 0, 0, focal, 647.5, 0, 0, 0, 1, 0])
+    assert "drawing" not in camera.stderr, "nobody looked at an image"
+
+
+def test_images_come_only_while_somebody_looks(
+    camera: Process, partner: Partner, viewer: Viewer
+) -> None:
+    view = "/mujoco_sim/joint_states"
+    assert partner.count_subscribers(view) == 0
+
+    viewer.look()
+    viewer.wait(lambda: len(viewer.images) >= 2)
+    camera.wait_for_line("drawing at quality fast")
+    assert partner.count_subscribers(view) == 1
+    stamps = [stamp_ns(image) for image in viewer.images]
+    assert all(later - earlier >= 30_000_000 for earlier, later in itertools.pairwise(stamps))
+
+    gone = threading.Event()
+    partner.add_graph_callback(lambda: gone.set() if partner.count_subscribers(view) == 0 else None)
+    viewer.look_away()
+    assert gone.wait(LONGEST_WAIT_S), "the camera no longer follows the state"
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
+def test_a_machine_that_cannot_draw_is_told_which_packages_to_install(
+    ros: RosEnvironment,
+) -> None:
+    # EGL without a driver, which is what a machine without libgl1-mesa-dri has.
+    ros.env |= {"MUJOCO_GL": "egl", "__EGL_VENDOR_LIBRARY_DIRS": os.devnull}
+    camera = ros.spawn_module("teleopctl.nodes", ["camera", "camera"])
+
+    assert camera.wait() == 1
+    assert "a system library for drawing is missing" in camera.stderr
+    assert "libegl1 libgl1-mesa-dri" in camera.stderr
+    assert "libosmesa6" in camera.stderr
+    assert "Traceback" not in camera.stderr
+
+
+def test_an_unknown_quality_is_refused(ros: RosEnvironment) -> None:
+    camera = ros.spawn_module(
+        "teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=best"]
+    )
+
+    assert camera.wait() == 1
+    assert "auto, fast, full" in camera.stderr
+    assert "Traceback" not in camera.stderr

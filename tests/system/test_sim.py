@@ -1,0 +1,208 @@
+"""The simulator as a process, in lockstep with a controller written here."""
+
+import math
+from collections.abc import Iterator
+
+import pytest
+
+from tests.processes import Process, RosEnvironment
+from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
+
+PERIOD_NS = 100_000_000
+REST = {"joint_1": 0.0, "joint_2": 0.0, "joint_3": 0.0, "joint_4": 0.0}
+TARGET = {"joint_1": 0.5, "joint_2": -0.3, "joint_3": 0.4, "joint_4": -1.0}
+
+
+@pytest.fixture(scope="module")
+def urdf() -> str:
+    return teleop_urdf()
+
+
+@pytest.fixture
+def partner(ros: RosEnvironment, urdf: str) -> Iterator[Partner]:
+    node = Partner(urdf)
+    yield node
+    node.close()
+
+
+def start(ros: RosEnvironment, *parameters: str) -> Process:
+    flags = [word for parameter in parameters for word in ("-p", parameter)]
+    return ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim", "--ros-args", *flags])
+
+
+def run_lockstep(ros: RosEnvironment, partner: Partner, count: int) -> list[tuple[int, bytes]]:
+    """From a standstill to the target: stamp and raw state of each tick."""
+    sim = start(ros, "paused:=true", "real_time_factor:=0")
+    sim.wait_for_line("Simulation is paused")
+    partner.connect(lambda state: command(state, **TARGET))
+    assert partner.call("SetPause", "set_pause", paused=False).success
+    states = partner.wait_for_states(count)
+    sim.interrupt()
+    sim.wait()
+    return [
+        (stamp_ns(s), s.position.tobytes() + s.velocity.tobytes() + s.effort.tobytes())
+        for s in states
+    ]
+
+
+def test_states_carry_exact_stamps_and_follow_the_commands(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    sim = start(ros, "paused:=true", "real_time_factor:=0")
+    sim.wait_for_line("Simulation is paused")
+    partner.connect(lambda state: command(state, **TARGET))
+    partner.call("SetPause", "set_pause", paused=False)
+
+    states = partner.wait_for_states(40)
+
+    assert [stamp_ns(state) for state in states] == [k * PERIOD_NS for k in range(40)]
+    assert states[0].name == ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5"]
+    assert list(states[0].position) == pytest.approx([0.0] * 5, abs=1e-9)
+    final = dict(zip(states[-1].name, states[-1].position, strict=True))
+    assert final == pytest.approx(TARGET | {"joint_5": 1.0}, abs=1e-6)
+    assert list(states[-1].velocity) == pytest.approx([0.0] * 5, abs=1e-6)
+
+
+def test_two_runs_with_the_same_commands_are_identical(ros: RosEnvironment, urdf: str) -> None:
+    runs = []
+    for _ in range(2):
+        partner = Partner(urdf)
+        runs.append(run_lockstep(ros, partner, 30))
+        partner.close()
+
+    assert runs[0] == runs[1]
+
+
+def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    sim = start(ros, "lockstep_timeout:=0.2", "real_time_factor:=5")
+    sim.wait_for_line("Simulation is running")
+    partner.connect(lambda state: command(state, **TARGET))
+    partner.wait_for_states(20)
+
+    partner.answer = lambda state: None
+    sim.wait_for_line(r"No command for the state of .* came within 0.2 s")
+    partner.wait_for_states(len(partner.states) + 10)
+    assert partner.states[-1].position[0] == pytest.approx(0.5, abs=1e-6)
+
+    partner.answer = lambda state: command(state, **REST)
+    sim.wait_for_line("The controller answers again")
+    partner.wait(lambda: abs(partner.states[-1].position[0]) < 1e-6)
+    assert sim.stderr.count("No command for the state") == 1
+
+
+def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    sim = start(ros, "real_time_factor:=5")
+    sim.wait_for_line("Simulation is running")
+    partner.connect(lambda state: command(state, **TARGET))
+    partner.wait_for_states(15)
+
+    partner.disconnect()
+
+    sim.wait_for_line("The controller has gone")
+    partner.wait_for_states(len(partner.states) + 20)
+    assert partner.states[-1].position[1] == pytest.approx(-0.3, abs=1e-6)
+
+
+def test_without_a_controller_the_arm_holds_its_initial_pose(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    sim = start(ros, "real_time_factor:=0")
+    sim.wait_for_line("Simulation is running")
+    partner.wait(lambda: bool(partner.clocks) and partner.clocks[-1] > 5 * 1_000_000_000)
+
+    partner.connect(lambda state: None)
+
+    states = partner.wait_for_states(1)
+    assert list(states[0].position) == pytest.approx([0.0] * 5, abs=1e-9)
+    assert "No command" not in sim.stderr.split("Simulation is running")[0]
+
+
+def test_paused_time_stands_still_and_can_be_stepped(ros: RosEnvironment, partner: Partner) -> None:
+    sim = start(ros, "paused:=true")
+    sim.wait_for_line("Simulation is paused")
+    partner.connect(lambda state: command(state, **TARGET))
+    assert partner.states == [] and partner.clocks == []
+
+    assert partner.call("StepSimulation", "step_simulation", steps=150).success
+    partner.wait(lambda: bool(partner.clocks) and partner.clocks[-1] == 150_000_000)
+    assert [stamp_ns(state) for state in partner.states] == [0, PERIOD_NS]
+
+    assert partner.call("SetPause", "set_pause", paused=False).success
+    refused = partner.call("StepSimulation", "step_simulation", steps=1)
+    assert not refused.success and "only while paused" in refused.message
+    partner.wait_for_states(4)
+    assert partner.call("SetPause", "set_pause", paused=True).success
+    seen = len(partner.states)
+    assert partner.call("StepSimulation", "step_simulation", steps=100).success
+    partner.wait_for_states(seen + 1)
+    stamps = [stamp_ns(state) for state in partner.states]
+    assert stamps == [k * PERIOD_NS for k in range(seen + 1)]
+
+
+def test_reset_world_puts_the_arm_back_while_time_goes_on(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    sim = start(ros, "paused:=true", "real_time_factor:=0")
+    sim.wait_for_line("Simulation is paused")
+    partner.connect(lambda state: command(state, **TARGET))
+    partner.call("StepSimulation", "step_simulation", steps=2000)
+    partner.answer = lambda state: command(state, joint_1=math.nan)
+
+    assert partner.call("ResetWorld", "reset_world", keyframe="").success
+    refused = partner.call("ResetWorld", "reset_world", keyframe="elsewhere")
+    assert not refused.success and "elsewhere" in refused.message
+
+    partner.call("StepSimulation", "step_simulation", steps=200)
+    states = partner.wait_for_states(22)
+    assert stamp_ns(states[-1]) == 21 * PERIOD_NS
+    assert list(states[19].position)[:4] == pytest.approx(list(TARGET.values()), abs=1e-5)
+    assert list(states[-1].position) == pytest.approx([0.0] * 5, abs=1e-9)
+
+
+def test_the_start_is_told_as_in_ros_2(ros: RosEnvironment, partner: Partner) -> None:
+    sim = start(ros, "paused:=true")
+    sim.wait_for_line("Simulation is paused")
+
+    text = sim.stderr
+    expected = [
+        "Connected to partner",
+        "Received the robot description, parsing...",
+        *(f"Loading joint: joint_{number}" for number in range(1, 6)),
+        "Joint 'joint_5' is mimicking joint 'joint_4' with multiplier: -1",
+        "Successful initialization of hardware 'RobotSystem'",
+        "Successful 'configure' of hardware 'RobotSystem'",
+        "Successful 'activate' of hardware 'RobotSystem'",
+        "Desired controller update period (0.1 s) is slower than the simulation period (0.001 s).",
+    ]
+    places = [text.find(line) for line in expected]
+    assert -1 not in places and places == sorted(places)
+
+
+def test_the_pace_follows_the_parameter(ros: RosEnvironment, partner: Partner) -> None:
+    sim = start(ros, "real_time_factor:=0.01")
+    sim.wait_for_line("Simulation is running")
+    result = ros.run("param set /mujoco_sim real_time_factor 0")
+    assert result.returncode == 0, result.stderr
+
+    partner.wait(lambda: bool(partner.clocks) and partner.clocks[-1] > 10 * 1_000_000_000)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "expected"),
+    [
+        ("real_time_factor:=-1", "'real_time_factor' is -1, expected a number of at least 0"),
+        ("timestep:=fast", "'timestep' is 'fast', expected a number"),
+    ],
+)
+def test_a_parameter_that_makes_no_sense_ends_with_one_sentence(
+    ros: RosEnvironment, parameter: str, expected: str
+) -> None:
+    sim = start(ros, parameter)
+
+    assert sim.wait() == 1
+    assert expected in sim.stderr
+    assert "Traceback" not in sim.stderr
