@@ -1,1 +1,1 @@
-"""Floor 3: the robot description: xacro, URDF, ros2_control and Gazebo tags."""
+"""The robot description: xacro, URDF, ``<ros2_control>``, ``<gazebo>`` and forward kinematics."""

@@ -1,1 +1,1 @@
-"""Floor 3: transforms in time."""
+"""Transforms between coordinate frames, kept over time."""

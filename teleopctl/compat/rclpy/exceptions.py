@@ -16,6 +16,7 @@ from teleopctl.node.exceptions import (
     ParameterImmutableException,
     ParameterNotDeclaredException,
     ParameterUninitializedException,
+    ROSInterruptException,
 )
 
 __all__ = [
@@ -34,4 +35,5 @@ __all__ = [
     "ParameterImmutableException",
     "ParameterNotDeclaredException",
     "ParameterUninitializedException",
+    "ROSInterruptException",
 ]

@@ -3,6 +3,7 @@
 from teleopctl.node.exceptions import (
     ConditionReachedException,
     ExternalShutdownException,
+    ShutdownException,
     TimeoutException,
 )
 from teleopctl.node.executor import Executor, MultiThreadedExecutor, SingleThreadedExecutor
@@ -12,6 +13,7 @@ __all__ = [
     "Executor",
     "ExternalShutdownException",
     "MultiThreadedExecutor",
+    "ShutdownException",
     "SingleThreadedExecutor",
     "TimeoutException",
 ]

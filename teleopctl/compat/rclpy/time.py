@@ -1,5 +1,7 @@
 """``rclpy.time``. Points in time."""
 
-from teleopctl.node.time import Time
+from teleopctl.node.time import NANOSECONDS_PER_SECOND, Duration, Time
 
-__all__ = ["Time"]
+__all__ = ["CONVERSION_CONSTANT", "Duration", "Time"]
+
+CONVERSION_CONSTANT = NANOSECONDS_PER_SECOND

@@ -3,16 +3,19 @@
 import sys
 from collections.abc import Sequence
 
+from teleopctl.compat.rclpy import get_rmw_implementation_identifier
 from teleopctl.node.context import Context
 from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown
 from teleopctl.node.ros_args import parse_ros_arguments
 
 __all__ = [
     "get_default_context",
+    "get_domain_id",
     "get_rmw_implementation_identifier",
     "ok",
     "remove_ros_args",
     "shutdown",
+    "timeout_sec_to_nsec",
     "try_shutdown",
 ]
 
@@ -20,11 +23,6 @@ __all__ = [
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
     """Return a command line without its ``--ros-args`` groups; ``sys.argv`` if None."""
     return list(parse_ros_arguments(sys.argv if args is None else args).program)
-
-
-def get_rmw_implementation_identifier() -> str:
-    """Return the middleware whose wire format is spoken."""
-    return "rmw_zenoh_cpp"
 
 
 def timeout_sec_to_nsec(timeout_sec: float | None) -> int:

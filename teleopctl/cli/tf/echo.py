@@ -1,0 +1,59 @@
+"""``teleopctl tf echo``."""
+
+import contextlib
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.tf.echo import echo, echo_text
+from teleopctl.tf.transforms import Transform, rpy_from_quaternion
+
+
+def echo_transform(
+    source_frame: Annotated[
+        str, Argument(help="The frame in which the other is expressed.", metavar="SOURCE")
+    ],
+    target_frame: Annotated[str, Argument(help="The frame that is looked for.", metavar="TARGET")],
+    rate: Annotated[float, Argument(help="How often to print, in Hz.")] = 1.0,
+    once: Annotated[bool, Option("--once", help="Print the first transform and end.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
+) -> None:
+    """Print where one frame stands in another."""
+    if not 0.0 < rate < float("inf"):
+        raise TeleopctlError(f"The rate must be positive, got {rate:g}", exit_status=2)
+
+    def show(stamp: int, transform: Transform) -> None:
+        if as_json:
+            console.out_json(_document(source_frame, target_frame, stamp, transform), compact=True)
+        else:
+            console.out(echo_text(stamp, transform))
+        console.flush()
+
+    # Ctrl-C is the ordinary end of a stream
+    with contextlib.suppress(KeyboardInterrupt), command_node() as node:
+        echo(
+            node,
+            source_frame,
+            target_frame,
+            period_s=1.0 / rate,
+            once=once,
+            show=show,
+            fail=console.note,
+            wait=console.note,
+        )
+
+
+def _document(source: str, target: str, stamp: int, transform: Transform) -> console.Json:
+    """Return a ``geometry_msgs/msg/TransformStamped`` as JSON, with the angles besides."""
+    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
+    return {
+        "header": {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": source},
+        "child_frame_id": target,
+        "transform": {
+            "translation": dict(zip("xyz", transform.translation, strict=True)),
+            "rotation": dict(zip("xyzw", transform.rotation, strict=True)),
+        },
+        "rpy": list(rpy_from_quaternion(transform.rotation)),
+    }

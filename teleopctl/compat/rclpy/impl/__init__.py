@@ -1,0 +1,1 @@
+"""``rclpy.impl``. What programs take from rclpy's inside for type annotations."""

@@ -1,0 +1,13 @@
+"""``rclpy.qos_event``. The earlier name of :mod:`rclpy.event_handler`."""
+
+from teleopctl.compat.rclpy.event_handler import (
+    PublisherEventCallbacks,
+    SubscriptionEventCallbacks,
+    UnsupportedEventTypeError,
+)
+
+__all__ = [
+    "PublisherEventCallbacks",
+    "SubscriptionEventCallbacks",
+    "UnsupportedEventTypeError",
+]

@@ -1,0 +1,24 @@
+"""``rclpy.type_support``. Checks of message and service classes."""
+
+from typing import Any
+
+__all__ = ["NoTypeSupportImportedException", "check_for_type_support", "check_is_valid_msg_type"]
+
+
+class NoTypeSupportImportedException(Exception):
+    """A class is no interface type."""
+
+
+def check_for_type_support(msg_or_srv_type: Any) -> None:
+    """Raise AttributeError unless the class is a message, service or action."""
+    if not isinstance(getattr(msg_or_srv_type, "TYPE_NAME", None), str):
+        raise AttributeError(
+            f"{msg_or_srv_type!r} is no message, service or action class; "
+            "was an instance passed in the place of its class?"
+        )
+
+
+def check_is_valid_msg_type(msg_type: Any) -> None:
+    """Raise RuntimeError unless the class is a message."""
+    if "/msg/" not in getattr(msg_type, "TYPE_NAME", ""):
+        raise RuntimeError(f"{msg_type!r} is no message class")

@@ -1,0 +1,14 @@
+"""``rclpy.validate_namespace``. The rules of namespaces."""
+
+from teleopctl.node.exceptions import InvalidNamespaceException
+from teleopctl.node.names import absolute_namespace
+
+__all__ = ["validate_namespace"]
+
+
+def validate_namespace(namespace: str) -> bool:
+    """Return True; raise when a namespace breaks a rule."""
+    if not namespace.startswith("/"):
+        raise InvalidNamespaceException(namespace, "namespace must be absolute", 0)
+    absolute_namespace(namespace)
+    return True

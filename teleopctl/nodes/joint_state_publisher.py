@@ -1,0 +1,173 @@
+"""``joint_state_publisher``: says where the joints of a robot stand when nobody measures it.
+
+Publishes ``joint_states`` at ``rate`` (Hz): every movable joint of the description at its zero,
+or where the topics of ``source_list`` put it.
+"""
+
+import argparse
+import contextlib
+import sys
+from pathlib import Path
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    init,
+    qos_profile_latched,
+    spin,
+)
+from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.free_joints import JointSet
+from teleopctl.robot.urdf import Mimic
+
+
+class JointStatePublisher(Node):
+    """The node; its parameters and topics are those of ROS 2.
+
+    The description comes from a file, else from the parameter ``robot_description``, else from
+    the topic of that name; a new one on the topic replaces what was known.
+
+    Args:
+        urdf: The description, or None.
+    """
+
+    def __init__(self, urdf: str | None = None) -> None:
+        super().__init__(
+            "joint_state_publisher",
+            allow_undeclared_parameters=True,
+            automatically_declare_parameters_from_overrides=True,
+        )
+        self._joints: JointSet | None = None
+        self._delta = float(self._parameter("delta", 0.0))
+        self._defaults = {
+            quantity: bool(self._parameter(f"publish_default_{name}", quantity == "position"))
+            for quantity, name in (
+                ("position", "positions"),
+                ("velocity", "velocities"),
+                ("effort", "efforts"),
+            )
+        }
+        self._heard = {"position": False, "velocity": False, "effort": False}
+        self._joint_state = get_message("sensor_msgs/msg/JointState")
+        self._publisher = self.create_publisher(self._joint_state, "joint_states", 10)
+        urdf = urdf or str(self._parameter("robot_description", ""))
+        if urdf:
+            self._take_description(urdf)
+        else:
+            self.get_logger().info(
+                "Waiting for robot_description to be published on the robot_description topic..."
+            )
+        self.create_subscription(
+            get_message("std_msgs/msg/String"),
+            "robot_description",
+            lambda message: self._take_description(message.data),
+            qos_profile_latched,
+        )
+        for topic in self._parameter("source_list", []) or []:
+            self.create_subscription(self._joint_state, topic, self._take_source, 10)
+        rate = float(self._parameter("rate", 10))
+        if rate <= 0:
+            raise TeleopctlError(f"rate should be positive, got {rate}")
+        self.create_timer(1.0 / rate, self._publish)
+
+    def _parameter(self, name: str, default: Any) -> Any:
+        """Return a parameter, which may have been declared by an override already."""
+        if not self.has_parameter(name):
+            self.declare_parameter(name, Parameter.Type.STRING_ARRAY if default == [] else default)
+        return self.get_parameter_or(name, Parameter(name, value=default)).value
+
+    def _take_description(self, urdf: str) -> None:
+        try:
+            description = RobotDescription.from_urdf(urdf)
+            before, self._joints = self._joints, self._joint_set(description)
+        except TeleopctlError as error:
+            self.get_logger().error(f"robot_description is not used: {error.message}")
+            return
+        if before is not None:
+            # a new description of the same robot does not make it jump
+            self._joints.update(before.names, before.positions())
+
+    def _joint_set(self, description: RobotDescription) -> JointSet:
+        zeros = {
+            name: float(parameter.value)
+            for name, parameter in self.get_parameters_by_prefix("zeros").items()
+        }
+        dependents: dict[str, Mimic] = {}
+        for name, parameter in self.get_parameters_by_prefix("dependent_joints").items():
+            joint, _, field = name.rpartition(".")
+            if field == "parent":
+                prefix = f"dependent_joints.{joint}"
+                dependents[joint] = Mimic(
+                    str(parameter.value),
+                    float(self._parameter(f"{prefix}.factor", 1.0)),
+                    float(self._parameter(f"{prefix}.offset", 0.0)),
+                )
+        return JointSet(
+            description,
+            zeros=zeros,
+            dependents=dependents,
+            use_mimic_tags=bool(self._parameter("use_mimic_tags", True)),
+            use_smallest_limits=bool(self._parameter("use_smallest_joint_limits", True)),
+        )
+
+    def _take_source(self, state: Any) -> None:
+        if self._joints is None:
+            return
+        self._joints.update(state.name, state.position, state.velocity, state.effort)
+        for quantity, heard in self._heard.items():
+            self._heard[quantity] = heard or len(getattr(state, quantity)) > 0
+
+    def _publish(self) -> None:
+        joints = self._joints
+        if joints is None:
+            return
+        if self._delta > 0:
+            joints.advance(self._delta)
+        state = self._joint_state(name=joints.names)
+        state.header.stamp = self.get_clock().now().to_msg()
+        if self._defaults["position"] or self._heard["position"] or self._delta > 0:
+            state.position = joints.positions()
+        for quantity in ("velocity", "effort"):
+            if self._defaults[quantity] or self._heard[quantity]:
+                setattr(state, quantity, joints.derivatives(quantity))
+        self._publisher.publish(state)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is interrupted.
+
+    Args:
+        args: Command line, with the description's file as its only word, if any; None takes the
+            process's.
+
+    Raises:
+        TeleopctlError: When the file cannot be read or a parameter is wrong.
+    """
+    words = sys.argv[1:] if args is None else args
+    parser = argparse.ArgumentParser(prog="joint_state_publisher")
+    parser.add_argument("urdf_file", nargs="?", help="URDF file, instead of the topic")
+    options = parser.parse_args(parse_ros_arguments(words).program)
+    urdf = None if options.urdf_file is None else _read_file(Path(options.urdf_file))
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=words),
+        JointStatePublisher(urdf) as node,
+    ):
+        spin(node)
+    return 0
+
+
+def _read_file(path: Path) -> str:
+    if path.suffix == ".xacro":
+        from teleopctl.robot.xacro_file import expand
+
+        return expand(path)
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise TeleopctlError(f"Cannot read {path}: {error.strerror}") from error

@@ -1,0 +1,182 @@
+"""``robot_state_publisher``: turns joint positions into transforms.
+
+Publishes the description, latched, on ``robot_description``; what stands still, latched, on
+``/tf_static``; and what moves on ``/tf`` for each message on ``joint_states``, at most at
+``publish_frequency``.
+"""
+
+import contextlib
+import math
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    init,
+    qos_profile_latched,
+    qos_profile_sensor_data,
+    spin,
+)
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.segments import SegmentTree
+from teleopctl.robot.urdf import Joint
+from teleopctl.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+from teleopctl.tf.messages import stamp_of, transform_stamped
+from teleopctl.tf.transforms import Transform
+
+_MAX_FREQUENCY = 1000.0
+
+
+class RobotStatePublisher(Node):
+    """The node; its parameters and topics are those of ROS 2.
+
+    Raises:
+        TeleopctlError: When ``robot_description`` is missing or no robot.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("robot_state_publisher")
+        urdf = self.declare_parameter("robot_description", "").value
+        self._interval_ns = _interval_ns(self.declare_parameter("publish_frequency", 20.0).value)
+        self._ignores_stamps = bool(self.declare_parameter("ignore_timestamp", False).value)
+        self._prefix = str(self.declare_parameter("frame_prefix", "").value)
+        self._string = get_message("std_msgs/msg/String")
+        self._description_publisher = self.create_publisher(
+            self._string, "robot_description", qos_profile_latched
+        )
+        self._moving = TransformBroadcaster(self)
+        self._fixed = StaticTransformBroadcaster(self)
+        self._last_published: dict[str, int] = {}
+        self._last_stamp = 0
+        self._tree = SegmentTree(_read(urdf))
+        self._publish_description(urdf)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._take_parameters)
+        self.create_subscription(
+            get_message("sensor_msgs/msg/JointState"),
+            "joint_states",
+            self._take_joint_state,
+            qos_profile_sensor_data,
+        )
+        self.get_logger().info("Robot initialized")
+
+    def _publish_description(self, urdf: str) -> None:
+        for name in self._tree.names:
+            self.get_logger().info(f"got segment {name}")
+        self._description_publisher.publish(self._string(data=urdf))
+        self._publish_fixed()
+
+    def _publish_fixed(self) -> None:
+        stamp = self.get_clock().now().nanoseconds
+        self._fixed.sendTransform(
+            [self._message(segment.joint, segment.origin, stamp) for segment in self._tree.fixed]
+        )
+
+    def _message(self, joint: Joint, transform: Transform, stamp: int) -> Any:
+        return transform_stamped(
+            self._prefix + joint.parent, self._prefix + joint.child, stamp, transform
+        )
+
+    def _take_joint_state(self, state: Any) -> None:
+        names, values = list(state.name), list(state.position)
+        if len(names) != len(values):
+            if values:
+                self.get_logger().error(
+                    "Robot state publisher ignored an invalid JointState message",
+                    throttle_duration_sec=1.0,
+                )
+            else:
+                # velocity or effort alone says nothing about where a joint stands
+                self.get_logger().warning(
+                    "Robot state publisher ignored a JointState message about joint(s) "
+                    f"{', '.join(names)}: it has no positions",
+                    throttle_duration_sec=10.0,
+                )
+            return
+        stamp = stamp_of(state.header.stamp)
+        if stamp < self._last_stamp:
+            self.get_logger().warning(
+                "Moved backwards in time, re-publishing joint transforms!",
+                throttle_duration_sec=1.0,
+            )
+            self._last_published.clear()
+        self._last_stamp = stamp
+        oldest = min((self._last_published.get(name, 0) for name in names), default=0)
+        if oldest and not self._ignores_stamps and stamp - self._interval_ns < oldest:
+            return
+        measured = {
+            name: value for name, value in zip(names, values, strict=True) if math.isfinite(value)
+        }
+        transforms = self._tree.transforms(self._tree.with_mimics(measured))
+        if transforms:
+            self._moving.sendTransform(
+                [self._message(joint, transform, stamp) for joint, transform in transforms]
+            )
+        self._last_published.update(dict.fromkeys(names, stamp))
+
+    def _check_parameters(self, parameters: list[Parameter]) -> Any:
+        """Refuse what would leave the node without a robot or with an impossible rate."""
+        result = get_message("rcl_interfaces/msg/SetParametersResult")(successful=True)
+        for parameter in parameters:
+            try:
+                if parameter.name == "robot_description":
+                    _read(parameter.value)
+                elif parameter.name == "publish_frequency":
+                    _interval_ns(parameter.value)
+            except TeleopctlError as error:
+                result.successful, result.reason = False, error.message
+        return result
+
+    def _take_parameters(self, parameters: list[Parameter]) -> None:
+        values = {parameter.name: parameter.value for parameter in parameters}
+        if "publish_frequency" in values:
+            self._interval_ns = _interval_ns(values["publish_frequency"])
+        if "ignore_timestamp" in values:
+            self._ignores_stamps = bool(values["ignore_timestamp"])
+        if "frame_prefix" in values:
+            self._prefix = str(values["frame_prefix"])
+            self._fixed.forget()
+            self._publish_fixed()
+        if "robot_description" in values:
+            self._tree = SegmentTree(_read(values["robot_description"]))
+            self._last_published.clear()
+            self._fixed.forget()
+            self._publish_description(values["robot_description"])
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is interrupted.
+
+    Args:
+        args: Command line; None takes the process's.
+
+    Raises:
+        TeleopctlError: When there is no valid description.
+    """
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=args),
+        RobotStatePublisher() as node,
+    ):
+        spin(node)
+    return 0
+
+
+def _read(urdf: str) -> RobotDescription:
+    if not urdf:
+        raise TeleopctlError(
+            "The robot_description parameter must not be empty",
+            hint="give it by --params-file, or start the node by a launch file such as "
+            "`teleopctl launch display.yaml model:=FILE`",
+        )
+    return RobotDescription.from_urdf(urdf)
+
+
+def _interval_ns(frequency: float) -> int:
+    if not 0.0 < frequency <= _MAX_FREQUENCY:
+        raise TeleopctlError(f"publish_frequency must be between 0.0 and {_MAX_FREQUENCY}")
+    # whole milliseconds, as in ROS 2, so that a stream at exactly that rate is not thinned
+    return int(1000 / frequency) * 1_000_000

@@ -1,0 +1,152 @@
+"""``static_transform_publisher``: says once and for all where one frame stands in another."""
+
+import argparse
+import contextlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node import ExternalShutdownException, Node, init, spin
+from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.tf.broadcaster import StaticTransformBroadcaster
+from teleopctl.tf.messages import transform_stamped
+from teleopctl.tf.transforms import Transform, normalize, quaternion_from_rpy
+
+_OLD_USAGE = (
+    "x y z qx qy qz qw frame_id child_frame_id  OR  x y z yaw pitch roll frame_id child_frame_id"
+)
+_MOVES = ("x", "y", "z")
+_TURNS = ("qx", "qy", "qz", "qw")
+_ANGLES = ("roll", "pitch", "yaw")
+
+
+class StaticTransformPublisher(Node):
+    """Publishes one latched transform.
+
+    Args:
+        frame_id: The frame in which the other one stands.
+        child_frame_id: The frame that stands there.
+        transform: Where it stands.
+    """
+
+    def __init__(self, frame_id: str, child_frame_id: str, transform: Transform) -> None:
+        # several of them run side by side as a rule, so each has a name of its own
+        super().__init__(f"static_transform_publisher_{os.urandom(6).hex()}")
+        self._broadcaster = StaticTransformBroadcaster(self)
+        stamp = self.get_clock().now().nanoseconds
+        self._broadcaster.sendTransform(
+            transform_stamped(frame_id, child_frame_id, stamp, transform)
+        )
+        move = "', '".join(f"{value:f}" for value in transform.translation)
+        turn = "', '".join(f"{value:f}" for value in transform.rotation)
+        self.get_logger().info(
+            "Spinning until stopped - publishing transform\n"
+            f"translation: ('{move}')\nrotation: ('{turn}')\n"
+            f"from '{frame_id}' to '{child_frame_id}'"
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until it is interrupted.
+
+    Args:
+        args: Command line; None takes the process's.
+
+    Raises:
+        TeleopctlError: When the arguments are wrong.
+    """
+    words = sys.argv[1:] if args is None else args
+    program = parse_ros_arguments(words).program
+    is_old = is_old_style(program)
+    frame_id, child_frame_id, transform = (
+        parse_old_style(program) if is_old else parse_new_style(program)
+    )
+    if frame_id == child_frame_id:
+        raise TeleopctlError(
+            f"cannot publish static transform from '{frame_id}' to '{child_frame_id}'",
+            exit_status=2,
+        )
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=words),
+        StaticTransformPublisher(frame_id, child_frame_id, transform) as node,
+    ):
+        if is_old:
+            node.get_logger().warning(
+                "Old-style arguments are deprecated; see --help for new-style arguments"
+            )
+        spin(node)
+    return 0
+
+
+def is_old_style(words: Sequence[str]) -> bool:
+    """Tell whether the arguments are given by position."""
+    return len(words) in (8, 9) and not any(word.startswith("--") for word in words)
+
+
+def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
+    """Read frame, child frame and transform from arguments by position.
+
+    Raises:
+        TeleopctlError: When a number is none.
+    """
+    *texts, frame_id, child_frame_id = words
+    try:
+        x, y, z, *turn = (float(text) for text in texts)
+    except ValueError as error:
+        raise TeleopctlError(f"{error}", hint=f"Usage: {_OLD_USAGE}", exit_status=2) from error
+    if len(turn) == len(_TURNS):
+        rotation = _unit(turn)
+    else:
+        yaw, pitch, roll = turn
+        rotation = quaternion_from_rpy(roll, pitch, yaw)
+    return frame_id, child_frame_id, Transform((x, y, z), rotation)
+
+
+def parse_new_style(words: Sequence[str]) -> tuple[str, str, Transform]:
+    """Read frame, child frame and transform from arguments by name.
+
+    Raises:
+        TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
+        SystemExit: After ``--help``.
+    """
+    parser = _Parser(
+        prog="static_transform_publisher",
+        description="Publish where one frame stands in another, in metres and radians.",
+        epilog=f"Old, deprecated arguments: {_OLD_USAGE}",
+        allow_abbrev=False,
+    )
+    for name in (*_MOVES, *_TURNS, *_ANGLES):
+        parser.add_argument(f"--{name}", type=float, metavar="NUMBER")
+    parser.add_argument("--frame-id", required=True, help="the parent frame")
+    parser.add_argument("--child-frame-id", required=True, help="the frame that stands in it")
+    found = vars(parser.parse_args(list(words)))
+    x, y, z = (found[name] or 0.0 for name in _MOVES)
+    has_quaternion = any(found[name] is not None for name in _TURNS)
+    if has_quaternion and any(found[name] is not None for name in _ANGLES):
+        parser.error("give the rotation as --qx --qy --qz --qw or as --roll --pitch --yaw")
+    if has_quaternion:
+        qx, qy, qz, qw = (found[name] for name in _TURNS)
+        rotation = _unit([qx or 0.0, qy or 0.0, qz or 0.0, 1.0 if qw is None else qw])
+    else:
+        roll, pitch, yaw = (found[name] or 0.0 for name in _ANGLES)
+        rotation = quaternion_from_rpy(roll, pitch, yaw)
+    return found["frame_id"], found["child_frame_id"], Transform((x, y, z), rotation)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports a wrong command line as all of teleopctl does."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing and leaving."""
+        raise TeleopctlError(message, hint=self.format_usage().strip(), exit_status=2)
+
+
+def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
+    x, y, z, w = numbers
+    try:
+        return normalize((x, y, z, w))
+    except ZeroDivisionError:
+        raise TeleopctlError("the quaternion is zero", exit_status=2) from None

@@ -1,0 +1,146 @@
+"""The robot description: one object for all that a URDF says.
+
+Links and joints are read at once. ``<ros2_control>`` and ``<gazebo>`` are read when somebody asks
+for them, so that a mistake in the one stops only those who need it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.robot import elements
+from teleopctl.robot.elements import Element
+from teleopctl.robot.gazebo_tag import GazeboTag, read_gazebo
+from teleopctl.robot.ros2_control_tag import HardwareComponent, Transmission, read_components
+from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """A robot as a tree of links.
+
+    Attributes:
+        name: The robot's name.
+        links: Links by name, in the order of the URDF.
+        joints: Joints by name, in the order of the URDF.
+        root: The link that no joint moves.
+        urdf: The text that all this was read from.
+    """
+
+    name: str
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    root: str
+    urdf: str
+
+    @classmethod
+    def from_urdf(cls, text: str) -> "RobotDescription":
+        """Read a URDF.
+
+        Raises:
+            TeleopctlError: When it is not XML, is not a robot, or its links form no tree.
+        """
+        robot = _parse_robot(text)
+        links, joints = read_links(robot), read_joints(robot)
+        root = _find_root(links, joints)
+        return cls(robot.get("name") or "", links, joints, root, text)
+
+    @cached_property
+    def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:
+        """The joints that start at each link."""
+        found: dict[str, list[Joint]] = {name: [] for name in self.links}
+        for joint in self.joints.values():
+            found[joint.parent].append(joint)
+        return {name: tuple(joints) for name, joints in found.items()}
+
+    @cached_property
+    def tree(self) -> tuple[Joint, ...]:
+        """Every joint, parents before children."""
+        order: list[Joint] = []
+        pending = [self.root]
+        while pending:
+            joints = self.child_joints[pending.pop(0)]
+            order.extend(joints)
+            pending.extend(joint.child for joint in joints)
+        return tuple(order)
+
+    @cached_property
+    def ros2_control(self) -> tuple[HardwareComponent, ...]:
+        """The hardware components; none when there is no ``<ros2_control>``.
+
+        Raises:
+            TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
+        """
+        return read_components(_parse_robot(self.urdf), self.joints)
+
+    def require_ros2_control(self) -> tuple[HardwareComponent, ...]:
+        """Return the hardware components.
+
+        Raises:
+            TeleopctlError: When there is none, or when a tag is wrong.
+        """
+        if not self.ros2_control:
+            raise TeleopctlError("no 'ros2_control' tag found in the URDF")
+        return self.ros2_control
+
+    @property
+    def transmissions(self) -> tuple[Transmission, ...]:
+        """The transmissions of all hardware components."""
+        return tuple(found for part in self.ros2_control for found in part.transmissions)
+
+    @cached_property
+    def gazebo(self) -> GazeboTag:
+        """What the description tells a simulator.
+
+        Raises:
+            TeleopctlError: When a ``<gazebo>`` cannot be read.
+        """
+        return read_gazebo(_parse_robot(self.urdf))
+
+
+def _parse_robot(text: str) -> Element:
+    root = elements.parse(text)
+    if root.tag != "robot":
+        raise TeleopctlError(
+            "the robot tag is not root element in URDF or sdf tag is not root element in SDF",
+            hint=f"The root element is <{root.tag}>.",
+        )
+    return root
+
+
+def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
+    """Return the one link without a parent.
+
+    Raises:
+        TeleopctlError: When a joint names a missing link, a link has two parents, or the links
+            do not form one tree.
+    """
+    if not links:
+        raise TeleopctlError("No link elements found in urdf file")
+    parent_of: dict[str, Joint] = {}
+    for joint in joints.values():
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                raise TeleopctlError(f"{role} link [{name}] of joint [{joint.name}] not found")
+        other = parent_of.setdefault(joint.child, joint)
+        if other is not joint:
+            raise TeleopctlError(
+                f"link [{joint.child}] has two parents: joints [{other.name}] and [{joint.name}]"
+            )
+    roots = [name for name in links if name not in parent_of]
+    if not roots:
+        raise TeleopctlError("No root link found. The robot xml is not a valid tree.")
+    if len(roots) > 1:
+        raise TeleopctlError(f"Two root links found: [{roots[0]}] and [{roots[1]}]")
+    reached = {roots[0]}
+    for start in links:
+        path: list[str] = []
+        name = start
+        while name not in reached:
+            if name in path:
+                raise TeleopctlError(f"The links {path} form a ring")
+            path.append(name)
+            name = parent_of[name].parent
+        reached.update(path)
+    return roots[0]

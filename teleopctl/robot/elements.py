@@ -1,0 +1,159 @@
+"""Reading XML elements: attributes, numbers and vectors, with errors that say where.
+
+Floor 3's readers of URDF and of its extensions share these; nothing here knows what a robot is.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Protocol
+
+from lxml import etree
+
+from teleopctl.errors import TeleopctlError
+
+Vector3 = tuple[float, float, float]
+
+
+class Element(Protocol):
+    """The part of an lxml element that the readers use."""
+
+    tag: str
+    text: str | None
+    sourceline: int | None
+
+    def get(self, key: str) -> str | None:
+        """Return an attribute, or None."""
+        ...
+
+    def find(self, path: str) -> "Element | None":
+        """Return the first child that matches, or None."""
+        ...
+
+    def findall(self, path: str) -> "list[Element]":
+        """Return every child that matches."""
+        ...
+
+    def __iter__(self) -> "Iterator[Element]": ...
+
+
+def parse(text: str) -> Element:
+    """Parse a URDF document.
+
+    Raises:
+        TeleopctlError: When it is empty or not XML, with ros2_control's message.
+    """
+    if not text.strip():
+        raise TeleopctlError("empty URDF passed to robot")
+    # The text is decoded already, so an encoding that it declares no longer holds. Entities are
+    # left alone: a description has no reason to read other files through them.
+    parser = etree.XMLParser(
+        encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
+    )
+    try:
+        root: Element = etree.fromstring(text.encode(), parser)
+    except etree.XMLSyntaxError as error:
+        raise TeleopctlError(f"invalid URDF passed in to robot parser: {error.msg}") from error
+    return root
+
+
+def describe(element: Element) -> str:
+    """Name an element for an error message: its tag, its name and its line."""
+    name = element.get("name")
+    named = f" '{name}'" if name else ""
+    line = f" (line {element.sourceline})" if element.sourceline else ""
+    return f"<{element.tag}>{named}{line}"
+
+
+def required(element: Element, attribute: str) -> str:
+    """Return an attribute.
+
+    Raises:
+        TeleopctlError: When it is missing or empty.
+    """
+    value = element.get(attribute)
+    if not value:
+        name = element.get("name")
+        named = f" with name '{name}'" if name else ""
+        raise TeleopctlError(
+            f"no attribute '{attribute}' in '{element.tag}' tag{named}",
+            hint=f"See line {element.sourceline} of the URDF." if element.sourceline else None,
+        )
+    return value
+
+
+def child_text(element: Element, tag: str, default: str = "") -> str:
+    """Return the stripped text of a child element, or the default where there is none."""
+    child = element.find(tag)
+    return default if child is None else (child.text or "").strip()
+
+
+def to_number(text: str) -> float | None:
+    """Read a number as URDF has them, or return None."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    # Python's grammar is wider than URDF's
+    return None if math.isnan(value) or "_" in text else value
+
+
+def number(element: Element, attribute: str, default: float | None = None) -> float:
+    """Return an attribute as a number.
+
+    Args:
+        element: The element.
+        attribute: The attribute's name.
+        default: What a missing attribute means, or None when it is required.
+
+    Raises:
+        TeleopctlError: When it is required and missing, or is no number.
+    """
+    text = element.get(attribute)
+    if text is None and default is not None:
+        return default
+    value = to_number(required(element, attribute))
+    if value is None:
+        raise TeleopctlError(
+            f"{describe(element)}: attribute '{attribute}' should be a number, got '{text}'"
+        )
+    return value
+
+
+def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
+    """Return an attribute that holds ``count`` numbers separated by blanks.
+
+    Raises:
+        TeleopctlError: When it is missing or holds anything else.
+    """
+    text = required(element, attribute)
+    values = [to_number(part) for part in text.split()]
+    found = tuple(value for value in values if value is not None)
+    if len(values) != count or len(found) != count:
+        raise TeleopctlError(
+            f"{describe(element)}: attribute '{attribute}' should be {count} numbers, got '{text}'"
+        )
+    return found
+
+
+def vector(element: Element, attribute: str, default: Vector3 | None = None) -> Vector3:
+    """Return an attribute as three numbers.
+
+    Raises:
+        TeleopctlError: When it is required and missing, or is something else.
+    """
+    if element.get(attribute) is None and default is not None:
+        return default
+    x, y, z = numbers(element, attribute, 3)
+    return x, y, z
+
+
+def boolean(text: str, where: str) -> bool:
+    """Read ``true`` or ``false`` in any letter case.
+
+    Raises:
+        TeleopctlError: When it is anything else.
+    """
+    lowered = text.strip().lower()
+    if lowered not in ("true", "false"):
+        raise TeleopctlError(f"{where} should be true or false, got '{text}'")
+    return lowered == "true"

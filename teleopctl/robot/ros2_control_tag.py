@@ -1,0 +1,357 @@
+"""``<ros2_control>``: which hardware a robot has and what may be commanded and read.
+
+Messages of errors are ros2_control's, so that a search for them finds its answers.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, cast, get_args
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.robot.elements import Element, boolean, child_text, required, to_number
+from teleopctl.robot.joint_limits import JointLimits, combine_limits
+from teleopctl.robot.urdf import Joint, Mimic
+
+ComponentType = Literal["system", "actuator", "sensor"]
+
+_TYPES = ("double", "bool", "float32", "uint8", "int8", "uint16", "int16", "uint32", "int32")
+_CHILDREN = ("hardware", "joint", "sensor", "gpio", "transmission", "properties")
+_DEFAULT_PRIORITY = 50
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceInfo:
+    """A value that can be commanded or read.
+
+    Attributes:
+        name: Its name within the component, for example ``position``.
+        data_type: The type's name; ``unknown`` for one that ros2_control does not know.
+        size: How many values it holds.
+        minimum: ``min`` as written, or an empty string.
+        maximum: ``max`` as written, or an empty string.
+        initial_value: The value before the hardware says otherwise, or None.
+        parameters: Every ``<param>``, those above included.
+        enable_limits: False where the tag switches the limits of this interface off.
+    """
+
+    name: str
+    data_type: str
+    size: int
+    minimum: str
+    maximum: str
+    initial_value: float | None
+    parameters: Mapping[str, str]
+    enable_limits: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentInfo:
+    """A joint, sensor or gpio of a hardware component.
+
+    ``mimic`` holds for joints that follow another one in control, wherever that was written.
+    """
+
+    name: str
+    kind: Literal["joint", "sensor", "gpio"]
+    command_interfaces: tuple[InterfaceInfo, ...]
+    state_interfaces: tuple[InterfaceInfo, ...]
+    parameters: Mapping[str, str]
+    mimic: Mimic | None = None
+    limits: JointLimits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TransmissionEnd:
+    """A joint or an actuator of a transmission."""
+
+    name: str
+    role: str
+    mechanical_reduction: float = 1.0
+    offset: float = 0.0
+    read_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Transmission:
+    """How actuators move joints."""
+
+    name: str
+    plugin: str
+    joints: tuple[TransmissionEnd, ...]
+    actuators: tuple[TransmissionEnd, ...]
+    parameters: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareComponent:
+    """One ``<ros2_control>`` tag.
+
+    Attributes:
+        name: The component's name.
+        type: What it drives.
+        plugin: Name of the hardware's class.
+        group: Group of components that fail together, or an empty string.
+        parameters: ``<param>`` of ``<hardware>``.
+        rw_rate: How often it is read and written, in Hz; 0 is the manager's rate.
+        is_async: Whether it wants a thread of its own.
+        thread_priority: Real-time priority of that thread.
+        joints: Its joints, in the order of the tag.
+        sensors: Its sensors.
+        gpios: Its general-purpose inputs and outputs.
+        transmissions: Its transmissions.
+        warnings: What was read otherwise than it was written, a sentence each.
+    """
+
+    name: str
+    type: ComponentType
+    plugin: str
+    group: str
+    parameters: Mapping[str, str]
+    rw_rate: int
+    is_async: bool
+    thread_priority: int
+    joints: tuple[ComponentInfo, ...]
+    sensors: tuple[ComponentInfo, ...]
+    gpios: tuple[ComponentInfo, ...]
+    transmissions: tuple[Transmission, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[HardwareComponent, ...]:
+    """Read every ``<ros2_control>`` of a ``<robot>``.
+
+    Args:
+        robot: The root element.
+        joints: The joints of the URDF.
+
+    Raises:
+        TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
+    """
+    components: dict[str, HardwareComponent] = {}
+    for element in robot.findall("ros2_control"):
+        component = _read_component(element, joints)
+        if component.name in components:
+            raise TeleopctlError(f"Component name '{component.name}' is not unique")
+        components[component.name] = component
+    return tuple(components.values())
+
+
+def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> HardwareComponent:
+    name, kind = required(element, "name"), required(element, "type")
+    if kind not in get_args(ComponentType):
+        raise TeleopctlError(
+            f"Component '{name}' is of unknown type '{kind}'",
+            hint=f"Known are {', '.join(get_args(ComponentType))}.",
+        )
+    for child in element:
+        if child.tag not in _CHILDREN:
+            raise TeleopctlError(
+                f"invalid tag name '{child.tag}'",
+                hint=f'<ros2_control name="{name}"> may hold {", ".join(_CHILDREN)}.',
+            )
+    hardware = element.find("hardware")
+    plugin = "" if hardware is None else child_text(hardware, "plugin")
+    if hardware is None or not plugin:
+        raise TeleopctlError(
+            f"Missing <plugin> tag of <hardware> element for '{name}' in your URDF."
+        )
+    warnings: list[str] = []
+    in_tag = {required(child, "name"): child for child in element.findall("joint")}
+    joints = tuple(_read_joint(child, urdf_joints, in_tag, warnings) for child in in_tag.values())
+    transmissions = tuple(_read_transmission(child) for child in element.findall("transmission"))
+    if kind == "actuator" and any(len(found.joints) != 1 for found in transmissions):
+        raise TeleopctlError(
+            f"Actuator '{name}': a transmission of an actuator names exactly one joint"
+        )
+    is_async = _flag(element, "is_async", default=False)
+    return HardwareComponent(
+        name=name,
+        type=cast(ComponentType, kind),
+        plugin=plugin,
+        group=child_text(hardware, "group"),
+        parameters=_parameters(hardware),
+        rw_rate=_integer(element, "rw_rate", 0, least=0),
+        is_async=is_async,
+        thread_priority=_thread_priority(element) if is_async else _DEFAULT_PRIORITY,
+        joints=joints,
+        sensors=tuple(_read_part(child, "sensor") for child in element.findall("sensor")),
+        gpios=tuple(_read_part(child, "gpio") for child in element.findall("gpio")),
+        transmissions=transmissions,
+        warnings=tuple(warnings),
+    )
+
+
+def _read_part(element: Element, kind: Literal["joint", "sensor", "gpio"]) -> ComponentInfo:
+    return ComponentInfo(
+        name=required(element, "name"),
+        kind=kind,
+        command_interfaces=tuple(
+            _read_interface(child) for child in element.findall("command_interface")
+        ),
+        state_interfaces=tuple(
+            _read_interface(child) for child in element.findall("state_interface")
+        ),
+        parameters=_parameters(element),
+    )
+
+
+def _read_joint(
+    element: Element,
+    urdf_joints: Mapping[str, Joint],
+    in_tag: Mapping[str, Element],
+    warnings: list[str],
+) -> ComponentInfo:
+    part = _read_part(element, "joint")
+    joint = urdf_joints.get(part.name)
+    if joint is None:
+        raise TeleopctlError(f"Joint '{part.name}' not found in URDF")
+    if joint.type == "fixed":
+        raise TeleopctlError(
+            f"Joint '{part.name}' is of type 'fixed'. "
+            "Fixed joints do not make sense in ros2_control."
+        )
+    mimic = _mimic_in_control(element, part, joint, warnings)
+    if mimic is not None:
+        if mimic.joint not in in_tag:
+            raise TeleopctlError(f"Mimic joint '{mimic.joint}' not found in <ros2_control> tag")
+        part = _without_commands(part, joint, warnings)
+    enabled = _limits_enabled(element)
+    limits = combine_limits(joint, part.command_interfaces, enabled, warnings)
+    return replace(part, mimic=mimic, limits=limits)
+
+
+def _mimic_in_control(
+    element: Element, part: ComponentInfo, joint: Joint, warnings: list[str]
+) -> Mimic | None:
+    """Decide which joint this one follows: the URDF's ``<mimic>``, else the parameters."""
+    attribute = element.get("mimic")
+    wanted = None if attribute is None else boolean(attribute, f"mimic of joint '{part.name}'")
+    if wanted is False:
+        return None
+    if wanted and joint.mimic is None:
+        raise TeleopctlError(f"Joint '{part.name}' has no mimic information in the URDF")
+    leader = part.parameters.get("mimic")
+    if joint.mimic is not None or not leader:
+        return joint.mimic
+    text = part.parameters.get("multiplier", "1")
+    multiplier = to_number(text)
+    if multiplier is None:
+        raise TeleopctlError(f"Joint '{part.name}': multiplier should be a number, got '{text}'")
+    warnings.append(
+        f"Joint '{part.name}' mimics '{leader}' by parameters of <ros2_control>, which newer "
+        f'releases ignore. Write <mimic joint="{leader}" multiplier="{text}"/> into its <joint>.'
+    )
+    return Mimic(leader, multiplier)
+
+
+def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) -> ComponentInfo:
+    """Take the command interfaces off a joint that follows another one.
+
+    Raises:
+        TeleopctlError: When only the URDF says that it follows, which is an error in ROS 2 too;
+            descriptions written for the older form, with parameters, have such interfaces.
+    """
+    if not part.command_interfaces:
+        return part
+    if "mimic" not in part.parameters:
+        raise TeleopctlError(
+            f"Joint '{joint.name}' has mimic attribute not set to false: "
+            "Activated mimic joints cannot have command interfaces."
+        )
+    names = ", ".join(f"{joint.name}/{interface.name}" for interface in part.command_interfaces)
+    warnings.append(f"Joint '{joint.name}' follows another joint and cannot be commanded: {names}")
+    return replace(part, command_interfaces=())
+
+
+def _limits_enabled(element: Element) -> bool:
+    limits = element.find("limits")
+    return limits is None or _required_flag(limits, "enable")
+
+
+def _required_flag(element: Element, attribute: str) -> bool:
+    return boolean(required(element, attribute), f"attribute '{attribute}' of <{element.tag}>")
+
+
+def _read_interface(element: Element) -> InterfaceInfo:
+    parameters = _parameters(element)
+    data_type = element.get("data_type") or "double"
+    return InterfaceInfo(
+        name=required(element, "name"),
+        data_type=data_type if data_type in _TYPES else "unknown",
+        size=_integer(element, "size", 1, least=1),
+        minimum=parameters.get("min", ""),
+        maximum=parameters.get("max", ""),
+        initial_value=to_number(parameters.get("initial_value", "")),
+        parameters=parameters,
+        enable_limits=_limits_enabled(element),
+    )
+
+
+def _read_transmission(element: Element) -> Transmission:
+    name = required(element, "name")
+    plugin = child_text(element, "plugin")
+    if not plugin:
+        raise TeleopctlError(f"Missing <plugin> tag in transmission '{name}'")
+    joints = tuple(_read_end(child) for child in element.findall("joint"))
+    if not joints:
+        raise TeleopctlError(f"Transmission '{name}' has no <joint>")
+    return Transmission(
+        name=name,
+        plugin=plugin,
+        joints=joints,
+        actuators=tuple(_read_end(child) for child in element.findall("actuator")),
+        parameters=_parameters(element),
+    )
+
+
+def _read_end(element: Element) -> TransmissionEnd:
+    return TransmissionEnd(
+        name=required(element, "name"),
+        role=required(element, "role"),
+        mechanical_reduction=_child_number(element, "mechanical_reduction", "1"),
+        offset=_child_number(element, "offset", "0"),
+        read_only=_flag(element, "read_only", default=False),
+    )
+
+
+def _child_number(element: Element, tag: str, default: str) -> float:
+    text = child_text(element, tag, default)
+    value = to_number(text)
+    if value is None:
+        name = element.get("name")
+        raise TeleopctlError(f"<{tag}> of '{name}' should be a number, got '{text}'")
+    return value
+
+
+def _parameters(element: Element) -> dict[str, str]:
+    return {
+        required(child, "name"): (child.text or "").strip() for child in element.findall("param")
+    }
+
+
+def _flag(element: Element, attribute: str, *, default: bool) -> bool:
+    text = element.get(attribute)
+    return default if text is None else boolean(text, f"attribute '{attribute}'")
+
+
+def _integer(element: Element, attribute: str, default: int, *, least: int) -> int:
+    text = element.get(attribute)
+    if text is None:
+        return default
+    value = int(text) if text.isascii() and text.isdigit() else -1
+    if not least <= value < 2**31:
+        expected = "a non-zero positive integer" if least else "an integer that is not negative"
+        raise TeleopctlError(
+            f'Could not parse {attribute} tag in "{element.get("name")}". '
+            f'Got "{text}", but expected {expected}.'
+        )
+    return value
+
+
+def _thread_priority(element: Element) -> int:
+    properties = element.find("properties")
+    asynchronous = None if properties is None else properties.find("async")
+    for source in (asynchronous, element):
+        if source is not None and source.get("thread_priority") is not None:
+            return _integer(source, "thread_priority", _DEFAULT_PRIORITY, least=1)
+    return _DEFAULT_PRIORITY

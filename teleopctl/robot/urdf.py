@@ -1,0 +1,369 @@
+"""Links and joints of a URDF as plain, frozen data.
+
+Lengths are in metres, angles in radians, masses in kilograms; ``rpy`` are rotations about the
+fixed axes x, y, z in that order.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal, cast, get_args
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.robot.elements import Element, Vector3, describe, number, numbers, required, vector
+
+JointType = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
+
+_ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a frame stands in another one."""
+
+    xyz: Vector3 = _ZERO
+    rpy: Vector3 = _ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box around the origin; ``size`` holds its edges along x, y, z."""
+
+    size: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along z around the origin."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A cylinder along z around the origin with half spheres on its ends."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere around the origin."""
+
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A mesh file; ``uri`` is the text of the URDF, resolved by ``packages.resolve_uri``."""
+
+    uri: str
+    scale: Vector3 = (1.0, 1.0, 1.0)
+
+
+Geometry = Box | Cylinder | Capsule | Sphere | Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A colour (red, green, blue, alpha; 0 to 1) or a texture's URI, or both."""
+
+    name: str = ""
+    rgba: tuple[float, float, float, float] | None = None
+    texture: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Visual:
+    """A shape that is drawn."""
+
+    geometry: Geometry
+    origin: Pose = Pose()
+    material: Material | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A shape that touches others."""
+
+    geometry: Geometry
+    origin: Pose = Pose()
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Inertial:
+    """Mass, and inertia about the centre of mass in the axes of ``origin``, in kg m²."""
+
+    mass: float
+    origin: Pose = Pose()
+    ixx: float = 0.0
+    ixy: float = 0.0
+    ixz: float = 0.0
+    iyy: float = 0.0
+    iyz: float = 0.0
+    izz: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A rigid body."""
+
+    name: str
+    inertial: Inertial | None = None
+    visuals: tuple[Visual, ...] = ()
+    collisions: tuple[Collision, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """What a joint can do; ``lower`` and ``upper`` are meaningless for continuous joints."""
+
+    lower: float = 0.0
+    upper: float = 0.0
+    effort: float = 0.0
+    velocity: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """A joint that follows another: position = multiplier · other + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    """Viscous damping and dry friction, in N m s/rad and N m (prismatic: N s/m and N)."""
+
+    damping: float = 0.0
+    friction: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyController:
+    """Soft limits inside the hard ones, and the gains with which they act."""
+
+    soft_lower: float = 0.0
+    soft_upper: float = 0.0
+    k_position: float = 0.0
+    k_velocity: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """How a child link moves in its parent; ``axis`` is a unit vector in the joint's frame."""
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    origin: Pose = Pose()
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    limit: Limit | None = None
+    mimic: Mimic | None = None
+    dynamics: Dynamics = field(default_factory=Dynamics)
+    safety: SafetyController | None = None
+
+    @property
+    def is_single_axis(self) -> bool:
+        """Whether one number says where the joint stands."""
+        return self.type in ("revolute", "continuous", "prismatic")
+
+
+def read_links(robot: Element) -> dict[str, Link]:
+    """Read every ``<link>`` of a ``<robot>``, in the order of the file.
+
+    Raises:
+        TeleopctlError: When one is incomplete or a name stands twice.
+    """
+    materials = {}
+    for element in robot.findall("material"):
+        material = _read_material(element)
+        materials[material.name] = material
+    links: dict[str, Link] = {}
+    for element in robot.findall("link"):
+        name = required(element, "name")
+        if name in links:
+            raise TeleopctlError(f"link '{name}' is not unique")
+        inertial = element.find("inertial")
+        links[name] = Link(
+            name=name,
+            inertial=None if inertial is None else _read_inertial(inertial),
+            visuals=tuple(_read_visual(child, materials) for child in element.findall("visual")),
+            collisions=tuple(_read_collision(child) for child in element.findall("collision")),
+        )
+    return links
+
+
+def read_joints(robot: Element) -> dict[str, Joint]:
+    """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
+
+    Raises:
+        TeleopctlError: When one is incomplete, a name stands twice, or a mimic joint follows a
+            joint that does not exist or, in the end, itself.
+    """
+    joints: dict[str, Joint] = {}
+    for element in robot.findall("joint"):
+        joint = _read_joint(element)
+        if joint.name in joints:
+            raise TeleopctlError(f"joint '{joint.name}' is not unique")
+        joints[joint.name] = joint
+    for joint in joints.values():
+        _check_mimic(joint, joints)
+    return joints
+
+
+def _read_joint(element: Element) -> Joint:
+    name = required(element, "name")
+    kind = required(element, "type")
+    if kind not in get_args(JointType):
+        raise TeleopctlError(
+            f"Joint '{name}' has no known type: '{kind}'",
+            hint=f"Known are {', '.join(get_args(JointType))}.",
+        )
+    limit, mimic, dynamics = (element.find(tag) for tag in ("limit", "mimic", "dynamics"))
+    safety = element.find("safety_controller")
+    if limit is None and kind in ("revolute", "prismatic"):
+        raise TeleopctlError(
+            f"Joint '{name}' is of type '{kind}' but it does not specify limits",
+            hint="Add <limit lower upper effort velocity>, or make the joint continuous.",
+        )
+    return Joint(
+        name=name,
+        type=cast(JointType, kind),
+        parent=_linked(element, "parent"),
+        child=_linked(element, "child"),
+        origin=_read_origin(element),
+        axis=_read_axis(element, kind),
+        limit=None if limit is None else _read_limit(limit),
+        mimic=None
+        if mimic is None
+        else Mimic(
+            required(mimic, "joint"), number(mimic, "multiplier", 1.0), number(mimic, "offset", 0.0)
+        ),
+        dynamics=Dynamics()
+        if dynamics is None
+        else Dynamics(number(dynamics, "damping", 0.0), number(dynamics, "friction", 0.0)),
+        safety=None
+        if safety is None
+        else SafetyController(
+            number(safety, "soft_lower_limit", 0.0),
+            number(safety, "soft_upper_limit", 0.0),
+            number(safety, "k_position", 0.0),
+            number(safety, "k_velocity"),
+        ),
+    )
+
+
+def _linked(joint: Element, tag: str) -> str:
+    element = joint.find(tag)
+    if element is None:
+        raise TeleopctlError(f"Joint '{joint.get('name')}' has no <{tag}>")
+    return required(element, "link")
+
+
+def _read_limit(element: Element) -> Limit:
+    return Limit(
+        lower=number(element, "lower", 0.0),
+        upper=number(element, "upper", 0.0),
+        effort=number(element, "effort", 0.0),
+        velocity=number(element, "velocity", 0.0),
+    )
+
+
+def _read_axis(joint: Element, kind: str) -> Vector3:
+    element = joint.find("axis")
+    if element is None or kind in ("fixed", "floating"):
+        return (1.0, 0.0, 0.0)
+    x, y, z = vector(element, "xyz")
+    length = math.hypot(x, y, z)
+    if length == 0.0:
+        raise TeleopctlError(f"Joint '{joint.get('name')}' has an axis of length zero")
+    return (x / length, y / length, z / length)
+
+
+def _check_mimic(joint: Joint, joints: dict[str, Joint]) -> None:
+    seen = [joint.name]
+    mimic = joint.mimic
+    while mimic is not None:
+        if mimic.joint not in joints:
+            raise TeleopctlError(
+                f"Joint '{seen[-1]}' mimics the joint '{mimic.joint}', which does not exist"
+            )
+        if mimic.joint in seen:
+            raise TeleopctlError(f"Joint '{joint.name}' mimics itself by way of {seen}")
+        seen.append(mimic.joint)
+        mimic = joints[mimic.joint].mimic
+
+
+def _read_origin(element: Element) -> Pose:
+    origin = element.find("origin")
+    if origin is None:
+        return Pose()
+    return Pose(vector(origin, "xyz", _ZERO), vector(origin, "rpy", _ZERO))
+
+
+def _read_inertial(element: Element) -> Inertial:
+    mass, inertia = element.find("mass"), element.find("inertia")
+    if mass is None or inertia is None:
+        raise TeleopctlError(f"{describe(element)}: needs a <mass> and an <inertia>")
+    return Inertial(
+        mass=number(mass, "value"),
+        origin=_read_origin(element),
+        ixx=number(inertia, "ixx", 0.0),
+        ixy=number(inertia, "ixy", 0.0),
+        ixz=number(inertia, "ixz", 0.0),
+        iyy=number(inertia, "iyy", 0.0),
+        iyz=number(inertia, "iyz", 0.0),
+        izz=number(inertia, "izz", 0.0),
+    )
+
+
+def _read_visual(element: Element, materials: dict[str, Material]) -> Visual:
+    child = element.find("material")
+    material = None if child is None else _read_material(child)
+    if material is not None and material.rgba is None and material.texture is None:
+        material = materials.get(material.name, material)
+    return Visual(
+        _read_geometry(element), _read_origin(element), material, element.get("name") or ""
+    )
+
+
+def _read_collision(element: Element) -> Collision:
+    return Collision(_read_geometry(element), _read_origin(element), element.get("name") or "")
+
+
+def _read_material(element: Element) -> Material:
+    color, texture = element.find("color"), element.find("texture")
+    rgba = None
+    if color is not None:
+        red, green, blue, alpha = numbers(color, "rgba", 4)
+        rgba = (red, green, blue, alpha)
+    return Material(
+        name=element.get("name") or "",
+        rgba=rgba,
+        texture=None if texture is None else required(texture, "filename"),
+    )
+
+
+def _read_geometry(owner: Element) -> Geometry:
+    geometry = owner.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None:
+        raise TeleopctlError(f"{describe(owner)}: has no <geometry> with a shape")
+    if shape.tag == "box":
+        return Box(vector(shape, "size"))
+    if shape.tag == "cylinder":
+        return Cylinder(number(shape, "radius"), number(shape, "length"))
+    if shape.tag == "capsule":
+        return Capsule(number(shape, "radius"), number(shape, "length"))
+    if shape.tag == "sphere":
+        return Sphere(number(shape, "radius"))
+    if shape.tag == "mesh":
+        return Mesh(required(shape, "filename"), vector(shape, "scale", (1.0, 1.0, 1.0)))
+    raise TeleopctlError(f"{describe(shape)}: unknown shape")

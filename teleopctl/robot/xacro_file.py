@@ -1,0 +1,132 @@
+"""Expand xacro files into URDF.
+
+The ``xacro`` package is written as a program: it keeps its state in module variables, prints what
+goes wrong and leaves. Here it is a function that returns the text or raises one error that names
+the file, the line where it is known, and the reason.
+"""
+
+import contextlib
+import io
+import logging
+import re
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from xml.parsers.expat import ExpatError, errors
+
+from teleopctl.compat import ament_index_python
+from teleopctl.errors import TeleopctlError
+
+_log = logging.getLogger(__name__)
+_lock = threading.Lock()
+
+_UNBOUND_PREFIX = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
+_EXPRESSION = re.compile(r"when evaluating expression '(?P<expression>.*?)'(?:\s|$)", re.DOTALL)
+
+# A xacro file holds Python expressions, which may fail in any of these ways.
+_EXPRESSION_ERRORS = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    NameError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+)
+
+
+def expand(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
+    """Expand a xacro file; a plain URDF file is returned with the same content.
+
+    Args:
+        path: The file.
+        mappings: Values of the file's ``<xacro:arg>`` by name.
+
+    Returns:
+        URDF as text.
+
+    Raises:
+        TeleopctlError: When the file is missing, is not XML, or cannot be expanded.
+    """
+    import xacro
+
+    ament_index_python.register()
+    arguments = {name: str(value) for name, value in (mappings or {}).items()}
+    printed = io.StringIO()
+    with _lock, contextlib.redirect_stderr(printed), contextlib.redirect_stdout(printed):
+        try:
+            document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
+            text: str = document.toprettyxml(indent="  ")
+        except ExpatError as error:
+            raise _syntax_error(xacro, error) from error
+        except OSError as error:
+            raise TeleopctlError(
+                f"Cannot read {error.filename or path}: {error.strerror}"
+            ) from error
+        except xacro.XacroException as error:
+            raise _expansion_error(xacro, Path(path), error) from error
+        except _EXPRESSION_ERRORS as error:
+            raise _expansion_error(xacro, Path(path), error) from error
+    for line in printed.getvalue().splitlines():
+        _log.warning("%s: %s", path, line)
+    return text
+
+
+def _syntax_error(xacro: ModuleType, error: ExpatError) -> TeleopctlError:
+    hint = None
+    if error.code == _UNBOUND_PREFIX:
+        hint = 'Declare xmlns:xacro="http://www.ros.org/wiki/xacro" in the root element.'
+    reason = errors.messages[error.code]
+    return TeleopctlError(
+        f"{xacro.filestack[-1]}:{error.lineno}:{error.offset + 1}: invalid XML: {reason}", hint=hint
+    )
+
+
+def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> TeleopctlError:
+    """Describe a failed expansion: where it happened, in which macro, and why."""
+    cause = _root_cause(error)
+    if isinstance(cause, OSError):
+        missing = cause.filename or path
+        message = f"Cannot read {missing}: {cause.strerror}"
+        if Path(str(missing)) == path:
+            return TeleopctlError(f"Cannot read {path}: {cause.strerror}")
+        return TeleopctlError(f"{_place(xacro, path, None)}: {message}")
+    if isinstance(cause, RecursionError):
+        return TeleopctlError(
+            f"{_place(xacro, path, None)}: files or macros include each other without end"
+        )
+    reason = str(error)
+    if isinstance(cause, ament_index_python.PackageNotFoundError):
+        reason = str(cause)
+    elif isinstance(cause, Exception) and reason.startswith("<class "):
+        reason = f"{type(cause).__name__}: {cause}"
+    expression = _EXPRESSION.search(reason)
+    place = _place(xacro, path, expression.group("expression") if expression else None)
+    macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+    inside = f" (in macro {' > '.join(macros)})" if macros else ""
+    reason = " ".join(reason.split()) or type(error).__name__
+    return TeleopctlError(f"{place}: {reason}{inside}")
+
+
+def _root_cause(error: BaseException) -> BaseException:
+    inner = getattr(error, "exc", None)
+    return _root_cause(inner) if isinstance(inner, BaseException) else error
+
+
+def _place(xacro: ModuleType, path: Path, expression: str | None) -> str:
+    """Name the file that was being expanded and, if only one line can be meant, the line."""
+    file = path
+    if xacro.macrostack:
+        # while a macro is expanded, its text comes from the file that defines it
+        file = Path(xacro.macrostack[-1].history[-1][-1] or path)
+    elif xacro.filestack:
+        file = Path(xacro.filestack[-1] or path)
+    if expression:
+        with contextlib.suppress(OSError, UnicodeDecodeError):
+            lines = file.read_text(encoding="utf-8").splitlines()
+            numbers = [n for n, line in enumerate(lines, 1) if f"${{{expression}}}" in line]
+            if len(numbers) == 1:
+                return f"{file}:{numbers[0]}"
+    return str(file)

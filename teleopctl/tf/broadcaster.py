@@ -1,0 +1,63 @@
+"""Tell others where frames stand, with the names of ``tf2_ros``."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import Node, QoSProfile, qos_profile_latched
+
+TF_TOPIC = "/tf"
+TF_STATIC_TOPIC = "/tf_static"
+
+_TF_DEPTH = 100
+
+
+class TransformBroadcaster:
+    """Publishes frames that move on ``/tf``.
+
+    Args:
+        node: The node that publishes.
+        qos: Quality of service, or the depth of the queue.
+    """
+
+    def __init__(self, node: Node, qos: QoSProfile | int = _TF_DEPTH) -> None:
+        self._message = get_message("tf2_msgs/msg/TFMessage")
+        self.pub_tf = node.create_publisher(self._message, TF_TOPIC, qos)
+
+    def sendTransform(self, transform: Any) -> None:  # noqa: N802 -- tf2_ros's name
+        """Publish one ``TransformStamped``, or several in one message."""
+        self.pub_tf.publish(self._message(transforms=_as_list(transform)))
+
+
+class StaticTransformBroadcaster:
+    """Publishes frames that stand still, latched on ``/tf_static``.
+
+    A late listener hears the last message only, so each one holds every frame so far.
+
+    Args:
+        node: The node that publishes.
+        qos: Quality of service; latched if None.
+    """
+
+    def __init__(self, node: Node, qos: QoSProfile | None = None) -> None:
+        self._message = get_message("tf2_msgs/msg/TFMessage")
+        self._transforms: dict[str, Any] = {}
+        self.pub_tf = node.create_publisher(
+            self._message, TF_STATIC_TOPIC, qos or qos_profile_latched
+        )
+
+    def sendTransform(self, transform: Any) -> None:  # noqa: N802 -- tf2_ros's name
+        """Publish one ``TransformStamped``, or several, and those of before."""
+        for each in _as_list(transform):
+            self._transforms[each.child_frame_id] = each
+        self.pub_tf.publish(self._message(transforms=list(self._transforms.values())))
+
+    def forget(self) -> None:
+        """Leave the frames of before out of what is published from now on (ours)."""
+        self._transforms.clear()
+
+
+def _as_list(transform: Any) -> list[Any]:
+    if isinstance(transform, Iterable):
+        return list(transform)
+    return [transform]

@@ -1,0 +1,124 @@
+"""What ``tf2_echo`` does: print where one frame stands in another, again and again."""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+from teleopctl.node import Duration, Node
+from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.errors import TransformException
+from teleopctl.tf.listener import TransformListener
+from teleopctl.tf.transforms import Transform, matrix_from_quaternion, rpy_from_quaternion
+
+# Transforms that exist already arrive within this time; only then is there something to report.
+_FIRST_WAIT = Duration(seconds=0.25)
+_WAIT = Duration(seconds=1.0)
+
+_NANOSECONDS = 1_000_000_000
+
+
+def echo_text(stamp: int, transform: Transform) -> str:
+    """Write a transform as ``tf2_echo`` prints it.
+
+    Args:
+        stamp: Nanoseconds; 0 for frames that stand still.
+        transform: Where the frame stands.
+    """
+    angles = rpy_from_quaternion(transform.rotation)
+    rows = [
+        (*row, moved)
+        for row, moved in zip(
+            matrix_from_quaternion(transform.rotation), transform.translation, strict=True
+        )
+    ]
+    rows.append((0.0, 0.0, 0.0, 1.0))
+    return "\n".join(
+        [
+            f"At time {time_text(stamp)}",
+            f"- Translation: [{_list(transform.translation)}]",
+            f"- Rotation: in Quaternion (xyzw) [{_list(transform.rotation)}]",
+            f"- Rotation: in RPY (radian) [{_list(angles)}]",
+            f"- Rotation: in RPY (degree) [{_list(tuple(map(math.degrees, angles)))}]",
+            "- Matrix:",
+            *(" ".join(f"{value: .3f}" for value in row) for row in rows),
+        ]
+    )
+
+
+def time_text(stamp: int) -> str:
+    """Write a time as seconds with nine decimals, and the time of static transforms as 0.0."""
+    seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
+    return f"{seconds}.{nanoseconds:09d}" if stamp else "0.0"
+
+
+def _list(values: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:.3f}" for value in values)
+
+
+def echo(
+    node: Node,
+    target: str,
+    source: str,
+    *,
+    period_s: float,
+    once: bool,
+    show: Callable[[int, Transform], None],
+    fail: Callable[[str], None],
+    wait: Callable[[str], object],
+) -> None:
+    """Show where the source frame stands in the target frame until the context ends.
+
+    Args:
+        node: Who listens; it need not be spun.
+        target: The frame in which the other is expressed.
+        source: The frame that is looked for.
+        period_s: Seconds between two answers.
+        once: Whether to stop after the first one.
+        show: Called with each answer.
+        fail: Called with what to print when there is no answer any more.
+        wait: Called with what to print, each second, until there is one.
+    """
+    buffer = Buffer(node=node)
+    listener = TransformListener(buffer, node)
+    ended = threading.Event()
+    node.context.on_shutdown(ended.set)
+    try:
+        if not _wait_for_first(buffer, target, source, ended, wait):
+            return
+        deadline = time.monotonic()
+        while not ended.is_set():
+            try:
+                show(*buffer.lookup(target, source, 0))
+                if once:
+                    return
+            except TransformException as error:
+                fail(
+                    f"Failure at {time.time()}\nException thrown:{error.message}\n"
+                    f"The current list of frames is:\n{buffer.all_frames_as_string()}"
+                )
+            deadline += period_s
+            ended.wait(max(0.0, deadline - time.monotonic()))
+    finally:
+        node.context.forget_on_shutdown(ended.set)
+        listener.unregister()
+
+
+def _wait_for_first(
+    buffer: Buffer,
+    target: str,
+    source: str,
+    ended: threading.Event,
+    wait: Callable[[str], object],
+) -> bool:
+    timeout = _FIRST_WAIT
+    while not ended.is_set():
+        known, reason = buffer.can_transform(
+            target, source, 0, timeout=timeout, return_debug_tuple=True
+        )
+        if known:
+            return True
+        if not ended.is_set():
+            wait(f"Waiting for transform {target} ->  {source}: {reason}")
+        timeout = _WAIT
+    return False

@@ -1,0 +1,129 @@
+"""The past of one frame: where it stood in its parent, and when.
+
+Times are integers in nanoseconds.
+"""
+
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+
+from teleopctl.tf.errors import ExtrapolationException
+from teleopctl.tf.transforms import Transform, interpolate
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Where a frame stood in its parent at a time."""
+
+    stamp: int
+    parent: str
+    transform: Transform
+
+
+class StaticHistory:
+    """A frame that stands still: it is known for every time."""
+
+    def __init__(self, sample: Sample) -> None:
+        self._sample = sample
+
+    @property
+    def is_static(self) -> bool:
+        """Always true."""
+        return True
+
+    @property
+    def latest(self) -> Sample:
+        """What is known of the frame."""
+        return self._sample
+
+    def insert(self, sample: Sample) -> bool:
+        """Replace what is known. Always done."""
+        self._sample = sample
+        return True
+
+    def at(self, stamp: int) -> Sample:  # noqa: ARG002 -- the same question as to a MovingHistory
+        """Return where the frame stands, which does not depend on the time."""
+        return self._sample
+
+
+class MovingHistory:
+    """A frame that moves: samples of the last seconds, in the order of their times.
+
+    Args:
+        length: How far back samples are kept from the newest one, in nanoseconds.
+    """
+
+    def __init__(self, length: int) -> None:
+        self._length = length
+        self._stamps: list[int] = []
+        self._samples: list[Sample] = []
+
+    @property
+    def is_static(self) -> bool:
+        """Always false."""
+        return False
+
+    @property
+    def latest(self) -> Sample:
+        """The newest sample."""
+        return self._samples[-1]
+
+    def insert(self, sample: Sample) -> bool:
+        """Add a sample and forget those that are too old by now.
+
+        Returns:
+            False when it is itself too old, or one of that time is there already.
+        """
+        stamps, samples = self._stamps, self._samples
+        if not stamps or sample.stamp > stamps[-1]:
+            stamps.append(sample.stamp)
+            samples.append(sample)
+            # cut in blocks, so that a steady stream does not move the whole list each time
+            expired = bisect_left(stamps, sample.stamp - self._length)
+            if expired > len(stamps) // 4:
+                del stamps[:expired], samples[:expired]
+            return True
+        index = bisect_left(stamps, sample.stamp)
+        if stamps[index] == sample.stamp or sample.stamp < stamps[-1] - self._length:
+            return False
+        stamps.insert(index, sample.stamp)
+        samples.insert(index, sample)
+        return True
+
+    def at(self, stamp: int) -> Sample:
+        """Return where the frame stood at a time, between samples by interpolation.
+
+        Raises:
+            ExtrapolationException: When the time lies before or after all samples.
+        """
+        stamps = self._stamps
+        index = bisect_right(stamps, stamp)
+        if index and stamps[index - 1] == stamp:
+            return self._samples[index - 1]
+        if len(stamps) == 1:
+            raise ExtrapolationException(
+                f"Lookup would require extrapolation at time {seconds(stamp)}, "
+                f"but only time {seconds(stamps[0])} is in the buffer"
+            )
+        if index == len(stamps):
+            raise ExtrapolationException(
+                "Lookup would require extrapolation into the future.  Requested time "
+                f"{seconds(stamp)} but the latest data is at time {seconds(stamps[-1])}"
+            )
+        if index == 0:
+            raise ExtrapolationException(
+                "Lookup would require extrapolation into the past.  Requested time "
+                f"{seconds(stamp)} but the earliest data is at time {seconds(stamps[0])}"
+            )
+        before, after = self._samples[index - 1], self._samples[index]
+        if before.parent != after.parent:
+            # the frame was handed from one parent to the other; there is nothing in between
+            return Sample(stamp, before.parent, before.transform)
+        fraction = (stamp - before.stamp) / (after.stamp - before.stamp)
+        return Sample(
+            stamp, before.parent, interpolate(before.transform, after.transform, fraction)
+        )
+
+
+def seconds(stamp: int) -> str:
+    """Write a time as tf2 does in its messages: seconds with six decimals."""
+    return f"{stamp / 1e9:f}"

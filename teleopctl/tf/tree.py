@@ -1,0 +1,278 @@
+"""The tree of all frames over time, without messages, nodes or clocks.
+
+Times are integers in nanoseconds; 0 asks for the newest time at which everything is known.
+"""
+
+import logging
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from teleopctl.tf.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+)
+from teleopctl.tf.history import MovingHistory, Sample, StaticHistory
+from teleopctl.tf.transforms import IDENTITY, Transform, normalize
+
+_log = logging.getLogger(__name__)
+
+# How far the squared length of a quaternion may be from 1.
+_QUATERNION_TOLERANCE = 1e-2
+# Longer chains than this have a ring in them.
+_MAX_DEPTH = 1000
+# So many samples of a frame in a row that are older than its newest one mean that time itself
+# went back, as it does when a simulation starts again.
+_LATE_SAMPLES = 10
+_LOOP = "The tf tree is invalid because it contains a loop."
+
+
+class FrameTree:
+    """Frames, each with its past in its parent. Not locked: the owner sees to that.
+
+    Args:
+        length: How far back samples are kept, in nanoseconds.
+    """
+
+    def __init__(self, length: int) -> None:
+        self._length = length
+        self._histories: dict[str, MovingHistory | StaticHistory] = {}
+        self._frames: dict[str, str] = {}
+        self._late: dict[str, int] = {}
+
+    def clear(self) -> None:
+        """Forget how moving frames stood; static ones and the names of frames remain."""
+        self._histories = {
+            name: history for name, history in self._histories.items() if history.is_static
+        }
+        self._late.clear()
+
+    def insert(self, sample: Sample, child: str, authority: str, *, static: bool) -> bool:
+        """Add where a frame stands.
+
+        Args:
+            sample: Time, parent and transform.
+            child: The frame.
+            authority: Who says so.
+            static: Whether it stands there for ever.
+
+        Returns:
+            False when it was not taken: too old, known already, or not valid (then an error is
+            logged).
+        """
+        parent, child = sample.parent.removeprefix("/"), child.removeprefix("/")
+        fault = _fault(sample.transform, parent, child, authority)
+        if fault:
+            _log.error("%s", fault)
+            return False
+        rotation = normalize(sample.transform.rotation)
+        sample = Sample(sample.stamp, parent, Transform(sample.transform.translation, rotation))
+        history = self._histories.get(child)
+        if history is None or history.is_static != static:
+            history = StaticHistory(sample) if static else MovingHistory(self._length)
+            self._histories[child] = history
+        elif not static and self._went_back(child, sample.stamp - history.latest.stamp):
+            _log.warning("Detected jump back in time. Clearing TF buffer.")
+            self.clear()
+            history = self._histories[child] = MovingHistory(self._length)
+        if not history.insert(sample):
+            return False
+        self._frames[child] = authority
+        self._frames.setdefault(parent, "")
+        return True
+
+    def frames(self) -> list[str]:
+        """Return the names of all frames."""
+        return list(self._frames)
+
+    def parents(self) -> Iterator[tuple[str, str]]:
+        """Yield (frame, the parent that it has now)."""
+        for child, history in self._histories.items():
+            yield child, history.latest.parent
+
+    def authority(self, frame: str) -> str:
+        """Return who last said where a frame stands, or an empty string."""
+        return self._frames.get(frame, "")
+
+    def span(self, frame: str) -> tuple[int, bool] | None:
+        """Return (time of the newest sample, whether it is static) of a frame, or None."""
+        history = self._histories.get(frame)
+        return None if history is None else (history.latest.stamp, history.is_static)
+
+    def check(self, frame: str, argument: str, caller: str) -> str:
+        """Return a frame's name if it is valid and known.
+
+        Raises:
+            InvalidArgumentException: When it is empty or starts with a slash.
+            LookupException: When nobody ever mentioned it.
+        """
+        if not frame:
+            raise InvalidArgumentException(
+                f"Invalid argument passed to {caller} argument {argument} "
+                "in tf2 frame_ids cannot be empty"
+            )
+        if frame.startswith("/"):
+            raise InvalidArgumentException(
+                f'Invalid argument "{frame}" passed to {caller} argument {argument} '
+                "in tf2 frame_ids cannot start with a '/'"
+            )
+        if frame not in self._frames:
+            if caller == "canTransform":
+                raise LookupException(
+                    f'Invalid frame ID "{frame}" passed to canTransform argument {argument} '
+                    "- frame does not exist"
+                )
+            raise LookupException(
+                f'"{frame}" passed to {caller} argument {argument} does not exist. '
+            )
+        return frame
+
+    def lookup(self, target: str, source: str, stamp: int) -> tuple[int, Transform]:
+        """Return where the source frame stands in the target frame.
+
+        Args:
+            target: The frame in which the answer is expressed.
+            source: The frame that is looked for.
+            stamp: The time, or 0 for the newest that all frames between have in common.
+
+        Returns:
+            The time of the answer (0 when everything between stands still) and the transform.
+
+        Raises:
+            ConnectivityException: When no chain joins the frames.
+            ExtrapolationException: When a frame between is not known at that time.
+        """
+        if target == source:
+            span = self.span(target)
+            return (stamp or (span[0] if span and not span[1] else 0)), IDENTITY
+        if stamp == 0:
+            stamp = self.latest_common_time(target, source)
+        above_source, above_target = self._climb(source, stamp), self._climb(target, stamp)
+        for frame, of_target in above_target.frames.items():
+            if frame in above_source.frames:
+                return stamp, of_target.inverse() @ above_source.frames[frame]
+        # the chain may only end early because an ancestor is not known at that time
+        fault = above_source.fault or above_target.fault
+        if fault is None:
+            raise _not_connected(target, source)
+        raise ExtrapolationException(
+            f"{fault.message}, when looking up transform from frame [{source}] to frame [{target}]"
+        )
+
+    def lookup_through(
+        self, target: str, target_stamp: int, source: str, source_stamp: int, fixed: str
+    ) -> tuple[int, Transform]:
+        """Return where the source stood at one time, in the target as it stood at another.
+
+        Args:
+            target: The frame in which the answer is expressed.
+            target_stamp: When the target is looked at.
+            source: The frame that is looked for.
+            source_stamp: When the source is looked at.
+            fixed: The frame that does not move between the two times.
+
+        Raises:
+            ConnectivityException: When no chain joins the frames.
+            ExtrapolationException: When a frame between is not known at its time.
+        """
+        _, in_fixed = self.lookup(fixed, source, source_stamp)
+        stamp, fixed_in_target = self.lookup(target, fixed, target_stamp)
+        return stamp, fixed_in_target @ in_fixed
+
+    def latest_common_time(self, target: str, source: str) -> int:
+        """Return the newest time at which all frames between two are known; 0 if all stand still.
+
+        Raises:
+            ConnectivityException: When no chain joins the frames.
+        """
+        source_chain = self._ancestors(source)
+        target_chain = self._ancestors(target)
+        if source_chain[-1] != target_chain[-1]:
+            raise _not_connected(target, source)
+        shared = set(source_chain) & set(target_chain)
+        moving = [
+            span[0]
+            for chain in (source_chain, target_chain)
+            for frame in chain
+            if frame not in shared and (span := self.span(frame)) and not span[1]
+        ]
+        return min(moving, default=0)
+
+    def _went_back(self, child: str, step: int) -> bool:
+        late = self._late.get(child, 0) + 1 if step < 0 else 0
+        self._late[child] = late
+        return late >= _LATE_SAMPLES
+
+    def _ancestors(self, frame: str) -> list[str]:
+        """Return a frame, its present parent, that one's parent, up to the root."""
+        chain = [frame]
+        while (history := self._histories.get(chain[-1])) is not None:
+            chain.append(history.latest.parent)
+            if len(chain) > _MAX_DEPTH:
+                raise LookupException(_LOOP)
+        return chain
+
+    def _climb(self, frame: str, stamp: int) -> "_Chain":
+        """Return where a frame stood at a time in each of its ancestors, itself first."""
+        transform = IDENTITY
+        found = {frame: transform}
+        while (history := self._histories.get(frame)) is not None:
+            try:
+                sample = history.at(stamp)
+            except ExtrapolationException as error:
+                return _Chain(found, error)
+            transform = sample.transform @ transform
+            frame = sample.parent
+            if frame in found:
+                raise LookupException(_LOOP)
+            found[frame] = transform
+        return _Chain(found, None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """A frame in each of its ancestors, as far up as its time allows."""
+
+    frames: dict[str, Transform]
+    fault: ExtrapolationException | None
+
+
+def _not_connected(target: str, source: str) -> ConnectivityException:
+    return ConnectivityException(
+        f"Could not find a connection between '{target}' and '{source}' because they are not "
+        "part of the same tree.Tf has two or more unconnected trees."
+    )
+
+
+def _fault(transform: Transform, parent: str, child: str, authority: str) -> str | None:
+    """Say what is wrong with a transform, or return None."""
+    if child == parent:
+        return (
+            f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id '
+            f'and child_frame_id "{child}" because they are the same'
+        )
+    if not child:
+        return (
+            f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because '
+            "child_frame_id not set "
+        )
+    if not parent:
+        return (
+            f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}" from authority '
+            f'"{authority}" because frame_id not set'
+        )
+    numbers = (*transform.translation, *transform.rotation)
+    if not all(math.isfinite(number) for number in numbers):
+        return (
+            f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from authority '
+            f'"{authority}" because of a nan value in the transform {transform}'
+        )
+    if abs(sum(part * part for part in transform.rotation) - 1.0) > _QUATERNION_TOLERANCE:
+        return (
+            f'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "{child}" from '
+            f'authority "{authority}" because of an invalid quaternion in the transform '
+            f"{transform.rotation}"
+        )
+    return None

@@ -1,0 +1,254 @@
+"""``<ros2_control>``: its grammar, its errors, mimic joints and limits."""
+
+import pytest
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.joint_limits import JointLimits
+from teleopctl.robot.urdf import Mimic
+
+PLUGIN = "<hardware><plugin>p/P</plugin></hardware>"
+POSITION = '<command_interface name="position"/><state_interface name="position"/>'
+
+
+def description(control, *, mimic="", limits='lower="-2" upper="2" effort="5" velocity="3"'):
+    """A robot with the joints a and b (revolute), c (continuous) and f (fixed)."""
+    links = "".join(f'<link name="l{n}"/>' for n in range(5))
+    joints = ""
+    for n, (name, kind, inside) in enumerate(
+        (
+            ("a", "revolute", f"<limit {limits}/>"),
+            ("b", "revolute", f"<limit {limits}/>{mimic}"),
+            ("c", "continuous", ""),
+            ("f", "fixed", ""),
+        )
+    ):
+        joints += (
+            f'<joint name="{name}" type="{kind}"><parent link="l{n}"/><child link="l{n + 1}"/>'
+            f"{inside}</joint>"
+        )
+    return RobotDescription.from_urdf(f'<robot name="r">{links}{joints}{control}</robot>')
+
+
+def component(body, attributes='name="S" type="system"', **options):
+    control = f"<ros2_control {attributes}>{PLUGIN}{body}</ros2_control>"
+    return description(control, **options).ros2_control[0]
+
+
+def failure(body="", attributes='name="S" type="system"', **options):
+    with pytest.raises(TeleopctlError) as caught:
+        component(body, attributes, **options)
+    return caught.value.message
+
+
+def joint(name, inside=POSITION, attributes=""):
+    return f'<joint name="{name}" {attributes}>{inside}</joint>'
+
+
+def test_everything_that_stands_in_the_tag_is_read():
+    found = component(
+        joint(
+            "a",
+            '<command_interface name="position" data_type="float32">'
+            '<param name="min">-1</param><param name="max"> 1 </param><param name="gain">7</param>'
+            '</command_interface><state_interface name="position" size="3">'
+            '<param name="initial_value">0.5</param></state_interface>'
+            '<param name="id">11</param>',
+        )
+        + '<sensor name="imu"><state_interface name="orientation.x"/></sensor>'
+        + '<gpio name="io"><command_interface name="out" data_type="bool"/>'
+        '<state_interface name="in" data_type="complex"/></gpio>'
+        + '<transmission name="t"><plugin>t/T</plugin><actuator name="m" role="actuator1"/>'
+        '<joint name="a" role="joint1" read_only="TRUE">'
+        "<mechanical_reduction>50</mechanical_reduction>"
+        '<offset>0.1</offset></joint><param name="k">v</param></transmission>',
+        'name="S" type="system" rw_rate="50" is_async="true" thread_priority="30" unknown="x"',
+    )
+    assert (found.rw_rate, found.is_async, found.thread_priority) == (50, True, 30)
+    (moved,) = found.joints
+    command, state = moved.command_interfaces[0], moved.state_interfaces[0]
+    assert (command.data_type, command.minimum, command.maximum) == ("float32", "-1", "1")
+    assert command.parameters["gain"] == "7"
+    assert (state.size, state.initial_value) == (3, 0.5)
+    assert moved.parameters == {"id": "11"}
+    assert found.sensors[0].state_interfaces[0].name == "orientation.x"
+    assert found.gpios[0].command_interfaces[0].data_type == "bool"
+    assert found.gpios[0].state_interfaces[0].data_type == "unknown"
+    (transmission,) = found.transmissions
+    assert transmission.joints[0].mechanical_reduction == 50
+    assert transmission.joints[0].offset == 0.1
+    assert transmission.joints[0].read_only
+    assert transmission.parameters == {"k": "v"}
+
+
+def test_several_components_are_kept_in_order():
+    tags = "".join(
+        f'<ros2_control name="{name}" type="system">{PLUGIN}</ros2_control>' for name in "zyx"
+    )
+    assert [found.name for found in description(tags).ros2_control] == ["z", "y", "x"]
+    with pytest.raises(TeleopctlError, match="Component name 'z' is not unique"):
+        _ = description(tags + tags).ros2_control
+
+
+@pytest.mark.parametrize(
+    ("body", "attributes", "message"),
+    [
+        ("<wheel/>", None, "invalid tag name 'wheel'"),
+        ("", 'type="system"', "no attribute 'name' in 'ros2_control' tag"),
+        ("", 'name="S"', "no attribute 'type' in 'ros2_control' tag with name 'S'"),
+        ("", 'name="S" type="robot"', "Component 'S' is of unknown type 'robot'"),
+        (joint("nobody"), None, "Joint 'nobody' not found in URDF"),
+        (
+            joint("f"),
+            None,
+            "Joint 'f' is of type 'fixed'. Fixed joints do not make sense in ros2_control.",
+        ),
+        (
+            joint("b", attributes='mimic="true"'),
+            None,
+            "Joint 'b' has no mimic information in the URDF",
+        ),
+        (joint("b", attributes='mimic="yes"'), None, "mimic of joint 'b' should be true or false"),
+        (
+            joint("a", '<state_interface name="position" size="0"/>'),
+            None,
+            'Could not parse size tag in "position". Got "0", but expected a non-zero positive '
+            "integer.",
+        ),
+        (
+            "",
+            'name="S" type="system" rw_rate="-1"',
+            'Could not parse rw_rate tag in "S". Got "-1", but expected an integer that is not '
+            "negative.",
+        ),
+        ("", 'name="S" type="system" rw_rate="fast"', 'Could not parse rw_rate tag in "S"'),
+        ("", 'name="S" type="system" rw_rate="99999999999"', "Could not parse rw_rate tag"),
+        ("", 'name="S" type="system" is_async="true" thread_priority="0"', "thread_priority"),
+        (joint("a", "<limits/>"), None, "no attribute 'enable' in 'limits' tag"),
+        ("<transmission name='t'/>", None, "Missing <plugin> tag in transmission 't'"),
+        (
+            "<transmission name='t'><plugin>p</plugin></transmission>",
+            'name="S" type="actuator"',
+            "Transmission 't' has no <joint>",
+        ),
+    ],
+)
+def test_mistakes_are_named_in_ros2_controls_words(body, attributes, message):
+    attributes = attributes or 'name="S" type="system"'
+    assert message in failure(body, attributes)
+
+
+def test_hardware_without_plugin_is_refused():
+    with pytest.raises(TeleopctlError) as caught:
+        _ = description(
+            '<ros2_control name="S" type="system"><hardware/></ros2_control>'
+        ).ros2_control
+    assert caught.value.message == (
+        "Missing <plugin> tag of <hardware> element for 'S' in your URDF."
+    )
+
+
+def test_a_mimic_of_the_urdf_holds_in_control():
+    found = component(
+        joint("a") + joint("b", '<state_interface name="position"/>'),
+        mimic='<mimic joint="a" multiplier="-2" offset="0.5"/>',
+    )
+    assert found.joints[1].mimic == Mimic("a", -2, 0.5)
+    assert found.warnings == ()
+
+
+def test_a_mimic_of_the_urdf_can_be_switched_off():
+    found = component(
+        joint("a") + joint("b", attributes='mimic="false"'), mimic='<mimic joint="a"/>'
+    )
+    assert found.joints[1].mimic is None
+    assert found.joints[1].command_interfaces
+
+
+def test_a_mimic_joint_needs_its_leader_in_the_tag():
+    body = joint("b", '<state_interface name="position"/>')
+    message = failure(body, mimic='<mimic joint="a"/>')
+    assert message == "Mimic joint 'a' not found in <ros2_control> tag"
+
+
+def test_a_mimic_joint_of_the_urdf_cannot_be_commanded():
+    message = failure(joint("a") + joint("b"), mimic='<mimic joint="a"/>')
+    assert message == (
+        "Joint 'b' has mimic attribute not set to false: "
+        "Activated mimic joints cannot have command interfaces."
+    )
+
+
+PARAMETERS = '<param name="mimic">a</param><param name="multiplier">-1</param>'
+
+
+def test_a_mimic_by_parameters_is_understood_and_its_commands_are_dropped():
+    found = component(joint("a") + joint("b", POSITION + PARAMETERS))
+    follower = found.joints[1]
+    assert follower.mimic == Mimic("a", -1)
+    assert follower.command_interfaces == ()
+    assert [i.name for i in follower.state_interfaces] == ["position"]
+    replacement, dropped = found.warnings
+    assert '<mimic joint="a" multiplier="-1"/>' in replacement
+    assert "b/position" in dropped
+
+
+def test_the_urdf_wins_over_parameters():
+    found = component(
+        joint("a") + joint("b", POSITION + PARAMETERS), mimic='<mimic joint="a" multiplier="3"/>'
+    )
+    assert found.joints[1].mimic == Mimic("a", 3)
+    assert found.joints[1].command_interfaces == ()
+
+
+def limits(inside, name="a", **options):
+    found = component(joint(name, inside), **options)
+    return found.joints[0].limits, found.warnings
+
+
+def interface(name, low=None, high=None, more=""):
+    low = "" if low is None else f'<param name="min">{low}</param>'
+    high = "" if high is None else f'<param name="max">{high}</param>'
+    return f'<command_interface name="{name}">{low}{high}{more}</command_interface>'
+
+
+@pytest.mark.parametrize(
+    ("inside", "expected"),
+    [
+        ("", JointLimits((-2, 2), 3, 5)),
+        (interface("position", -1, 5), JointLimits((-1, 2), 3, 5)),
+        (interface("position", high=1), JointLimits((-2, 1), 3, 5)),
+        (interface("velocity", -2, 4), JointLimits((-2, 2), 2, 5)),
+        (interface("velocity", -9, 9), JointLimits((-2, 2), 3, 5)),
+        (interface("effort", -1, 4), JointLimits((-2, 2), 3, 1)),
+        (interface("acceleration", -3, 2), JointLimits((-2, 2), 3, 5, 2, 3)),
+        (interface("acceleration", high=2), JointLimits((-2, 2), 3, 5, 2, 2)),
+        (interface("acceleration", low=-3), JointLimits((-2, 2), 3, 5, 3, 3)),
+        (interface("jerk", -1, 8), JointLimits((-2, 2), 3, 5, jerk=8)),
+        ('<limits enable="false"/>' + interface("position", -1, 1), JointLimits(enabled=False)),
+        (
+            interface("position", -1, 1, '<limits enable="false"/>'),
+            JointLimits(None, 3, 5),
+        ),
+    ],
+)
+def test_the_most_restrictive_limit_wins(inside, expected):
+    assert limits(inside) == (expected, ())
+
+
+def test_a_continuous_joint_has_only_the_limits_of_its_interfaces():
+    assert limits("", "c")[0] == JointLimits()
+    assert limits(interface("position", -7, 7), "c")[0].position == (-7, 7)
+
+
+def test_limits_that_cannot_be_used_are_reported_and_skipped():
+    found, warnings = limits(interface("position", "low", 1) + interface("torque", 0, 1))
+    assert found.position == (-2, 1)
+    assert "got 'low'" in warnings[0]
+    assert "'a/torque' are ignored" in warnings[1]
+
+
+def test_soft_limits_lie_within_the_hard_ones():
+    safety = '<safety_controller soft_lower_limit="-9" soft_upper_limit="1.5" k_velocity="1"/>'
+    found = component(joint("a") + joint("b"), mimic=safety).joints[1].limits
+    assert found.soft_position == (-2, 1.5)

@@ -1,0 +1,131 @@
+"""A xacro file is expanded, or one error says where and why not."""
+
+import logging
+
+import pytest
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.robot.xacro_file import expand
+
+NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(body, name="robot.xacro", head=f'<robot name="r" {NAMESPACE}>'):
+        path = tmp_path / name
+        path.write_text(f"{head}\n{body}\n</robot>")
+        return path
+
+    return write
+
+
+def failure(path, **mappings):
+    with pytest.raises(TeleopctlError) as caught:
+        expand(path, mappings)
+    return caught.value
+
+
+def test_arguments_replace_defaults(write):
+    path = write('<xacro:arg name="size" default="1"/><link name="l$(arg size)"/>')
+    assert '<link name="l1"/>' in expand(path)
+    assert '<link name="l7"/>' in expand(path, {"size": "7"})
+
+
+def test_the_callers_mapping_is_left_alone(write):
+    mappings = {"a": "1"}
+    expand(write('<xacro:arg name="b" default="2"/>'), mappings)
+    assert mappings == {"a": "1"}
+
+
+def test_plain_urdf_passes(write):
+    assert "<link" in expand(write('<link name="a"/>', "plain.urdf", '<robot name="r">'))
+
+
+def test_find_resolves_packages(write):
+    path = write('<link name="$(find teleop_description)"/>')
+    assert "teleop_description" not in expand(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    error = failure(tmp_path / "none.xacro")
+    assert error.message == f"Cannot read {tmp_path / 'none.xacro'}: No such file or directory"
+
+
+def test_broken_xml_is_named_with_its_line(write):
+    path = write("<link>")
+    assert failure(path).message == f"{path}:3:3: invalid XML: mismatched tag"
+
+
+def test_a_missing_namespace_is_explained(write):
+    error = failure(write("<xacro:foo/>", head='<robot name="r">'))
+    assert "unbound prefix" in error.message
+    assert NAMESPACE in error.hint
+
+
+def test_an_unknown_name_is_reported_with_its_line(write):
+    path = write('<link name="a"/>\n<link name="${width * 2}"/>')
+    message = failure(path).message
+    assert message.startswith(f"{path}:3: ")
+    assert "name 'width' is not defined" in message
+
+
+def test_an_error_in_a_macro_names_the_macro_and_its_file(write):
+    parts = write(
+        '<xacro:macro name="part" params="n"><link name="${1 / n}"/></xacro:macro>', "parts.xacro"
+    )
+    path = write('<xacro:include filename="parts.xacro"/><xacro:part n="0"/>')
+    message = failure(path).message
+    assert message.startswith(f"{parts}:2: division by zero")
+    assert message.endswith("(in macro part)")
+
+
+def test_a_missing_include_is_named(write):
+    path = write('<xacro:include filename="none.xacro"/>')
+    message = failure(path).message
+    assert str(path) in message
+    assert "none.xacro: No such file or directory" in message
+
+
+def test_broken_xml_in_an_include_names_the_include(write, tmp_path):
+    (tmp_path / "part.xacro").write_text("<robot>")
+    path = write('<xacro:include filename="part.xacro"/>')
+    assert f"{tmp_path / 'part.xacro'}:1:8: invalid XML: no element found" in failure(path).message
+
+
+def test_an_unknown_package_is_named(write):
+    path = write('<xacro:include filename="$(find no_such_package)/x.xacro"/>')
+    assert failure(path).message == f"{path}: Package 'no_such_package' not found"
+
+
+def test_files_that_include_each_other_without_end_are_reported(write):
+    path = write('<xacro:include filename="robot.xacro"/>')
+    assert "without end" in failure(path).message
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("<xacro:wheel/>", "unknown macro name: xacro:wheel"),
+        ('<link name="$(arg none)"/>', "Undefined substitution argument none"),
+        ('<link name="${1+"/>', "invalid expression"),
+        ("${xacro.fatal('not like this')}", "not like this"),
+        ('<link name="$(env NO_SUCH_VARIABLE_HERE)"/>', "environment variable"),
+    ],
+)
+def test_the_reason_is_told(write, body, reason):
+    assert reason in failure(write(body)).message
+
+
+def test_nothing_is_printed_and_warnings_are_logged(write, capfd, caplog):
+    with caplog.at_level(logging.WARNING):
+        expand(write("${xacro.warning('old part')}"))
+    failure(write("<xacro:wheel/>"))
+    assert capfd.readouterr() == ("", "")
+    assert "old part" in caplog.text
+
+
+def test_one_failure_does_not_spoil_the_next_expansion(write):
+    good = write('<link name="a"/>', "good.xacro")
+    failure(write('<xacro:macro name="m"><xacro:none/></xacro:macro><xacro:m/>'))
+    assert "<link" in expand(good)

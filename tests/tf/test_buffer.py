@@ -1,0 +1,127 @@
+"""The buffer speaks messages, waits, and may be asked from any thread."""
+
+import threading
+
+import pytest
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import ClockType, Duration, Time
+from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.errors import ExtrapolationException, LookupException, TransformException
+from teleopctl.tf.messages import transform_stamped
+from teleopctl.tf.transforms import Transform
+
+S = 1_000_000_000
+NOW = Time()
+
+
+def stamped(parent, child, seconds, x):
+    return transform_stamped(parent, child, int(seconds * S), Transform((float(x), 0.0, 0.0)))
+
+
+@pytest.fixture
+def buffer():
+    made = Buffer()
+    made.set_transform_static(stamped("world", "base", 0, 1))
+    made.set_transform(stamped("base", "hand", 1, 1))
+    made.set_transform(stamped("base", "hand", 2, 3))
+    return made
+
+
+def test_an_answer_is_a_stamped_message(buffer):
+    answer = buffer.lookup_transform("world", "hand", Time(seconds=1.5))
+    assert answer.header.frame_id == "world"
+    assert answer.child_frame_id == "hand"
+    assert (answer.header.stamp.sec, answer.header.stamp.nanosec) == (1, 500_000_000)
+    assert answer.transform.translation.x == pytest.approx(3.0)
+    assert answer.transform.rotation.w == 1.0
+
+
+def test_times_may_be_messages(buffer):
+    time = get_message("builtin_interfaces/msg/Time")(sec=2)
+    assert buffer.lookup_transform("base", "hand", time).transform.translation.x == 3.0
+
+
+def test_time_zero_is_the_newest(buffer):
+    assert buffer.lookup_transform("world", "hand", NOW).header.stamp.sec == 2
+    newest = buffer.get_latest_common_time("world", "hand")
+    assert newest == Time(seconds=2, clock_type=ClockType.ROS_TIME)
+
+
+def test_can_transform_tells_why_not(buffer):
+    assert buffer.can_transform("world", "hand", NOW)
+    assert buffer.can_transform("world", "hand", NOW, return_debug_tuple=True) == (True, "")
+    assert not buffer.can_transform("world", "nowhere", NOW)
+    known, reason = buffer.can_transform("world", "nowhere", NOW, return_debug_tuple=True)
+    assert not known
+    assert 'Invalid frame ID "nowhere"' in reason
+
+
+def test_the_full_lookup_goes_through_a_fixed_frame(buffer):
+    arguments = ("hand", Time(seconds=2), "hand", Time(seconds=1), "world")
+    assert buffer.can_transform_full(*arguments)
+    assert buffer.lookup_transform_full(*arguments).transform.translation.x == pytest.approx(-2.0)
+
+
+def test_lookup_waits_until_the_transform_arrives(buffer):
+    asked = threading.Event()
+    answers = []
+
+    def ask():
+        asked.set()
+        answers.append(buffer.lookup_transform("world", "tool", NOW, Duration(seconds=20)))
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    asked.wait(20)
+    buffer.set_transform(stamped("hand", "tool", 2, 1))
+    thread.join(20)
+    assert answers[0].transform.translation.x == pytest.approx(5.0)
+
+
+def test_a_wait_ends_with_the_reason(buffer):
+    with pytest.raises(LookupException):
+        buffer.lookup_transform("world", "tool", NOW, Duration(seconds=0.01))
+    with pytest.raises(ExtrapolationException):
+        buffer.lookup_transform("world", "hand", Time(seconds=9))
+
+
+def test_clearing_forgets_what_moved(buffer):
+    buffer.clear()
+    assert buffer.can_transform("world", "base", NOW)
+    assert not buffer.can_transform("world", "hand", NOW)
+
+
+def test_all_frames_are_listed(buffer):
+    assert buffer.all_frames_as_string() == (
+        "Frame base exists with parent world.\nFrame hand exists with parent base.\n"
+    )
+    assert "hand: \n  parent: 'base'\n" in buffer.all_frames_as_yaml()
+    assert set(buffer.frame_names()) == {"world", "base", "hand"}
+
+
+def test_the_cache_time_can_be_chosen():
+    buffer = Buffer(Duration(seconds=1))
+    for n in range(20):
+        buffer.set_transform(stamped("a", "b", 1 + n / 4, n))
+    with pytest.raises(TransformException, match="into the past"):
+        buffer.lookup_transform("a", "b", Time(seconds=2))
+
+
+def test_many_threads_may_write_and_read(buffer):
+    failures = []
+
+    def work(name):
+        try:
+            for n in range(200):
+                buffer.set_transform(stamped("base", name, 1 + n / 100, n))
+                buffer.lookup_transform("world", name, NOW)
+        except TransformException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(f"t{n}",)) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30)
+    assert failures == []
