@@ -1,1 +1,7 @@
-"""Floor 6: the verbs of the command line, one module per command group."""
+"""Floor 6: the verbs of the command line.
+
+A verb is a plain function whose parameters carry [`Option`][teleopctl.cli.verb.Option] or
+[`Argument`][teleopctl.cli.verb.Argument]. Two readers understand that one declaration: the
+quick parser, which takes a well-formed command line without loading anything, and Typer, which
+does help, error messages and completion. `main` says which module a verb lives in.
+"""

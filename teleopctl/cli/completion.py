@@ -1,0 +1,57 @@
+"""``teleopctl completion SHELL``: the script that makes the shell ask us on Tab."""
+
+from __future__ import annotations
+
+import os
+
+from teleopctl.cli.verb import Group, Verb
+
+PROGRAM = "teleopctl"
+VARIABLE = "_TELEOPCTL_COMPLETE"
+"""The environment variable by which the script tells the program to list candidates."""
+
+GROUP = Group(
+    "Print the completion script of a shell.",
+    {
+        "bash": Verb(f"{__name__}:bash", 'For bash: eval "$(teleopctl completion bash)"'),
+        "zsh": Verb(f"{__name__}:zsh", 'For zsh: eval "$(teleopctl completion zsh)"'),
+        "fish": Verb(f"{__name__}:fish", "For fish: teleopctl completion fish | source"),
+        "powershell": Verb(
+            f"{__name__}:powershell",
+            "For PowerShell: teleopctl completion powershell | Out-String | Invoke-Expression",
+        ),
+    },
+)
+
+
+def bash() -> None:
+    """Print bash's script."""
+    _print_script("bash")
+
+
+def zsh() -> None:
+    """Print zsh's script."""
+    _print_script("zsh")
+
+
+def fish() -> None:
+    """Print fish's script."""
+    _print_script("fish")
+
+
+def powershell() -> None:
+    """Print PowerShell's script."""
+    _print_script("powershell")
+
+
+def typed_words() -> list[str]:
+    """What stands on the command line behind the program's name, as the script reports it."""
+    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")
+    return line.split()[1:]
+
+
+def _print_script(shell: str) -> None:
+    from teleopctl.cli import typer_app
+
+    os.environ[VARIABLE] = f"source_{shell}"
+    typer_app.answer_shell({}, [])

@@ -1,0 +1,96 @@
+"""The only place that writes to the terminal.
+
+Data goes to stdout as plain text; warnings, notes and errors go to stderr. Nothing here needs Rich,
+which takes longer to load than most verbs run; ``--help`` on a terminal is what uses it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TextIO
+
+from teleopctl.errors import TeleopctlError
+
+_PROGRAM = "teleopctl"
+_BOLD_RED = "\x1b[1;31m"
+_YELLOW = "\x1b[33m"
+_RESET = "\x1b[0m"
+
+Json = Mapping[str, "Json"] | Sequence["Json"] | str | int | float | bool | None
+
+
+def out(text: str = "") -> None:
+    """Write a line of data to stdout."""
+    sys.stdout.write(text + "\n")
+
+
+def out_lines(lines: Iterable[str]) -> None:
+    """Write many lines of data to stdout at once."""
+    sys.stdout.write("".join(line + "\n" for line in lines))
+
+
+def flush() -> None:
+    """Hand what was written to the reader now; a streaming verb does so after each message."""
+    sys.stdout.flush()
+
+
+def out_json(document: Json, *, compact: bool = False) -> None:
+    """Write one JSON document to stdout.
+
+    Args:
+        document: What to write.
+        compact: On one line, for a verb that writes a document per message.
+    """
+    import json
+
+    out(json.dumps(document, ensure_ascii=False, indent=None if compact else 2))
+
+
+def note(text: str) -> None:
+    """Write a line about what goes on, for a person, to stderr."""
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
+
+
+def warn(text: str) -> None:
+    """Write a warning to stderr."""
+    note(_coloured(f"WARNING: {text}", _YELLOW, sys.stderr))
+
+
+def error(failure: TeleopctlError) -> None:
+    """Write what went wrong and what to do about it to stderr."""
+    note(f"{_coloured(f'{_PROGRAM}:', _BOLD_RED, sys.stderr)} {failure.message}")
+    if failure.hint:
+        note(f"  {failure.hint}")
+
+
+def colour_enabled(stream: TextIO) -> bool:
+    """Whether to colour what is written to ``stream``.
+
+    ``NO_COLOR`` forbids it, ``FORCE_COLOR`` demands it, otherwise a terminal has it.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return stream.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def tolerate_narrow_encodings() -> None:
+    """Replace what the terminal's encoding lacks, as on older Windows consoles, by ``?``."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure") and (stream.encoding or "").lower() != "utf-8":
+            stream.reconfigure(errors="replace")
+
+
+def discard_output() -> None:
+    """Forget unwritten output after the reader has gone, so that nothing complains at exit."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.stdout.fileno())
+    os.close(null)
+
+
+def _coloured(text: str, colour: str, stream: TextIO) -> str:
+    return f"{colour}{text}{_RESET}" if colour_enabled(stream) else text

@@ -1,0 +1,40 @@
+"""``teleopctl control``: what ``ros2 control`` does, in its words."""
+
+from teleopctl.cli.verb import Group, Verb
+
+GROUP = Group(
+    "Manage controllers and hardware.",
+    {
+        "list_controllers": Verb(
+            f"{__name__}.lists:list_controllers", "List loaded controllers and their states."
+        ),
+        "list_controller_types": Verb(
+            f"{__name__}.lists:list_controller_types", "List the types that can be loaded."
+        ),
+        "list_hardware_components": Verb(
+            f"{__name__}.hardware:list_hardware_components", "List hardware and its states."
+        ),
+        "list_hardware_interfaces": Verb(
+            f"{__name__}.hardware:list_hardware_interfaces", "List what is commanded and measured."
+        ),
+        "load_controller": Verb(f"{__name__}.change:load_controller", "Load a controller."),
+        "unload_controller": Verb(f"{__name__}.change:unload_controller", "Unload a controller."),
+        "cleanup_controller": Verb(
+            f"{__name__}.change:cleanup_controller", "Bring a controller back to unconfigured."
+        ),
+        "set_controller_state": Verb(
+            f"{__name__}.change:set_controller_state", "Bring a controller to a state."
+        ),
+        "switch_controllers": Verb(
+            f"{__name__}.change:switch_controllers", "Stop and start controllers in one go."
+        ),
+        "set_hardware_component_state": Verb(
+            f"{__name__}.hardware:set_hardware_component_state",
+            "Bring a hardware component to a state.",
+        ),
+        "reload_controller_libraries": Verb(
+            f"{__name__}.change:reload_controller_libraries",
+            "Unload all controllers, so that their code can be loaded anew.",
+        ),
+    },
+)

@@ -1,0 +1,188 @@
+"""``control`` verbs that change controllers."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.control.client import ManagerClient
+
+_STATES = ("unconfigured", "inactive", "active")
+_LOGS = "check controller_manager logs"
+
+
+def load_controller(
+    controller_name: Annotated[str, Argument(help="The controller.")],
+    param_file: Annotated[
+        str | None, Argument(help="Parameter file for it.", metavar="PARAM_FILE")
+    ] = None,
+    set_state: Annotated[
+        str | None,
+        Option(
+            "--set-state",
+            help="Configure it (inactive) or activate it (active) as well.",
+            choices=("inactive", "active"),
+        ),
+    ] = None,
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Load a controller."""
+    if param_file and not Path(param_file).is_file():
+        raise TeleopctlError(f"Controller parameter file : {param_file} does not exist, Aborting!")
+    name = controller_name
+    with manager_client(controller_manager) as client:
+        states = _states(client)
+        if name in states:
+            console.warn(f"Controller : {name} already loaded, skipping load_controller!")
+        else:
+            if param_file:
+                _set_param_file(client, name, Path(param_file))
+            if not client.load(name):
+                raise TeleopctlError(f"Failed loading controller {name} {_LOGS}")
+            console.out(f"Successfully loaded controller {name}")
+        if set_state is None:
+            return
+        if states.get(name, "unconfigured") == "unconfigured" and not client.configure(name):
+            raise TeleopctlError(f"Error configuring controller : {name}")
+        if set_state == "active" and not client.switch([name])[0]:
+            raise TeleopctlError(f"Error activating controller : {name}, {_LOGS}")
+        console.out(f"Successfully loaded controller {name} into state {set_state}")
+
+
+def _set_param_file(client: "ManagerClient", name: str, file: Path) -> None:
+    from teleopctl.node.parameter_file import read_parameter_file
+
+    namespace = client.name.rpartition("/")[0]
+    values = read_parameter_file(file).for_node(f"{namespace}/{name}")
+    client.set_parameter(f"{name}.params_file", [str(file.resolve())])
+    if "type" in values:
+        client.set_parameter(f"{name}.type", values["type"])
+
+
+def unload_controller(
+    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Unload a controller."""
+    with manager_client(controller_manager) as client:
+        if not client.unload(controller_name):
+            raise TeleopctlError(f"Error unloading controller {controller_name}, {_LOGS}")
+    console.out(f"Successfully unloaded controller {controller_name}")
+
+
+def cleanup_controller(
+    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Bring a controller back to unconfigured."""
+    with manager_client(controller_manager) as client:
+        if not client.cleanup(controller_name):
+            raise TeleopctlError(f"Error cleaning up controller {controller_name}, {_LOGS}")
+    console.out(f"Successfully cleaned up controller {controller_name}")
+
+
+def set_controller_state(
+    controller_name: Annotated[str, Argument(help="The controller.")],
+    state: Annotated[str, Argument(help="unconfigured, inactive or active.")],
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Bring a controller to a state."""
+    if state not in _STATES:
+        raise TeleopctlError(
+            f"unknown state '{state}'", hint=f"one of {', '.join(_STATES)}", exit_status=2
+        )
+    name = controller_name
+    with manager_client(controller_manager) as client:
+        present = _states(client).get(name)
+        if present is None:
+            raise TeleopctlError(f"controller {name} does not seem to be loaded")
+        if state == "unconfigured":
+            if present != "inactive":
+                raise TeleopctlError(f"cannot cleanup {name} from its current state {present}")
+            if not client.cleanup(name):
+                raise TeleopctlError(f"Error cleaning up controller, {_LOGS}")
+            console.out(f"successfully cleaned up {name}")
+        elif state == "inactive" and present == "unconfigured":
+            if not client.configure(name):
+                raise TeleopctlError(f"Error configuring controller, {_LOGS}")
+            console.out(f"Successfully configured {name}")
+        elif state == "inactive" and present == "active":
+            if not client.switch((), [name])[0]:
+                raise TeleopctlError(f"Error stopping controller, {_LOGS}")
+            console.out(f"Successfully deactivated {name}")
+        elif state == "inactive":
+            raise TeleopctlError(
+                f"cannot put {name} in 'inactive' state from its current state {present}"
+            )
+        else:
+            _activate(client, name, present)
+
+
+def _activate(client: "ManagerClient", name: str, present: str) -> None:
+    if present != "inactive":
+        raise TeleopctlError(f"cannot activate {name} from its current state {present}")
+    ok, message = client.switch([name])
+    if not ok:
+        raise TeleopctlError(f"Error activating controller, {_LOGS}", hint=message)
+    console.out(f"Successfully activated {name}")
+
+
+def switch_controllers(
+    deactivate: Annotated[
+        list[str], Option("--deactivate", help="Controller to stop; may be repeated.")
+    ] = [],  # noqa: B006 - only read
+    activate: Annotated[
+        list[str], Option("--activate", help="Controller to start; may be repeated.")
+    ] = [],  # noqa: B006 - only read
+    strict: Annotated[
+        bool, Option("--strict", help="Change nothing unless all can be changed.")
+    ] = False,
+    best_effort: Annotated[
+        bool, Option("--best-effort", help="Change those that can be changed.")
+    ] = False,
+    activate_asap: Annotated[
+        bool, Option("--activate-asap", help="Switch between two control cycles.")
+    ] = False,
+    switch_timeout: Annotated[
+        float, Option("--switch-timeout", help="Longest time for the switch, s.", metavar="S")
+    ] = 5.0,
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Stop and start controllers in one go."""
+    if strict and best_effort:
+        raise TeleopctlError("--strict and --best-effort exclude each other", exit_status=2)
+    with manager_client(controller_manager) as client:
+        ok, message = client.switch(
+            activate,
+            deactivate,
+            strictness=2 if strict else 1 if best_effort else 0,
+            asap=activate_asap,
+            timeout=switch_timeout,
+        )
+    if not ok:
+        raise TeleopctlError(message)
+    console.out(message)
+
+
+def reload_controller_libraries(
+    force_kill: Annotated[
+        bool, Option("--force-kill", help="Stop active controllers as well.")
+    ] = False,
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Unload all controllers, so that their code can be loaded anew."""
+    with manager_client(controller_manager) as client:
+        response = client.call(
+            "reload_controller_libraries", "ReloadControllerLibraries", force_kill=force_kill
+        )
+    if not response.ok:
+        raise TeleopctlError(f"Error reloading libraries, {_LOGS}")
+    console.out("Reload successful")
+
+
+def _states(client: "ManagerClient") -> dict[str, str]:
+    return {controller.name: controller.state for controller in client.controllers()}

@@ -1,0 +1,117 @@
+"""``control list_controllers`` and ``list_controller_types``."""
+
+import sys
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.verb import Option
+
+_COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
+_END = "\033[0m"
+
+_CONTROLLER_FIELDS = (
+    "name",
+    "type",
+    "state",
+    "update_rate",
+    "is_async",
+    "claimed_interfaces",
+    "required_command_interfaces",
+    "required_state_interfaces",
+    "is_chainable",
+    "is_chained",
+    "exported_state_interfaces",
+    "reference_interfaces",
+)
+
+
+def list_controllers(
+    claimed_interfaces: Annotated[
+        bool, Option("--claimed-interfaces", help="List the commands that each one owns.")
+    ] = False,
+    required_state_interfaces: Annotated[
+        bool, Option("--required-state-interfaces", help="List the states that each one needs.")
+    ] = False,
+    required_command_interfaces: Annotated[
+        bool,
+        Option("--required-command-interfaces", help="List the commands that each one needs."),
+    ] = False,
+    chained_interfaces: Annotated[
+        bool, Option("--chained-interfaces", help="List what each one is chained to.")
+    ] = False,
+    exported_interfaces: Annotated[
+        bool, Option("--exported-interfaces", help="List the interfaces that each one exports.")
+    ] = False,
+    verbose: Annotated[bool, Option("-v", "--verbose", help="List all of that.")] = False,
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List loaded controllers and their states."""
+    with manager_client(controller_manager) as client:
+        controllers = client.controllers()
+    if as_json:
+        console.out_json([_as_document(controller) for controller in controllers])
+        return
+    if not controllers:
+        console.out("No controllers are currently loaded!")
+        return
+    names = max(len(controller.name) for controller in controllers)
+    types = max(len(controller.type) for controller in controllers)
+    states = max(len(controller.state) for controller in controllers)
+    colors = _COLORS if console.colour_enabled(sys.stdout) else {}
+    for controller in controllers:
+        color = colors.get(controller.state, "")
+        end = _END if color else ""
+        console.out(
+            f"{color}{controller.name:{names}}{end} {controller.type:{types}}  "
+            f"{color}{controller.state:{states}}{end}"
+        )
+        if verbose:
+            console.out(f"\tupdate_rate: {controller.update_rate} Hz")
+            console.out(f"\tis_async: {controller.is_async}")
+        if claimed_interfaces or verbose:
+            _print_list("claimed interfaces", controller.claimed_interfaces)
+        if required_command_interfaces or verbose:
+            _print_list("required command interfaces", controller.required_command_interfaces)
+        if required_state_interfaces or verbose:
+            _print_list("required state interfaces", controller.required_state_interfaces)
+        if chained_interfaces or verbose:
+            _print_list("chained to interfaces", _chained(controller))
+        if exported_interfaces or verbose:
+            _print_list("exported reference interfaces", controller.reference_interfaces)
+            _print_list("exported state interfaces", controller.exported_state_interfaces)
+
+
+def _print_list(title: str, entries: Iterable[str]) -> None:
+    console.out(f"\t{title}:")
+    console.out_lines(f"\t\t{entry}" for entry in entries)
+
+
+def _chained(controller: Any) -> Iterator[str]:
+    for connection in controller.chain_connections:
+        for reference in connection.reference_interfaces:
+            yield f"{reference:20}"
+
+
+def _as_document(controller: Any) -> dict[str, Any]:
+    document = {}
+    for name in _CONTROLLER_FIELDS:
+        value = getattr(controller, name)
+        document[name] = value if isinstance(value, (str, int, bool)) else list(value)
+    return document
+
+
+def list_controller_types(
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List the types that can be loaded."""
+    with manager_client(controller_manager) as client:
+        response = client.call("list_controller_types", "ListControllerTypes")
+    pairs = list(zip(response.types, response.base_classes, strict=True))
+    if as_json:
+        console.out_json([{"type": kind, "base_class": base} for kind, base in pairs])
+        return
+    console.out_lines(f"{kind:70} {base}" for kind, base in pairs)

@@ -1,0 +1,38 @@
+"""A short-lived node that asks a controller manager."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.verb import Option
+from teleopctl.control.client import ManagerClient
+
+ManagerName = Annotated[
+    str,
+    Option(
+        "-c", "--controller-manager", help="Name of the controller manager's node.", metavar="NAME"
+    ),
+]
+DEFAULT_MANAGER = "controller_manager"
+# Seconds to wait for a manager: it is in the graph or it is not, so only a busy one needs any.
+_WAIT = 1.0
+
+
+@contextmanager
+def manager_client(name: str) -> Iterator[ManagerClient]:
+    """A client of a controller manager that answers.
+
+    Args:
+        name: The manager's name.
+
+    Raises:
+        RouterNotRunning: No router answers.
+        ManagerUnavailableError: There is no such manager, or it has no services yet.
+    """
+    with command_node(session_mode="client") as node:
+        client = ManagerClient(node, name)
+        client.wait(_WAIT)
+        yield client

@@ -1,0 +1,141 @@
+"""``teleopctl launch``: many nodes from a launch file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from teleopctl.cli import console
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.launch.plan import LaunchPlan
+    from teleopctl.launch.status import ProcessStatus
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete_file(ctx: typer.Context, incomplete: str) -> list[str]:
+    from teleopctl.launch.finding import builtin_files
+
+    if ctx.params.get("words"):
+        return []
+    names = [*builtin_files(), *(str(path) for path in Path().glob("*.yaml"))]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def launch(
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[PACKAGE] FILE [NAME:=VALUE]...",
+            help="A YAML launch file, by path, of a package, or a built-in one; its arguments.",
+            autocompletion=_complete_file,
+        ),
+    ],
+    show_args: Annotated[
+        bool, typer.Option("--show-args", "-s", help="List the file's arguments.")
+    ] = False,
+    print_plan: Annotated[
+        bool,
+        typer.Option("--print", "-p", "--print-description", help="Print what would be started."),
+    ] = False,
+    noninteractive: Annotated[
+        bool,
+        typer.Option(
+            "--noninteractive", "-n", help="Accepted for ROS 2's sake: it is always so here."
+        ),
+    ] = False,
+    show_all: Annotated[
+        bool,
+        typer.Option(
+            "--show-all-subprocesses-output",
+            "-a",
+            help="Show the standard output of every process.",
+        ),
+    ] = False,
+    launch_prefix: Annotated[
+        str | None,
+        typer.Option("--launch-prefix", help="Words to put before each command line."),
+    ] = None,
+    detach: Annotated[
+        bool, typer.Option("--detach", "-d", help="Return once everything is up.")
+    ] = False,
+) -> int:
+    """Start what a launch file describes, show its output and stop it on Ctrl-C."""
+    del noninteractive
+    from teleopctl.launch import starting
+    from teleopctl.launch.finding import find_launch_file
+
+    package, name, arguments = split(words)
+    file = find_launch_file(package, name)
+    if show_args:
+        from teleopctl.launch.arguments import describe_arguments
+
+        console.out_lines(describe_arguments(file, arguments))
+        return 0
+    # In the background nobody sees the difference between the streams, and a log is to be whole.
+    plan = starting.make_plan(
+        file, arguments, show_all_output=show_all or detach, prefix=launch_prefix
+    )
+    if print_plan:
+        _print(plan)
+        return 0
+    if not detach:
+        return starting.run_here(plan)
+    for warning in plan.warnings:
+        console.warn(warning)
+    record = starting.start_in_background(plan, file.stem, _report)
+    console.out(
+        f"{record.name} is up; `teleopctl logs -f {record.name}`, `teleopctl stop {record.name}`"
+    )
+    return 0
+
+
+def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
+    """Divide a command line into package, file and arguments.
+
+    Raises:
+        TeleopctlError: There is no file, or an argument is not ``name:=value``.
+    """
+    names: list[str] = []
+    arguments: dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(":=")
+        if separator and name:
+            arguments[name] = value
+        elif arguments or len(names) == 2 or separator:
+            raise TeleopctlError(
+                f"malformed launch argument '{word}', expected format '<name>:=<value>'",
+                exit_status=2,
+            )
+        else:
+            names.append(word)
+    if not names:
+        raise TeleopctlError("Which launch file?", hint="teleopctl launch FILE", exit_status=2)
+    return (names[0] if len(names) == 2 else None), names[-1], arguments
+
+
+def _report(process: ProcessStatus, node: str | None) -> None:
+    if process.state == "finished":
+        console.out(f"{process.name} has finished")
+    else:
+        name = f": {node}" if node else ""
+        console.out(f"{process.name} is up{name} [pid {process.pid}]")
+    console.flush()
+
+
+def _print(plan: LaunchPlan) -> None:
+    from teleopctl.launch.status import command_text
+
+    for process in plan.processes:
+        console.out(f"{process.name}:")
+        console.out(f"  {process.command[0] if process.shell else command_text(process.command)}")
+        for variable, value in process.environment.items():
+            console.out(f"  env {variable}={value or ''}")
+    for path, content in plan.files.items():
+        console.out(f"{path}:")
+        console.out_lines(f"  {line}" for line in content.splitlines())

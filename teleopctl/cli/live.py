@@ -1,0 +1,36 @@
+"""The graph as it is now, for verbs that look once and end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teleopctl.wire.graph import query_graph
+from teleopctl.wire.session import open_session
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from teleopctl.wire.graph import Graph
+
+
+def live_graph() -> Graph:
+    """Ask the router for every node and endpoint of this domain.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    with open_session("client") as session:
+        return query_graph(session)
+
+
+def absolute_name(name: str) -> str:
+    """The name with its leading slash, which people leave out."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    """A hint that names what is spelt alike, or None when nothing is."""
+    from difflib import get_close_matches
+
+    matches = get_close_matches(name, list(known), n=3)
+    return f"did you mean {' or '.join(matches)}?" if matches else None

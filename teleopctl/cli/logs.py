@@ -1,0 +1,102 @@
+"""``teleopctl logs``: what a background process wrote."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from teleopctl.cli import console
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.running import find_running, newest_log, running
+
+app = typer.Typer(add_completion=False)
+
+# A file cannot be waited for on every system: it is read this often, in seconds.
+_READ_EVERY_S = 0.1
+_BLOCK = 1 << 16
+
+
+def _complete_name(incomplete: str) -> list[str]:
+    names = [entry.record.name for entry in running(include_ended=True)]
+    return sorted({name for name in names if name.startswith(incomplete)})
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def logs(
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="As `teleopctl ps` lists it, or a node.", autocompletion=_complete_name
+        ),
+    ],
+    follow: Annotated[
+        bool, typer.Option("--follow", "-f", help="Go on until the process ends, or Ctrl-C.")
+    ] = False,
+    lines: Annotated[
+        int | None, typer.Option("--lines", "-n", min=0, help="Begin with the last N lines.")
+    ] = None,
+) -> int:
+    """Print the output of a background process."""
+    log_file, is_running = _find(name)
+    try:
+        with log_file.open("rb") as log:
+            if lines is not None:
+                log.seek(_start_of_last_lines(log_file, lines))
+            _copy(log.read)
+            while follow and is_running():
+                time.sleep(_READ_EVERY_S)
+                _copy(log.read)
+            _copy(log.read)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        raise TeleopctlError(f"Cannot read {log_file}: {error.strerror}") from error
+    return 0
+
+
+def _find(name: str) -> tuple[Path, Callable[[], bool]]:
+    try:
+        found = find_running(name, include_ended=True)
+    except TeleopctlError:
+        # One looks for a log most of all when the process has died.
+        log_file = newest_log(name)
+        if log_file is None:
+            raise
+        return log_file, lambda: False
+    if len(found) > 1:
+        names = ", ".join(entry.qualified_name for entry in found)
+        raise TeleopctlError(f"'{name}' may be {names}", hint="Name one of them.", exit_status=2)
+    entry = found[0]
+
+    def is_running() -> bool:
+        import psutil
+
+        try:
+            process = psutil.Process(entry.record.pid)
+            return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+        except psutil.NoSuchProcess:
+            return False
+
+    return entry.record.log_file, is_running
+
+
+def _copy(read: Callable[[int], bytes]) -> None:
+    """Hand on everything that can be read now, byte for byte."""
+    while block := read(_BLOCK):
+        sys.stdout.buffer.write(block)
+    console.flush()
+
+
+def _start_of_last_lines(log_file: Path, lines: int) -> int:
+    data = log_file.read_bytes()
+    position = len(data.rstrip(b"\n"))
+    for _ in range(lines):
+        position = data.rfind(b"\n", 0, position)
+        if position < 0:
+            return 0
+    return position + 1 if lines else len(data)

@@ -1,0 +1,115 @@
+"""The ``teleopctl`` command: which verb lives where, and how a run of it ends.
+
+A verb's module is imported when the verb is named and never before. It offers either ``GROUP``, a
+[`Group`][teleopctl.cli.verb.Group] of light declarations, or ``app``, a ``typer.Typer``; an app
+with a single command is the verb itself (give it a callback if it is to stay a group).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from teleopctl import __version__
+from teleopctl.cli import console
+from teleopctl.errors import TeleopctlError
+
+INTERRUPTED = 130
+
+VERBS: dict[str, tuple[str, str]] = {
+    "run": ("teleopctl.cli.run", "Start one node."),
+    "launch": ("teleopctl.cli.launch", "Start many nodes from a launch file."),
+    "ps": ("teleopctl.cli.ps", "List what runs in the background."),
+    "logs": ("teleopctl.cli.logs", "Show the output of a background process."),
+    "stop": ("teleopctl.cli.stop", "Stop background processes."),
+    "topic": ("teleopctl.cli.topic", "List, watch, measure and publish topics."),
+    "node": ("teleopctl.cli.node", "List nodes and what they offer."),
+    "param": ("teleopctl.cli.param", "Read and change parameters of nodes."),
+    "service": ("teleopctl.cli.service", "List and call services."),
+    "control": ("teleopctl.cli.control", "Manage controllers and hardware."),
+    "tf": ("teleopctl.cli.tf", "Watch transforms between frames."),
+    "daemon": ("teleopctl.cli.daemon", "Manage the router that introduces nodes to each other."),
+    "completion": ("teleopctl.cli.completion", "Print the completion script of a shell."),
+}
+
+
+def main() -> NoReturn:
+    """Run the command line of this process and end with its exit status."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run a command line and return its exit status.
+
+    Args:
+        arguments: The words behind the program's name.
+    """
+    words = list(arguments)
+    debug = bool(os.environ.get("TELEOPCTL_DEBUG"))
+    while words and words[0] in ("--debug", "--version"):
+        if words.pop(0) == "--version":
+            words = ["--version"]
+            break
+        debug = True
+    console.tolerate_narrow_encodings()
+    try:
+        status = _dispatch(words)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        console.discard_output()
+        return 0
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except TeleopctlError as failure:
+        if debug:
+            raise
+        console.error(failure)
+        return failure.exit_status
+    except Exception as defect:
+        if debug:
+            raise
+        console.error(_defect(defect))
+        return 1
+    return status
+
+
+def _dispatch(words: list[str]) -> int:
+    if words == ["--version"]:
+        console.out(f"teleopctl {__version__}")
+        return 0
+    if "_TELEOPCTL_COMPLETE" in os.environ:
+        from teleopctl.cli import completion, typer_app
+
+        typer_app.answer_shell(VERBS, completion.typed_words())
+    status = _run_quickly(words)
+    if status is not None:
+        return status
+    from teleopctl.cli import typer_app
+
+    return typer_app.run(VERBS, words)
+
+
+def _run_quickly(words: list[str]) -> int | None:
+    """Run a well-formed command line of a light verb; None when Typer has to look at it."""
+    if len(words) < 2 or words[0] not in VERBS:
+        return None
+    from teleopctl.cli import quick
+    from teleopctl.cli.verb import Group
+
+    group = getattr(import_module(VERBS[words[0]][0]), "GROUP", None)
+    verb = group.verbs.get(words[1]) if isinstance(group, Group) else None
+    if verb is None:
+        return None
+    function = verb.load()
+    values = quick.parse(function, words[2:], negative_numbers=verb.negative_numbers)
+    return None if values is None else function(**values) or 0
+
+
+def _defect(defect: Exception) -> TeleopctlError:
+    return TeleopctlError(
+        f"unexpected {type(defect).__name__}: {defect}",
+        hint="this is a defect of teleopctl; `teleopctl --debug …` shows where",
+    )

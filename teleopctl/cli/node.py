@@ -1,0 +1,122 @@
+"""``teleopctl node``."""
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
+from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.errors import TeleopctlError
+from teleopctl.wire.graph import is_hidden_name
+from teleopctl.wire.tokens import EntityKind
+
+if TYPE_CHECKING:
+    from teleopctl.wire.graph import NodeEntry
+    from teleopctl.wire.tokens import EndpointToken
+
+GROUP = Group(
+    "List nodes and what they offer.",
+    {
+        "list": Verb(f"{__name__}:list_nodes", "List the nodes."),
+        "info": Verb(f"{__name__}:node_info", "Show what a node publishes, subscribes and serves."),
+    },
+)
+
+_ACTION_SERVICE = "/_action/send_goal"
+_GOAL_SUFFIX = "_SendGoal"
+
+NamesAndTypes = dict[str, list[str]]
+
+
+def list_nodes(
+    include_all: Annotated[
+        bool, Option("-a", "--all", help="List nodes whose name starts with _, too.")
+    ] = False,
+    count_nodes: Annotated[
+        bool, Option("-c", "--count-nodes", help="Print only how many there are.")
+    ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List the nodes."""
+    names = live_graph().node_names(include_all)
+    if as_json:
+        console.out_json(names)
+    elif count_nodes:
+        console.out(str(len(names)))
+    else:
+        console.out_lines(names)
+    console.flush()
+    repeated = [name for name, times in Counter(names).items() if times > 1]
+    if repeated:
+        console.warn(
+            f"more than one node is called {', '.join(repeated)}; parameters and services of "
+            "nodes with the same name cannot be told apart"
+        )
+
+
+def node_info(
+    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    include_hidden: Annotated[
+        bool, Option("--include-hidden", help="List hidden topics and services, too.")
+    ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Show what a node publishes, subscribes and serves."""
+    graph = live_graph()
+    name = absolute_name(node_name)
+    node = graph.find_node(name)
+    if node is None:
+        hint = did_you_mean(name, graph.node_names(include_hidden=True))
+        raise TeleopctlError(f"Unable to find node '{name}'", hint=hint)
+    sections = _sections(node, include_hidden=include_hidden)
+    if as_json:
+        document = {_key(title): dict(entries) for title, entries in sections.items()}
+        console.out_json({"name": name, **document})
+        return
+    console.out(name)
+    for title, entries in sections.items():
+        console.out(f"  {title}:")
+        lines = [f"    {entry}: {', '.join(types)}" for entry, types in entries.items()]
+        console.out_lines(lines or [""])
+
+
+def _sections(node: "NodeEntry", *, include_hidden: bool) -> dict[str, NamesAndTypes]:
+    servers = _names_and_types(node.of_kind(EntityKind.SS))
+    clients = _names_and_types(node.of_kind(EntityKind.SC))
+
+    def shown(entries: NamesAndTypes) -> NamesAndTypes:
+        return {
+            name: types
+            for name, types in entries.items()
+            if include_hidden or not is_hidden_name(name)
+        }
+
+    return {
+        "Subscribers": shown(_names_and_types(node.of_kind(EntityKind.MS))),
+        "Publishers": shown(_names_and_types(node.of_kind(EntityKind.MP))),
+        "Service Servers": shown(servers),
+        "Service Clients": shown(clients),
+        "Action Servers": _actions(servers),
+        "Action Clients": _actions(clients),
+    }
+
+
+def _names_and_types(endpoints: Iterable["EndpointToken"]) -> NamesAndTypes:
+    entries: dict[str, set[str]] = {}
+    for endpoint in endpoints:
+        entries.setdefault(endpoint.name, set()).add(endpoint.type_name)
+    return {name: sorted(types) for name, types in entries.items()}
+
+
+def _actions(services: NamesAndTypes) -> NamesAndTypes:
+    """Actions, which exist on the wire only as hidden topics and services."""
+    return {
+        name.removesuffix(_ACTION_SERVICE): [kind.removesuffix(_GOAL_SUFFIX) for kind in kinds]
+        for name, kinds in services.items()
+        if name.endswith(_ACTION_SERVICE)
+    }
+
+
+def _key(title: str) -> str:
+    return title.lower().replace(" ", "_")

@@ -1,0 +1,20 @@
+"""``teleopctl param``: one module per subject, imported when one of its verbs runs."""
+
+from __future__ import annotations
+
+from teleopctl.cli.verb import Group, Verb
+
+GROUP = Group(
+    "Read and change parameters of nodes.",
+    {
+        "list": Verb(f"{__name__}.list_:list_parameters", "List parameters."),
+        "get": Verb(f"{__name__}.value:get_parameter", "Print the value of a parameter."),
+        "set": Verb(
+            f"{__name__}.value:set_parameter", "Change a parameter.", negative_numbers=True
+        ),
+        "delete": Verb(f"{__name__}.value:delete_parameter", "Delete a parameter."),
+        "describe": Verb(f"{__name__}.describe:describe_parameters", "Explain parameters."),
+        "dump": Verb(f"{__name__}.file:dump_parameters", "Print a node's parameters as a file."),
+        "load": Verb(f"{__name__}.file:load_parameters", "Set parameters from a file."),
+    },
+)

@@ -1,0 +1,49 @@
+"""``teleopctl param describe``."""
+
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.param.client import parameter_client
+from teleopctl.cli.param.text import type_name
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.yaml_io import message_to_dict
+
+
+def describe_parameters(
+    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    parameter_names: Annotated[
+        list[str],
+        Argument(help="The parameters.", metavar="PARAMETER_NAME...", complete="parameter_names"),
+    ],
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Explain parameters."""
+    with parameter_client() as client:
+        node = client.find(node_name)
+        descriptors = client.ask(node, "DescribeParameters", names=parameter_names).descriptors
+    if len(descriptors) != len(parameter_names):
+        raise TeleopctlError(
+            "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is"
+        )
+    if as_json:
+        console.out_json([message_to_dict(descriptor) for descriptor in descriptors])
+        return
+    for descriptor in descriptors:
+        console.out_lines(_block(descriptor))
+
+
+def _block(descriptor: Any) -> list[str]:
+    lines = [f"Parameter name: {descriptor.name}", f"  Type: {type_name(descriptor.type)}"]
+    if descriptor.description:
+        lines.append(f"  Description: {descriptor.description}")
+    constraints = []
+    if descriptor.read_only:
+        constraints.append("    Read only: true")
+    for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
+        constraints.append(f"    Min value: {limits.from_value}")
+        constraints.append(f"    Max value: {limits.to_value}")
+        constraints.append(f"    Step: {limits.step}")
+    if descriptor.additional_constraints:
+        constraints.append(f"    Additional constraints: {descriptor.additional_constraints}")
+    return [*lines, "  Constraints:", *constraints] if constraints else lines

@@ -1,0 +1,76 @@
+"""``teleopctl param dump`` and ``load``."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.param.client import parameter_client
+from teleopctl.cli.param.text import python_value
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.node.parameter import Parameter
+from teleopctl.node.parameter_file import read_parameter_file
+
+
+def dump_parameters(
+    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Print a node's parameters as a file.
+
+    It is what --params-file and `teleopctl param load` read.
+    """
+    with parameter_client() as client:
+        node = client.find(node_name)
+        names = client.names(node)
+        values = client.ask(node, "GetParameters", names=names).values
+    tree: dict[str, Any] = {}
+    for name, value in zip(names, values, strict=False):
+        _put(tree, name.split("."), python_value(value))
+    document = {node: {"ros__parameters": tree}}
+    if as_json:
+        console.out_json(document)
+        return
+    import yaml
+
+    console.out(yaml.safe_dump(document, allow_unicode=True).rstrip("\n"))
+
+
+def load_parameters(
+    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    parameter_file: Annotated[str, Argument(help="A parameter file.")],
+) -> int:
+    """Set parameters from a file.
+
+    Of the file's sections, those count whose name fits the node.
+    """
+    wanted = read_parameter_file(Path(parameter_file))
+    with parameter_client() as client:
+        node = client.find(node_name)
+        values = {
+            name: Parameter(name, value=value).get_parameter_value()
+            for name, value in wanted.for_node(node).items()
+        }
+        if not values:
+            raise TeleopctlError(f"{parameter_file} has no parameters for '{node}'")
+        results = client.set(node, values)
+    failed = False
+    for name, result in results.items():
+        reason = f": {result.reason}" if result.reason else ""
+        if result.successful:
+            console.out(f"Set parameter {name} successful{reason}")
+        else:
+            failed = True
+            console.note(f"Set parameter {name} failed{reason}")
+    return int(failed)
+
+
+def _put(tree: dict[str, Any], path: list[str], value: object) -> None:
+    for depth, part in enumerate(path[:-1]):
+        branch = tree.setdefault(part, {})
+        if not isinstance(branch, dict):
+            # A parameter is called like the first part of this one: keep its dots then.
+            tree[".".join(path[depth:])] = value
+            return
+        tree = branch
+    tree[path[-1]] = value

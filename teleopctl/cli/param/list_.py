@@ -1,0 +1,74 @@
+"""``teleopctl param list``."""
+
+import re
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.param.client import ParameterClient, parameter_client
+from teleopctl.cli.param.text import type_name
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+
+
+def list_parameters(
+    node_name: Annotated[
+        str | None, Argument(help="The node; otherwise all nodes.", complete="nodes")
+    ] = None,
+    show_types: Annotated[
+        bool, Option("--param-type", help="Show the type of each parameter.")
+    ] = False,
+    include_hidden: Annotated[
+        bool, Option("--include-hidden-nodes", help="Ask nodes whose name starts with _, too.")
+    ] = False,
+    name_filter: Annotated[
+        str | None,
+        Option("--filter", help="List only names in which this regular expression is found."),
+    ] = None,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> int:
+    """List parameters."""
+    wanted = _pattern(name_filter)
+    with parameter_client() as client:
+        nodes = (
+            [client.find(node_name)] if node_name else client.nodes(include_hidden=include_hidden)
+        )
+        answers = client.ask_all(nodes, "ListParameters")
+        names = {
+            node: sorted(name for name in answer.result.names if wanted.search(name))
+            for node, answer in answers.items()
+            if not isinstance(answer, TeleopctlError)
+        }
+        types = {node: _types(client, node, names[node]) for node in names} if show_types else {}
+    if as_json:
+        console.out_json({node: types.get(node) or names[node] for node in names})
+    else:
+        for node, its_names in names.items():
+            if not node_name:
+                console.out(f"{node}:")
+            console.out_lines(_lines(its_names, types.get(node, {})))
+    console.flush()
+    failures = [answer for answer in answers.values() if isinstance(answer, TeleopctlError)]
+    if node_name and failures:
+        raise failures[0]
+    for failure in failures:
+        console.warn(failure.message)
+    return 0
+
+
+def _lines(names: Sequence[str], types: dict[str, str]) -> list[str]:
+    return [f"  {name} (type: {types[name]})" if name in types else f"  {name}" for name in names]
+
+
+def _types(client: ParameterClient, node: str, names: list[str]) -> dict[str, str]:
+    response: Any = client.ask(node, "GetParameterTypes", names=names)
+    return dict(zip(names, map(type_name, response.types), strict=False))
+
+
+def _pattern(text: str | None) -> re.Pattern[str]:
+    try:
+        return re.compile(text or "")
+    except re.error as error:
+        raise TeleopctlError(
+            f"'{text}' is no regular expression: {error}", exit_status=2
+        ) from error

@@ -1,0 +1,81 @@
+"""``teleopctl param get``, ``set`` and ``delete``."""
+
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.live import did_you_mean
+from teleopctl.cli.param.client import ParameterClient, parameter_client
+from teleopctl.cli.param.text import python_value, type_name, value_label
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.parameter import (
+    ParameterType,
+    parameter_value_from_yaml,
+    parameter_value_to_python,
+)
+
+NodeName = Annotated[str, Argument(help="The node.", complete="nodes")]
+ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
+
+
+def get_parameter(
+    node_name: NodeName,
+    parameter_name: ParameterName,
+    hide_type: Annotated[bool, Option("--hide-type", help="Print only the value.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """Print the value of a parameter."""
+    with parameter_client() as client:
+        node = client.find(node_name)
+        value = _value(client, node, parameter_name)
+    if as_json:
+        console.out_json(
+            {"name": parameter_name, "type": type_name(value.type), "value": python_value(value)}
+        )
+        return
+    shown = str(parameter_value_to_python(value))
+    console.out(shown if hide_type else f"{value_label(value.type)} {shown}")
+
+
+def set_parameter(
+    node_name: NodeName,
+    parameter_name: ParameterName,
+    value: Annotated[str, Argument(help="The new value, as YAML.")],
+) -> None:
+    """Change a parameter.
+
+    The value is YAML: 1 is an integer, 1.0 a double, true a boolean, "1" a string, [1, 2] an
+    array.
+    """
+    with parameter_client() as client:
+        node = client.find(node_name)
+        wanted = {parameter_name: parameter_value_from_yaml(value)}
+        result = client.set(node, wanted)[parameter_name]
+    if not result.successful:
+        raise TeleopctlError(_with_reason("Setting parameter failed", result.reason))
+    console.out(_with_reason("Set parameter successful", result.reason))
+
+
+def delete_parameter(node_name: NodeName, parameter_name: ParameterName) -> None:
+    """Delete a parameter."""
+    unset = get_message("rcl_interfaces/msg/ParameterValue")(type=int(ParameterType.NOT_SET))
+    with parameter_client() as client:
+        result = client.set(client.find(node_name), {parameter_name: unset})[parameter_name]
+    if not result.successful:
+        raise TeleopctlError(_with_reason("Deleting parameter failed", result.reason))
+    console.out(_with_reason("Deleted parameter successfully", result.reason))
+
+
+def _value(client: ParameterClient, node: str, name: str) -> Any:
+    values = client.ask(node, "GetParameters", names=[name]).values
+    if not values or values[0].type == ParameterType.NOT_SET:
+        hint = did_you_mean(name, client.names(node))
+        raise TeleopctlError(
+            "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is"
+        )
+    return values[0]
+
+
+def _with_reason(text: str, reason: str) -> str:
+    return f"{text}: {reason}" if reason else text

@@ -1,0 +1,74 @@
+"""``teleopctl ps``: what runs in the background."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from typing import Annotated
+
+import typer
+
+from teleopctl.cli import console
+from teleopctl.launch.running import Running, running
+from teleopctl.launch.status import command_text
+
+app = typer.Typer(add_completion=False)
+
+_HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def ps(
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> int:
+    """List what runs in the background; what a launch started stands below it."""
+    entries = running()
+    now = time.time()
+    if as_json:
+        console.out_json([_as_json(entry, now) for entry in entries])
+        return 0
+    if not entries:
+        console.note("Nothing runs in the background.")
+        return 0
+    rows = [_HEADER, *(_row(entry, now) for entry in entries)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADER) - 1)]
+    limit = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        console.out("  ".join([*cells, row[-1]])[:limit].rstrip())
+    return 0
+
+
+def _row(entry: Running, now: float) -> tuple[str, ...]:
+    record = entry.record
+    return (
+        f"  {record.name}" if entry.launch else record.name,
+        str(record.pid),
+        record.kind,
+        _duration(now - record.start_time),
+        command_text(record.command),
+    )
+
+
+def _as_json(entry: Running, now: float) -> dict[str, console.Json]:
+    record = entry.record
+    return {
+        "name": record.name,
+        "pid": record.pid,
+        "kind": record.kind,
+        "launch": entry.launch.name if entry.launch else None,
+        "node": entry.node_name,
+        "start_time": record.start_time,
+        "uptime_s": round(max(0.0, now - record.start_time), 3),
+        "command": list(record.command),
+        "log_file": str(record.log_file),
+    }
+
+
+def _duration(seconds: float) -> str:
+    whole = max(0, int(seconds))
+    minutes, hours = whole // 60, whole // 3600
+    if hours:
+        return f"{hours}h{minutes % 60:02d}m"
+    return f"{minutes}m{whole % 60:02d}s" if minutes else f"{whole}s"

@@ -1,0 +1,135 @@
+"""``teleopctl run``: one node, in this process."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from teleopctl import packages
+from teleopctl.cli import console
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import Executable
+
+app = typer.Typer(add_completion=False)
+
+
+def _complete_executable(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Packages first, then the programs of the one that was named."""
+    words = ctx.params.get("words") or []
+    names: set[str] = set()
+    if not words:
+        names.update(package.name for package in packages.list_packages() if package.executables)
+        names.update(str(path) for path in Path().glob("*.py"))
+    elif len(words) == 1:
+        names.update(
+            name
+            for package in packages.list_packages()
+            if package.name == words[0]
+            for name in package.executables
+        )
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+@app.command(
+    context_settings={"allow_interspersed_args": False, "help_option_names": ["-h", "--help"]}
+)
+def run(
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[PACKAGE] EXECUTABLE|FILE [ARGS]...",
+            help="What to run, and what is handed to it untouched, such as "
+            "--ros-args -p NAME:=VALUE.",
+            autocompletion=_complete_executable,
+        ),
+    ],
+    prefix: Annotated[
+        str | None, typer.Option("--prefix", help="Words to put before the command line.")
+    ] = None,
+    detach: Annotated[
+        bool, typer.Option("--detach", "-d", help="Return once the node is up.")
+    ] = False,
+) -> int:
+    """Start one node: a program of a package, or a Python file by its path.
+
+    The package may be left out where the program's name is unique. Files may import rclpy and
+    message packages.
+    """
+    from teleopctl.wire.router import ensure_router
+
+    executable, arguments = find(words)
+    ensure_router()
+    if not detach and prefix is None:
+        from teleopctl.nodes.execute import execute
+
+        return execute(executable, arguments)
+    command = [*shlex.split(prefix or ""), *_command(executable, arguments)]
+    if detach:
+        return _start_in_background(executable, command)
+    return _replace_this_process(command)
+
+
+def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
+    """Tell which program a command line names, and which arguments are its own.
+
+    Raises:
+        TeleopctlError: There is no such package or program.
+    """
+    first, *rest = words
+    if packages.is_path(first):
+        return packages.find_executable(None, first), rest
+    package: str | None = first
+    try:
+        offered = packages.find_package(first).executables
+    except TeleopctlError as unknown_package:
+        try:
+            return packages.find_executable(None, first), rest
+        except TeleopctlError as unknown_executable:
+            if unknown_executable.exit_status == 2:
+                raise
+            raise unknown_package from None
+    if rest and not rest[0].startswith("-"):
+        return packages.find_executable(package, rest[0]), rest[1:]
+    # The name of the package alone: of the program of that name, or of its only one.
+    if first in offered or len(offered) != 1:
+        return packages.find_executable(package, first), rest
+    return next(iter(offered.values())), rest
+
+
+def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
+    program = [str(executable.file)]
+    if executable.file is None:
+        program = [executable.package, executable.name]
+    return [sys.executable, "-m", "teleopctl.nodes", *program, *arguments]
+
+
+def _replace_this_process(command: list[str]) -> int:
+    if os.name == "nt":
+        # Windows has no exec: a process that calls it ends at once, before the program does.
+        import subprocess
+
+        return subprocess.run(command, check=False).returncode
+    sys.stdout.flush()
+    try:
+        os.execvp(command[0], command)  # noqa: S606 -- --prefix is the user's own command
+    except OSError as error:
+        raise TeleopctlError(f"Cannot run {command[0]}: {error.strerror}") from error
+
+
+def _start_in_background(executable: Executable, command: list[str]) -> int:
+    from teleopctl import background
+    from teleopctl.launch.readiness import NewNodes, wait_for_node
+    from teleopctl.launch.starting import free_name
+
+    with NewNodes() as new_nodes:
+        name = free_name(executable.name.removesuffix(".py"))
+        record = background.start(name, command, kind="node")
+        nodes = wait_for_node(new_nodes, record)
+    console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
+    return 0

@@ -1,0 +1,81 @@
+"""``teleopctl service``."""
+
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
+from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.typenames import normalize
+
+GROUP = Group(
+    "List and call services.",
+    {
+        "list": Verb(f"{__name__}:list_services", "List the services."),
+        "type": Verb(f"{__name__}:service_type", "Print the type of a service."),
+        "find": Verb(f"{__name__}:services_of_type", "List the services of a type."),
+        "call": Verb("teleopctl.cli.service_call:call", "Call a service."),
+    },
+)
+
+
+def list_services(
+    show_types: Annotated[
+        bool, Option("-t", "--show-types", help="Show the type of each service.")
+    ] = False,
+    count_services: Annotated[
+        bool, Option("-c", "--count-services", help="Print only how many there are.")
+    ] = False,
+    include_hidden: Annotated[
+        bool,
+        Option("--include-hidden-services", help="List names with a part that starts with _, too."),
+    ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List the services."""
+    graph = live_graph()
+    services = graph.service_names_and_types(include_hidden)
+    if as_json:
+        console.out_json(
+            [
+                {"name": name, "types": types, "servers": len(graph.servers(name))}
+                for name, types in services
+            ]
+        )
+    elif count_services:
+        console.out(str(len(services)))
+    elif show_types:
+        console.out_lines(f"{name} [{', '.join(types)}]" for name, types in services)
+    else:
+        console.out_lines(name for name, _ in services)
+
+
+def service_type(
+    service_name: Annotated[str, Argument(help="The service.", complete="services")],
+) -> None:
+    """Print the type of a service."""
+    service = absolute_name(service_name)
+    services = dict(live_graph().service_names_and_types(include_hidden=True))
+    if service not in services:
+        raise TeleopctlError(f"Unknown service '{service}'", hint=did_you_mean(service, services))
+    console.out_lines(services[service])
+
+
+def services_of_type(
+    type_name: Annotated[str, Argument(help="The service type.", metavar="TYPE")],
+    count_services: Annotated[
+        bool, Option("-c", "--count-services", help="Print only how many there are.")
+    ] = False,
+    include_hidden: Annotated[
+        bool,
+        Option("--include-hidden-services", help="List names with a part that starts with _, too."),
+    ] = False,
+) -> None:
+    """List the services of a type."""
+    wanted = normalize(type_name, "srv")
+    services = live_graph().service_names_and_types(include_hidden)
+    found = [name for name, types in services if wanted in types]
+    if count_services:
+        console.out(str(len(found)))
+    else:
+        console.out_lines(found)

@@ -1,0 +1,79 @@
+"""``teleopctl service call``."""
+
+import threading
+import time
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_service, type_hash
+from teleopctl.interfaces.yaml_io import message_from_yaml, message_to_dict
+from teleopctl.wire.graph import query_graph
+
+if TYPE_CHECKING:
+    from teleopctl.node.client import Client
+
+
+def call(
+    service_name: Annotated[str, Argument(help="The service.", complete="services")],
+    service_type: Annotated[str, Argument(help="Its type, such as std_srvs/srv/Trigger.")],
+    values: Annotated[
+        str, Argument(help="The request as YAML; fields left out have their defaults.")
+    ] = "{}",
+    rate: Annotated[
+        float | None,
+        Option("-r", "--rate", help="Call again and again, this often.", metavar="HZ"),
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS"),
+    ] = None,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a response.")] = False,
+) -> None:
+    """Call a service.
+
+    Without a server it waits for one.
+    """
+    if rate is not None and rate <= 0:
+        raise TeleopctlError("The rate must be greater than zero", exit_status=2)
+    service_class = get_service(service_type)
+    request = message_from_yaml(service_class.Request, values)
+    with command_node(session_mode="client") as node:
+        client = node.create_client(service_class, absolute_name(service_name))
+        _wait_for_server(client, timeout)
+        pause = threading.Event()
+        while True:
+            started = time.monotonic()
+            if not as_json:
+                console.out(f"requester: making request: {request!r}\n")
+                console.flush()
+            response = client.call(request, timeout)
+            if response is None:
+                raise TeleopctlError(f"'{client.service_name}' did not answer within {timeout:g} s")
+            if as_json:
+                console.out_json(message_to_dict(response), compact=True)
+            else:
+                console.out(f"response:\n{response!r}\n")
+            console.flush()
+            if rate is None:
+                return
+            pause.wait(max(0.0, started + 1.0 / rate - time.monotonic()))
+
+
+def _wait_for_server(client: "Client", longest_wait_s: float | None) -> None:
+    name, session = client.service_name, client.node.context.session
+    if not query_graph(session).servers(name, client.type_name):
+        console.note("waiting for service to become available...")
+        if not client.wait_for_service(longest_wait_s):
+            raise TeleopctlError(f"No server for '{name}' came within {longest_wait_s:g} s")
+    servers = query_graph(session).servers(name, client.type_name)
+    ours = type_hash(client.type_name)
+    if servers and all(server.type_hash != ours for server in servers):
+        raise TeleopctlError(
+            f"The server of '{name}' ({servers[0].full_name}) means another version of "
+            f"{client.type_name}: the type hashes differ",
+            hint="does ROS_DISTRO name its distribution?",
+        )

@@ -1,0 +1,74 @@
+"""``teleopctl stop``: ends what runs in the background."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from teleopctl import background
+from teleopctl.cli import console
+from teleopctl.launch import status
+from teleopctl.launch.running import Running, find_running, running
+
+app = typer.Typer(add_completion=False)
+
+_PATIENCE_S = 5.0
+# A launch gives its processes 5 s before SIGTERM and 5 s more before SIGKILL.
+_LAUNCH_PATIENCE_S = 12.0
+
+
+def _complete_names(incomplete: str) -> list[str]:
+    return sorted(
+        {entry.record.name for entry in running() if entry.record.name.startswith(incomplete)}
+    )
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def stop(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="As `teleopctl ps` lists them, or nodes; none for every node and launch.",
+            autocompletion=_complete_names,
+        ),
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Stop every node and launch, and then the router.")
+    ] = False,
+) -> int:
+    """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL."""
+    if names:
+        chosen = list(dict.fromkeys(entry for name in names for entry in find_running(name)))
+    else:
+        chosen = [entry for entry in running() if entry.launch is None]
+        if not everything:
+            chosen = [entry for entry in chosen if entry.record.kind != "router"]
+    if not chosen:
+        console.note("Nothing runs in the background.")
+        return 0
+    # What is in a launch that ends anyway ends with it, and the router is needed until the last.
+    ending = {entry.record.pid for entry in chosen}
+    chosen = [entry for entry in chosen if entry.launch is None or entry.launch.pid not in ending]
+    _stop_together([entry for entry in chosen if entry.record.kind != "router"])
+    _stop_together([entry for entry in chosen if entry.record.kind == "router"])
+    return 0
+
+
+def _stop_together(entries: Sequence[Running]) -> None:
+    threads = [threading.Thread(target=_stop, args=(entry,)) for entry in entries]
+    for thread in threads:
+        thread.start()
+    for thread, entry in zip(threads, entries, strict=True):
+        thread.join()
+        console.out(f"{entry.record.name} has been stopped")
+        console.flush()
+
+
+def _stop(entry: Running) -> None:
+    if entry.launch is not None:
+        status.mark_stopped(status.folder_of(entry.launch), entry.record.name)
+    is_launch = entry.record.kind == "launch"
+    background.stop(entry.record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)

@@ -1,0 +1,20 @@
+"""``teleopctl topic``: one module per verb, imported when that verb runs."""
+
+from __future__ import annotations
+
+from teleopctl.cli.verb import Group, Verb
+
+GROUP = Group(
+    "List, watch, measure and publish topics.",
+    {
+        "list": Verb(f"{__name__}.list_:list_topics", "List the topics."),
+        "info": Verb(f"{__name__}.info:topic_info", "Show who publishes and subscribes a topic."),
+        "echo": Verb(f"{__name__}.echo:echo", "Print the messages of a topic."),
+        "pub": Verb(f"{__name__}.pub:publish", "Publish messages to a topic."),
+        "hz": Verb(f"{__name__}.hz:measure_rate", "Measure the rate of topics."),
+        "bw": Verb(f"{__name__}.bw:measure_bandwidth", "Measure the bandwidth of a topic."),
+        "delay": Verb(f"{__name__}.delay:measure_delay", "Measure the age of stamped messages."),
+        "type": Verb(f"{__name__}.type_find:topic_type", "Print the type of a topic."),
+        "find": Verb(f"{__name__}.type_find:topics_of_type", "List the topics of a type."),
+    },
+)

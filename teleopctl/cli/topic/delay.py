@@ -1,0 +1,52 @@
+"""``teleopctl topic delay``."""
+
+import threading
+import time
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.topic.listening import listen
+from teleopctl.cli.topic.source import TopicSource, find_source
+from teleopctl.cli.topic.statistics import Window, delay_text
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+
+
+def measure_delay(
+    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    window: Annotated[
+        int, Option("-w", "--window", help="How many messages the average is taken over.")
+    ] = 10000,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
+) -> None:
+    """Measure the age of stamped messages.
+
+    It is the time between a message's header.stamp and its arrival, so that the clocks of both
+    machines matter.
+    """
+    source = find_source(absolute_name(topic_name), None)
+    if "header" not in source.message_class.get_fields_and_field_types():
+        raise TeleopctlError(
+            f"{source.message_class.TYPE_NAME} has no header, so its age cannot be told"
+        )
+    delays = Window(window)
+    lock = threading.Lock()
+
+    def arrive(_: TopicSource, message: Any, __: float) -> None:
+        stamp = message.header.stamp
+        delay_s = time.time() - (stamp.sec + stamp.nanosec * 1e-9)
+        with lock:
+            delays.add(delay_s)
+
+    def report(_: float) -> None:
+        with lock:
+            summary = delays.summary()
+        if summary is None:
+            return
+        if as_json:
+            console.out_json(summary._asdict(), compact=True)
+        else:
+            console.out(delay_text(summary))
+
+    listen([source], arrive, report, raw=False)

@@ -1,0 +1,170 @@
+"""``teleopctl topic echo``."""
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+    suited_to,
+)
+from teleopctl.cli.topic.selection import field_reader, filter_predicate
+from teleopctl.cli.topic.source import find_source
+from teleopctl.cli.topic.text import TextStyle, json_value
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.node.executor import SingleThreadedExecutor
+from teleopctl.node.future import Future
+
+_DEPTH = 10
+_TRUNCATE = 128
+
+Info = Mapping[str, Any]
+
+
+def echo(
+    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    message_type: Annotated[
+        str | None,
+        Argument(
+            help="Its type; otherwise the one that it has in the graph.", complete="message_types"
+        ),
+    ] = None,
+    once: Annotated[bool, Option("--once", help="Print the first message and end.")] = False,
+    timeout: Annotated[
+        float | None, Option("--timeout", help="End after this many seconds.", metavar="SECONDS")
+    ] = None,
+    field: Annotated[
+        str | None, Option("--field", help="Print one field, such as transforms[0].header.")
+    ] = None,
+    filter_expression: Annotated[
+        str | None,
+        Option("--filter", help="Print a message m only where this Python is true: m.data > 3."),
+    ] = None,
+    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
+    raw: Annotated[bool, Option("--raw", help="Print the bytes as they arrive.")] = False,
+    flow_style: Annotated[
+        bool, Option("--flow-style", help="Print lists and mappings on one line.")
+    ] = False,
+    full_length: Annotated[
+        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
+    ] = False,
+    truncate_length: Annotated[
+        int,
+        Option("-l", "--truncate-length", help="Longest list or text that is printed in full."),
+    ] = _TRUNCATE,
+    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False,
+    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False,
+    include_message_info: Annotated[
+        bool, Option("--include-message-info", help="Print times and numbers of each message.")
+    ] = False,
+    no_lost_messages: Annotated[
+        bool, Option("--no-lost-messages", help="Do not report lost messages.")
+    ] = False,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+) -> None:
+    """Print the messages of a topic.
+
+    The quality of service follows what the publishers offer, so that latched messages are printed
+    as well. Ctrl-C ends it.
+    """
+    source = find_source(absolute_name(topic_name), message_type)
+    wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
+    qos = wishes.applied_to(suited_to(source.offered_qos, _DEPTH))
+    select = field_reader(field) if field else None
+    wanted = filter_predicate(filter_expression) if filter_expression else None
+    style = TextStyle(
+        truncate=None if full_length else truncate_length,
+        flow=flow_style,
+        no_arr=no_arr,
+        no_str=no_str,
+    )
+    write = _writer(style, csv=csv, as_json=as_json, with_info=include_message_info)
+    losses = None if no_lost_messages else _LossReport()
+    done = Future()
+    printed = False
+
+    def receive(message: Any, info: Info) -> None:
+        nonlocal printed
+        if done.done():
+            return
+        if losses is not None:
+            losses.note(info)
+        value = select(message) if select else message
+        if wanted is not None and not wanted(value):
+            return
+        write(value, info)
+        console.flush()
+        printed = True
+        if once:
+            done.set_result(None)
+
+    with command_node() as node, SingleThreadedExecutor(context=node.context) as executor:
+        node.create_subscription(source.message_class, source.topic, receive, qos, raw=raw)
+        executor.add_node(node)
+        executor.spin_until_future_complete(done, timeout)
+    if timeout is not None and not printed:
+        raise TeleopctlError(f"No message on '{source.topic}' within {timeout:g} s")
+
+
+def _writer(
+    style: TextStyle, *, csv: bool, as_json: bool, with_info: bool
+) -> Callable[[Any, Info], None]:
+    """The function that prints one message, or one field of it, with its information."""
+
+    def write_json(value: Any, info: Info) -> None:
+        document = json_value(value)
+        if with_info:
+            document = {"info": _shown(info), "message": document}
+        console.out_json(document, compact=True)
+
+    def write_csv(value: Any, info: Info) -> None:
+        ahead = f"{','.join(str(entry) for entry in _shown(info).values())}," if with_info else ""
+        console.out(ahead + style.csv(value))
+
+    def write_yaml(value: Any, info: Info) -> None:
+        if with_info:
+            lines = [f"{key}: {_yaml_scalar(entry)}" for key, entry in sorted(_shown(info).items())]
+            console.out_lines([*lines, "---"])
+        console.out(f"{style.yaml(value)}---")
+
+    if as_json:
+        return write_json
+    return write_csv if csv else write_yaml
+
+
+def _shown(info: Info) -> dict[str, int | None]:
+    return {key: value for key, value in info.items() if not isinstance(value, bytes)}
+
+
+def _yaml_scalar(value: int | None) -> str:
+    return "null" if value is None else str(value)
+
+
+class _LossReport:
+    """Counts the gaps in each publisher's numbers and says so, as ROS 2 does."""
+
+    def __init__(self) -> None:
+        self._last: dict[bytes, int] = {}
+        self._lost = 0
+
+    def note(self, info: Info) -> None:
+        publisher, number = info["publisher_gid"], info["publication_sequence_number"]
+        last = self._last.get(publisher)
+        self._last[publisher] = number
+        gap = 0 if last is None else number - last - 1
+        if gap > 0:
+            self._lost += gap
+            console.warn(f"{gap} lost (in all: {self._lost}); the terminal or the link is too slow")

@@ -1,0 +1,60 @@
+"""``teleopctl topic list``."""
+
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.live import live_graph
+from teleopctl.cli.verb import Option
+
+
+def list_topics(
+    show_types: Annotated[
+        bool, Option("-t", "--show-types", help="Show the type of each topic.")
+    ] = False,
+    count_topics: Annotated[
+        bool, Option("-c", "--count-topics", help="Print only how many there are.")
+    ] = False,
+    verbose: Annotated[
+        bool, Option("-v", "--verbose", help="Show types and numbers of endpoints.")
+    ] = False,
+    include_hidden: Annotated[
+        bool,
+        Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
+    ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+) -> None:
+    """List the topics."""
+    graph = live_graph()
+    topics = graph.topic_names_and_types(include_hidden=include_hidden)
+    if as_json:
+        console.out_json(
+            [
+                {
+                    "name": name,
+                    "types": list(types),
+                    "publishers": len(graph.publishers(name)),
+                    "subscribers": len(graph.subscriptions(name)),
+                }
+                for name, types in topics
+            ]
+        )
+    elif count_topics:
+        console.out(str(len(topics)))
+    elif verbose:
+        published = [(name, types, len(graph.publishers(name))) for name, types in topics]
+        subscribed = [(name, types, len(graph.subscriptions(name))) for name, types in topics]
+        console.out_lines(_section("Published topics:", published, "publisher"))
+        console.out_lines(_section("Subscribed topics:", subscribed, "subscriber"))
+    elif show_types:
+        console.out_lines(f"{name} [{', '.join(types)}]" for name, types in topics)
+    else:
+        console.out_lines(name for name, _ in topics)
+
+
+def _section(title: str, topics: list[tuple[str, list[str], int]], role: str) -> list[str]:
+    lines = [
+        f" * {name} [{', '.join(types)}] {count} {role}{'s' if count > 1 else ''}"
+        for name, types, count in topics
+        if count
+    ]
+    return [title, *lines, ""]

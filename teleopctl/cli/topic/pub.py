@@ -1,0 +1,144 @@
+"""``teleopctl topic pub``."""
+
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+)
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces.yaml_io import message_from_yaml
+from teleopctl.node.qos import QoSProfile
+from teleopctl.wire.graph import query_graph
+from teleopctl.wire.router import ensure_router
+
+if TYPE_CHECKING:
+    from teleopctl.node.node import Node
+
+_DEPTH = 10
+_PRESENT_TIME = ("auto", "now")
+
+
+def publish(
+    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    message_type: Annotated[
+        str, Argument(help="Its type, such as std_msgs/msg/String.", complete="message_types")
+    ],
+    values: Annotated[
+        str, Argument(help="The message as YAML; fields left out have their defaults.")
+    ] = "{}",
+    rate: Annotated[float, Option("-r", "--rate", help="Messages per second.", metavar="HZ")] = 1.0,
+    once: Annotated[bool, Option("-1", "--once", help="Publish one message and end.")] = False,
+    times: Annotated[
+        int, Option("-t", "--times", help="Publish this many and end; 0 for no end.")
+    ] = 0,
+    wait_matching_subscriptions: Annotated[
+        int | None,
+        Option(
+            "-w",
+            "--wait-matching-subscriptions",
+            help="Wait for this many subscribers first; 1 with --once and --times, else 0.",
+        ),
+    ] = None,
+    max_wait_time: Annotated[
+        float | None,
+        Option("--max-wait-time-secs", help="Give up waiting after this many seconds."),
+    ] = None,
+    print_every: Annotated[
+        int, Option("-p", "--print", help="Print only every Nth message; 0 for none.")
+    ] = 1,
+    keep_alive: Annotated[
+        float, Option("--keep-alive", help="Seconds to stay after the last message.")
+    ] = 0.1,
+    node_name: Annotated[
+        str | None, Option("-n", "--node-name", help="Name of the publishing node.")
+    ] = None,
+    yaml_file: Annotated[
+        str | None,
+        Option("--yaml-file", help="Read the message from this file; - for standard input."),
+    ] = None,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+) -> None:
+    """Publish messages to a topic.
+
+    A std_msgs/msg/Header or a builtin_interfaces/msg/Time may be given as auto or now: it is the
+    time of each publication.
+    """
+    if rate <= 0:
+        raise TeleopctlError("The rate must be greater than zero", exit_status=2)
+    count = 1 if once else times
+    text = _read(yaml_file) if yaml_file else values
+    message_class = get_message(message_type)
+    message_from_yaml(message_class, text)  # a mistake is reported before anything starts
+    wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
+    qos = wishes.applied_to(QoSProfile(depth=_DEPTH))
+    subscribers = wait_matching_subscriptions
+    if subscribers is None:
+        subscribers = 1 if count else 0
+    ensure_router()
+    # What a peer publishes while it still meets the others is lost; a client's goes through the
+    # router, which knows them all.
+    with command_node(session_mode="client" if count == 1 else "peer", name=node_name) as node:
+        publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
+        if subscribers:
+            _wait_for_subscribers(node, publisher.topic_name, subscribers, max_wait_time)
+        console.out("publisher: beginning loop")
+        console.flush()
+        stamped = any(word in text for word in _PRESENT_TIME)
+        message = message_from_yaml(message_class, text)
+        pause = threading.Event()
+        start = time.monotonic()
+        number = 0
+        while not count or number < count:
+            if number:
+                # Against the start, so that lateness of one message does not delay all others.
+                pause.wait(max(0.0, start + number / rate - time.monotonic()))
+            if stamped:
+                message = message_from_yaml(
+                    message_class, text, now=node.get_clock().now().to_msg()
+                )
+            number += 1
+            if print_every and number % print_every == 0:
+                console.out(f"publishing #{number}: {message!r}\n")
+                console.flush()
+            publisher.publish(message)
+        pause.wait(keep_alive)
+
+
+def _wait_for_subscribers(
+    node: "Node", topic: str, count: int, longest_wait_s: float | None
+) -> None:
+    if len(query_graph(node.context.session).subscriptions(topic)) < count:
+        console.note(f"Waiting for at least {count} matching subscription(s)...")
+    if not node.wait_for_subscribers(topic, count, longest_wait_s):
+        raise TeleopctlError(
+            f"Only {node.count_subscribers(topic)} of {count} subscribers came to '{topic}' within "
+            f"{longest_wait_s:g} s",
+            hint="-w 0 publishes without a subscriber",
+        )
+
+
+def _read(file: str) -> str:
+    if file == "-":
+        return sys.stdin.read()
+    try:
+        return Path(file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise TeleopctlError(f"Cannot read the message: {error}") from error

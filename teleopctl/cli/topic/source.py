@@ -1,0 +1,114 @@
+"""The topic that a verb is to listen to: its type, and the QoS that suits its publishers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.live import did_you_mean, live_graph
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message, type_hash
+from teleopctl.interfaces.typenames import normalize
+from teleopctl.wire.graph import Graph
+from teleopctl.wire.router import ensure_router
+from teleopctl.wire.session import RouterNotRunning
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from teleopctl.wire.qos import EndpointQos
+    from teleopctl.wire.tokens import EndpointToken
+
+
+class TopicSource:
+    """A topic as it stands in the graph at the start of the verb."""
+
+    __slots__ = ("message_class", "publishers", "topic")
+
+    def __init__(
+        self, topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
+    ) -> None:
+        self.topic = topic
+        self.message_class = message_class
+        self.publishers = publishers
+
+    @property
+    def offered_qos(self) -> list[EndpointQos]:
+        """What each publisher of the topic offers."""
+        return [publisher.qos for publisher in self.publishers]
+
+
+def find_source(topic: str, type_name: str | None) -> TopicSource:
+    """Look a topic up.
+
+    Args:
+        topic: Its full name.
+        type_name: Its type, where the person gave one; the topic need not exist then.
+
+    Raises:
+        TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
+        RouterNotRunning: Likewise, because no router answers.
+    """
+    try:
+        graph = live_graph()
+    except RouterNotRunning:
+        if type_name is None:
+            raise
+        ensure_router()
+        graph = Graph()
+    message_type = normalize(type_name) if type_name else _only_type(graph, topic)
+    publishers = graph.publishers(topic, message_type)
+    _warn_of_other_versions(topic, message_type, publishers)
+    return TopicSource(topic, get_message(message_type), publishers)
+
+
+def find_sources(topics: Sequence[str]) -> list[TopicSource]:
+    """Look several topics up; those whose type cannot be told are reported and left out.
+
+    Raises:
+        TeleopctlError: None is left.
+        RouterNotRunning: No router answers.
+    """
+    found = []
+    for topic in topics:
+        try:
+            found.append(find_source(topic, None))
+        except RouterNotRunning:
+            raise
+        except TeleopctlError as failure:
+            if len(topics) == 1:
+                raise
+            console.warn(f"{topic}: {failure.message}")
+    if not found:
+        raise TeleopctlError("None of these topics can be measured")
+    return found
+
+
+def _only_type(graph: Graph, topic: str) -> str:
+    topics = dict(graph.topic_names_and_types(include_hidden=True))
+    types = topics.get(topic, [])
+    if not types:
+        console.warn(f"topic [{topic}] does not appear to be published yet")
+        raise TeleopctlError(
+            "Could not determine the type for the passed topic",
+            hint=did_you_mean(topic, topics) or "give the type to wait for the first publisher",
+        )
+    if len(types) > 1:
+        raise TeleopctlError(
+            f"Topic '{topic}' has more than one type: {', '.join(types)}",
+            hint="name the one that is meant",
+        )
+    return types[0]
+
+
+def _warn_of_other_versions(
+    topic: str, message_type: str, publishers: Sequence[EndpointToken]
+) -> None:
+    ours = type_hash(message_type)
+    others = sorted({p.full_name for p in publishers if p.type_hash != ours})
+    if others:
+        console.warn(
+            f"{', '.join(others)} on {topic} means another version of {message_type} than this "
+            "program knows (type hashes differ), so its messages do not arrive; does ROS_DISTRO "
+            "name its distribution?"
+        )

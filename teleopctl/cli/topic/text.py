@@ -1,0 +1,85 @@
+"""A message, or one field of it, as YAML, CSV or JSON."""
+
+from __future__ import annotations
+
+import array
+import math
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces.yaml_io import message_to_csv, message_to_dict, message_to_yaml
+
+if TYPE_CHECKING:
+    from teleopctl.cli.console import Json
+
+
+class TextStyle:
+    """How ``topic echo`` writes values; the names are those of its options.
+
+    Args:
+        truncate: Longest list or text to write in full, None for any.
+        flow: Write lists on one line.
+        no_arr: Write only type and length of lists.
+        no_str: Write only the length of texts.
+    """
+
+    __slots__ = ("flow", "no_arr", "no_str", "truncate")
+
+    def __init__(
+        self,
+        *,
+        truncate: int | None = 128,
+        flow: bool = False,
+        no_arr: bool = False,
+        no_str: bool = False,
+    ) -> None:
+        self.truncate = truncate
+        self.flow = flow
+        self.no_arr = no_arr
+        self.no_str = no_str
+
+    def yaml(self, value: Any) -> str:
+        """A message as YAML, another value as Python prints it; a line break ends it."""
+        if not is_message(value):
+            return f"{value}\n"
+        return message_to_yaml(
+            value,
+            truncate=self.truncate,
+            flow=self.flow,
+            no_arr=self.no_arr,
+            no_str=self.no_str,
+        )
+
+    def csv(self, value: Any) -> str:
+        """All values in order, with commas between them."""
+        if is_message(value):
+            return message_to_csv(
+                value, truncate=self.truncate, no_arr=self.no_arr, no_str=self.no_str
+            )
+        if is_list(value):
+            return ",".join(self.csv(element) for element in value)
+        return str(value)
+
+
+def json_value(value: Any) -> Json:
+    """A message or a part of one as JSON has it; numbers that JSON lacks become texts."""
+    if is_message(value):
+        document: Json = message_to_dict(value)
+        return document
+    if is_list(value):
+        elements = value.tolist() if hasattr(value, "tolist") else value
+        return [json_value(element) for element in elements]
+    if isinstance(value, bytes):
+        return list(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+    return value  # type: ignore[no-any-return] # what is left of a field's types is JSON's own
+
+
+def is_message(value: object) -> bool:
+    """Whether a value is a message, rather than a plain field."""
+    return hasattr(value, "get_fields_and_field_types")
+
+
+def is_list(value: object) -> bool:
+    """Whether a value is any of the kinds of lists that fields hold."""
+    return isinstance(value, list | tuple | array.array) or type(value).__name__ == "ndarray"

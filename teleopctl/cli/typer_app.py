@@ -1,0 +1,208 @@
+"""Typer's side of the command line: help, usage errors and completion.
+
+Builds one Typer command tree with the wanted verb for real and a placeholder for each other one,
+so that ``--help`` lists all of them and imports none.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from importlib import import_module
+from typing import Annotated, Any, Literal, NoReturn
+
+import typer
+from typer.core import TyperGroup
+from typer.main import get_command, get_group, get_install_completion_arguments
+
+from teleopctl.cli import candidates, completion
+from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
+from teleopctl.errors import TeleopctlError
+
+
+def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
+    """Parse and run a command line.
+
+    Args:
+        table: Module and one-line help of each verb.
+        words: The command line behind the global options.
+
+    Returns:
+        The exit status.
+
+    Raises:
+        TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
+    """
+    tree = command_tree(table, words)
+    line = list(words)
+    if not line or (len(line) == 1 and isinstance(tree.commands.get(line[0]), TyperGroup)):
+        line.append("--help")
+    try:
+        with tree.make_context(completion.PROGRAM, line) as context:
+            status = tree.invoke(context)
+    except typer.Exit as end:
+        return end.exit_code
+    except typer.Abort:
+        return 1
+    except typer.TyperException as wrong:
+        raise _usage_error(wrong) from wrong
+    return status if isinstance(status, int) else 0
+
+
+def answer_shell(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> NoReturn:
+    """Do what the completion variable in the environment asks for, and end the process.
+
+    Args:
+        table: Module and one-line help of each verb.
+        words: The command line so far, to know which verb to load.
+    """
+    get_install_completion_arguments()  # makes Typer's shells known, which it does not do alone
+    command_tree(table, words).main(prog_name=completion.PROGRAM, complete_var=completion.VARIABLE)
+    sys.exit(0)
+
+
+def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> TyperGroup:
+    """The root command, with only the verb that ``words`` name really loaded."""
+    root = _new_app()
+
+    @root.callback(
+        help="The ROS 2 workflow in one pip install.",
+        epilog="Each verb explains itself with --help.",
+    )
+    def teleopctl(
+        version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+        debug: Annotated[
+            bool, typer.Option("--debug", help="Show the traceback of an error.")
+        ] = False,
+    ) -> None:
+        """Both options are read before Typer is loaded; they stand here for ``--help``."""
+
+    for name, (_, short_help) in table.items():
+        root.command(name, help=short_help)(_placeholder)
+    tree = get_group(root)
+    position, chosen = _first_word(words)
+    if chosen in table:
+        module_name, short_help = table[chosen]
+        module = import_module(module_name)
+        group = getattr(module, "GROUP", None)
+        if isinstance(group, Group):
+            tree.add_command(_group_command(group, words[position + 1 :]), chosen)
+        else:
+            module.app.rich_markup_mode = _markup_mode()
+            command = get_command(module.app)
+            command.help = command.help or short_help
+            tree.add_command(command, chosen)
+    return tree
+
+
+def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
+    app = _new_app()
+
+    @app.callback(help=group.help)
+    def noun() -> None:
+        """A noun does nothing without a verb."""
+
+    _, chosen = _first_word(words)
+    for verb_name, verb in group.verbs.items():
+        function = _typer_function(verb) if verb_name == chosen else _placeholder
+        settings = {"ignore_unknown_options": True} if verb.negative_numbers else None
+        app.command(verb_name, help=_long_help(verb, function), context_settings=settings)(function)
+    return get_group(app)
+
+
+def _first_word(words: Sequence[str]) -> tuple[int, str]:
+    """Position and text of the first word that is no option; an empty text if there is none."""
+    for position, word in enumerate(words):
+        if not word.startswith("-"):
+            return position, word
+    return len(words), ""
+
+
+def _long_help(verb: Verb, function: Callable[..., object]) -> str:
+    """The one-line help and, for the verb in hand, what its docstring adds to that."""
+    if function is _placeholder:
+        return verb.help
+    _, _, more = (inspect.getdoc(function) or "").partition("\n\n")
+    more = more.partition("Args:")[0].strip()
+    return f"{verb.help}\n\n{more}" if more else verb.help
+
+
+def _typer_function(verb: Verb) -> Callable[..., int | None]:
+    """The verb's function with its declarations spelt in Typer's words."""
+    function = verb.load()
+    signature = inspect.signature(function)
+    declared = [
+        signature.parameters[parameter.name].replace(annotation=_typer_annotation(parameter))
+        for parameter in parameters(function)
+    ]
+
+    @wraps(function)
+    def call(**values: object) -> int | None:
+        return function(**values)
+
+    call.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
+    # What inspect, and so Typer, takes in place of the real signature.
+    call.__dict__["__signature__"] = signature.replace(parameters=declared)
+    return call
+
+
+def _typer_annotation(parameter: Parameter) -> object:
+    declaration = parameter.declaration
+    value_type: Any = parameter.type
+    live = getattr(candidates, declaration.complete) if declaration.complete else None
+    if isinstance(declaration, Option):
+        if declaration.choices:
+            value_type = Literal[declaration.choices]
+        if parameter.optional and parameter.default is None:
+            value_type = value_type | None
+        return Annotated[
+            value_type,
+            typer.Option(
+                *declaration.flags,
+                help=declaration.help,
+                metavar=declaration.metavar,
+                autocompletion=live,
+            ),
+        ]
+    if parameter.many:
+        value_type = list[value_type]
+    if parameter.optional and parameter.default is None:
+        value_type = value_type | None
+    return Annotated[
+        value_type,
+        typer.Argument(
+            help=declaration.help,
+            metavar=declaration.metavar or parameter.name.upper(),
+            autocompletion=live,
+        ),
+    ]
+
+
+def _new_app() -> typer.Typer:
+    return typer.Typer(
+        add_completion=False,
+        rich_markup_mode=_markup_mode(),
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+
+
+def _markup_mode() -> Literal["rich"] | None:
+    """Boxes and colours on a terminal; plain help in a pipe, and rich is not loaded."""
+    return "rich" if sys.stdout.isatty() else None
+
+
+def _placeholder() -> None:
+    """Stands for a verb that is listed and not loaded."""
+
+
+def _usage_error(wrong: typer.TyperException) -> TeleopctlError:
+    context = getattr(wrong, "ctx", None)
+    path = context.command_path if context is not None else completion.PROGRAM
+    return TeleopctlError(
+        # "Value error" is how the library behind Typer's types introduces any wrong value.
+        wrong.format_message().replace("Value error, ", ""),
+        hint=f"see `{path} --help`",
+        exit_status=getattr(wrong, "exit_code", 2),
+    )

@@ -1,0 +1,151 @@
+"""How a verb declares its command line, independent of the library that parses it.
+
+Typer alone takes longer to import than a whole graph query takes to run, so declarations are
+made of these small classes: `quick` reads them for a well-formed command line, `typer_app`
+turns them into Typer's for everything else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+
+class Option:
+    """A parameter given by name; one of type ``bool`` is a flag without a value.
+
+    Args:
+        flags: Its spellings, such as ``"-t", "--show-types"``.
+        help: One sentence for ``--help``.
+        metavar: The placeholder of its value in ``--help``.
+        choices: The only values it may have; empty for any.
+        complete: Name of the function in `completion` that lists live candidates.
+    """
+
+    __slots__ = ("choices", "complete", "flags", "help", "metavar")
+
+    def __init__(
+        self,
+        *flags: str,
+        help: str,  # noqa: A002 - the word that argument parsers use
+        metavar: str | None = None,
+        choices: tuple[str, ...] = (),
+        complete: str | None = None,
+    ) -> None:
+        self.flags = flags
+        self.help = help
+        self.metavar = metavar
+        self.choices = choices
+        self.complete = complete
+
+
+class Argument:
+    """A parameter given by position; one of type ``list[str]`` takes all that is left.
+
+    Args:
+        help: One sentence for ``--help``.
+        metavar: Its placeholder in ``--help``.
+        complete: Name of the function in `completion` that lists live candidates.
+    """
+
+    __slots__ = ("complete", "help", "metavar")
+
+    def __init__(
+        self,
+        *,
+        help: str,  # noqa: A002 - the word that argument parsers use
+        metavar: str | None = None,
+        complete: str | None = None,
+    ) -> None:
+        self.help = help
+        self.metavar = metavar
+        self.complete = complete
+
+
+class Verb:
+    """Where the function of a verb lives; it is imported only when it is wanted.
+
+    Args:
+        target: ``"package.module:function"``. The function returns an exit status or None.
+        help: One line for the list of verbs.
+        negative_numbers: Whether ``-1`` may be an argument, rather than a misspelled option.
+    """
+
+    __slots__ = ("help", "negative_numbers", "target")
+
+    def __init__(
+        self,
+        target: str,
+        help: str,  # noqa: A002 - the word that argument parsers use
+        *,
+        negative_numbers: bool = False,
+    ) -> None:
+        self.target = target
+        self.help = help
+        self.negative_numbers = negative_numbers
+
+    def load(self) -> Callable[..., int | None]:
+        """Import and return the function."""
+        module, _, name = self.target.partition(":")
+        function: Callable[..., int | None] = getattr(import_module(module), name)
+        return function
+
+
+class Group:
+    """Verbs under one noun, such as ``topic``.
+
+    Args:
+        help: One line for the list of groups.
+        verbs: The verbs by name, in the order in which ``--help`` lists them.
+    """
+
+    __slots__ = ("help", "verbs")
+
+    def __init__(
+        self,
+        help: str,  # noqa: A002 - the word that argument parsers use
+        verbs: dict[str, Verb],
+    ) -> None:
+        self.help = help
+        self.verbs = verbs
+
+
+class Parameter:
+    """One parameter of a verb's function, as both parsers need it."""
+
+    __slots__ = ("declaration", "default", "many", "name", "optional", "type")
+
+    def __init__(self, name: str, annotation: Any, default: object, required: bool) -> None:
+        self.name = name
+        self.default = default
+        self.optional = not required
+        self.declaration: Option | Argument = annotation.__metadata__[0]
+        self.type, self.many = _scalar_type(annotation.__origin__)
+
+
+def parameters(function: Callable[..., object]) -> list[Parameter]:
+    """The declared parameters of a verb's function, in order.
+
+    Reads the function's own tables, since ``inspect`` costs as much as the query itself.
+    """
+    code = function.__code__
+    positional = code.co_varnames[: code.co_argcount]
+    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    defaults = dict(zip(reversed(positional), reversed(function.__defaults__ or ()), strict=False))
+    defaults.update(function.__kwdefaults__ or {})
+    return [
+        Parameter(name, function.__annotations__[name], defaults.get(name), name not in defaults)
+        for name in names
+    ]
+
+
+def _scalar_type(annotation: Any) -> tuple[type, bool]:
+    """``str`` of ``str``, ``str | None``, ``list[str]``; and whether it is a list."""
+    members: tuple[type, ...] = getattr(annotation, "__args__", ())
+    if getattr(annotation, "__origin__", None) is list:
+        return members[0], True
+    for member in members:
+        if member is not type(None):
+            return member, False
+    return annotation, False

@@ -1,0 +1,129 @@
+"""How a run of the command line ends: exit status, and what stands on stderr."""
+
+import subprocess
+import sys
+from typing import Annotated
+
+import pytest
+
+from teleopctl import __version__
+from teleopctl.cli import main
+from teleopctl.cli.verb import Argument, Group, Verb
+from teleopctl.errors import TeleopctlError
+
+
+def end(how: Annotated[str, Argument(help="How to end.")]) -> int | None:
+    """End in some way.
+
+    The second paragraph is for help.
+    """
+    match how:
+        case "status":
+            return 1
+        case "fail":
+            raise TeleopctlError("no such arm", hint="buy one")
+        case "misuse":
+            raise TeleopctlError("not like this", exit_status=2)
+        case "interrupt":
+            raise KeyboardInterrupt
+        case "defect":
+            raise ZeroDivisionError("by zero")
+        case "pipe":
+            raise BrokenPipeError
+    return None
+
+
+GROUP = Group("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some way.")})
+
+
+@pytest.fixture
+def sample(monkeypatch):
+    monkeypatch.setitem(main.VERBS, "sample", (__name__, "Sample verbs."))
+    monkeypatch.setattr("teleopctl.cli.console.discard_output", lambda: None)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+
+
+@pytest.mark.parametrize(
+    ("how", "status", "errors"),
+    [
+        ("well", 0, ""),
+        ("status", 1, ""),
+        ("fail", 1, "teleopctl: no such arm\n  buy one\n"),
+        ("misuse", 2, "teleopctl: not like this\n"),
+        ("interrupt", 130, ""),
+        ("pipe", 0, ""),
+    ],
+)
+@pytest.mark.parametrize("detour", [[], ["--"]], ids=["quick", "typer"])
+def test_exit_status_and_stderr(sample, capsys, how, status, errors, detour):
+    assert main.run(["sample", "end", *detour, how]) == status
+    written = capsys.readouterr()
+    assert (written.out, written.err) == ("", errors)
+
+
+def test_a_defect_is_one_line_and_says_how_to_see_more(sample, capsys):
+    assert main.run(["sample", "end", "defect"]) == 1
+    assert "unexpected ZeroDivisionError: by zero" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("how", ["fail", "defect"])
+def test_debug_shows_the_traceback(sample, monkeypatch, how):
+    with pytest.raises((TeleopctlError, ZeroDivisionError)):
+        main.run(["--debug", "sample", "end", how])
+    monkeypatch.setenv("TELEOPCTL_DEBUG", "1")
+    with pytest.raises((TeleopctlError, ZeroDivisionError)):
+        main.run(["sample", "end", how])
+
+
+@pytest.mark.parametrize(
+    ("line", "suggestion"),
+    [("topc list", "'topic'"), ("topic lst", "'list'"), ("sample end well --halp", "--help")],
+)
+def test_a_misspelled_word_gets_a_suggestion_and_status_2(sample, capsys, line, suggestion):
+    assert main.run(line.split()) == 2
+    errors = capsys.readouterr().err
+    assert suggestion in errors
+    assert "--help`" in errors
+
+
+def test_a_missing_argument_is_named(sample, capsys):
+    assert main.run(["sample", "end"]) == 2
+    assert "'HOW'" in capsys.readouterr().err
+
+
+def test_version(capsys):
+    assert main.run(["--debug", "--version"]) == 0
+    assert capsys.readouterr().out == f"teleopctl {__version__}\n"
+
+
+@pytest.mark.parametrize("line", ["", "--help", "-h"])
+def test_help_lists_every_verb(capsys, line):
+    assert main.run(line.split()) == 0
+    listing = capsys.readouterr().out
+    for verb, (_, short_help) in main.VERBS.items():
+        assert verb in listing
+        assert short_help in listing
+
+
+def test_a_group_lists_its_verbs_and_a_verb_explains_itself(sample, capsys):
+    assert main.run(["sample"]) == 0
+    assert "End in some way." in capsys.readouterr().out
+    assert main.run(["sample", "end", "--help"]) == 0
+    explanation = capsys.readouterr().out
+    assert "How to end." in explanation
+    assert "The second paragraph is for help." in explanation
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    writer = (
+        "from teleopctl.cli import console, main\n"
+        "main._dispatch = lambda words: console.out('x' * 10_000_000)\n"
+        "main.main()"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", writer], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    process.stdout.close()
+    assert process.wait(timeout=60) == 0
+    assert process.stderr.read() == b""
+    process.stderr.close()

@@ -1,0 +1,94 @@
+"""The quick parser reads what it accepts exactly as Typer does."""
+
+from typing import Annotated
+
+import pytest
+import typer
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.main import get_command
+
+from teleopctl.cli import quick, typer_app
+from teleopctl.cli.verb import Argument, Option, Verb
+
+seen: list[dict[str, object]] = []
+
+
+def sample(
+    name: Annotated[str, Argument(help="A name.")],
+    value: Annotated[str | None, Argument(help="A value.")] = None,
+    verbose: Annotated[bool, Option("-v", "--verbose", help="A flag.")] = False,
+    count: Annotated[bool, Option("-c", help="Another flag.")] = False,
+    rate: Annotated[float, Option("-r", "--rate", help="A number.")] = 1.0,
+    times: Annotated[int | None, Option("-t", "--times", help="An integer.")] = None,
+    field: Annotated[str | None, Option("--field", help="A text.")] = None,
+    policy: Annotated[
+        str | None, Option("--policy", help="A choice.", choices=("reliable", "best_effort"))
+    ] = None,
+) -> None:
+    seen.append(dict(locals()))
+
+
+def many(names: Annotated[list[str], Argument(help="Names.")]) -> None:
+    seen.append(dict(locals()))
+
+
+def typer_reading(function, words, *, negative_numbers=False):
+    """What Typer hands to the function, or None where it refuses the line."""
+    verb = Verb(f"{__name__}:{function.__name__}", "help", negative_numbers=negative_numbers)
+    app = typer.Typer(add_completion=False)
+    settings = {"ignore_unknown_options": True} if negative_numbers else None
+    app.command(context_settings=settings)(typer_app._typer_function(verb))
+    seen.clear()
+    try:
+        with get_command(app).make_context("sample", list(words)) as context:
+            context.command.invoke(context)
+    except (typer.TyperException, typer.Exit):
+        return None
+    return seen[0]
+
+
+OPTIONS = "-v --verbose -r --rate -t --times --field --policy -vv -cv -vt -- -"
+OPTIONS += " --rate=2 --field=x=y --times=x -r2 --policy=reliable --unknown"
+VALUES = ["/chatter", "2", "2.5", "reliable", "x", "", "1_0", "nan", "-1", "-2.5", "{data: 1}", "²"]
+WORDS = st.lists(st.sampled_from([*OPTIONS.split(), *VALUES]), max_size=6)
+
+
+@given(WORDS, st.booleans())
+def test_what_it_accepts_typer_reads_alike(words, negative_numbers):
+    values = quick.parse(sample, words, negative_numbers=negative_numbers)
+    if values is not None:
+        assert values == typer_reading(sample, words, negative_numbers=negative_numbers)
+
+
+@pytest.mark.parametrize(
+    ("words", "changed"),
+    [
+        (["/a"], {}),
+        (["/a", "-vc"], {"verbose": True, "count": True}),
+        (["/a", "-v", "--rate", "5"], {"verbose": True, "rate": 5.0}),
+        (["--times=3", "/a", "{data: 1}"], {"times": 3, "value": "{data: 1}"}),
+        (["/a", "--policy", "best_effort"], {"policy": "best_effort"}),
+    ],
+)
+def test_well_formed_lines_need_no_typer(words, changed):
+    expected = {"name": "/a", "value": None, "verbose": False, "rate": 1.0, "times": None}
+    expected |= {"count": False, "field": None, "policy": None}
+    assert quick.parse(sample, words) == expected | changed
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["", "a b c", "a --help", "a --rate", "a --times 1.5", "a --policy loud", "a -1", "a -v=1"],
+)
+def test_it_leaves_mistakes_to_typer(line):
+    assert quick.parse(sample, line.split()) is None
+
+
+def test_a_list_takes_all_that_is_left():
+    assert quick.parse(many, ["a", "b"]) == {"names": ["a", "b"]} == typer_reading(many, ["a", "b"])
+    assert quick.parse(many, []) is None
+
+
+def test_negative_numbers_are_values_where_the_verb_says_so():
+    assert quick.parse(sample, ["a", "-1"], negative_numbers=True)["value"] == "-1"

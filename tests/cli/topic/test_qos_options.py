@@ -1,0 +1,71 @@
+"""The QoS that ``topic echo`` and ``topic pub`` use."""
+
+import pytest
+
+from teleopctl.cli.topic.qos_options import QosWishes, suited_to
+from teleopctl.cli.topic.qos_text import qos_lines, qos_record
+from teleopctl.node.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from teleopctl.wire.qos import EndpointQos
+
+RELIABLE, BEST_EFFORT = EndpointQos(), EndpointQos(reliability=2)
+LATCHED = EndpointQos(durability=1)
+
+
+@pytest.mark.parametrize(
+    ("offers", "reliability", "durability"),
+    [
+        ([], ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE),
+        ([RELIABLE], ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE),
+        ([BEST_EFFORT, RELIABLE], ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE),
+        ([LATCHED], ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL),
+        ([LATCHED, RELIABLE], ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE),
+    ],
+)
+def test_it_follows_what_the_publishers_offer(offers, reliability, durability):
+    qos = suited_to(offers, 10)
+    assert (qos.reliability, qos.durability, qos.depth) == (reliability, durability, 10)
+
+
+def test_what_a_person_asks_for_wins():
+    base = QoSProfile(depth=10)
+    wishes = QosWishes(None, "best_effort", "transient_local", "keep_all", 3)
+    qos = wishes.applied_to(base)
+    assert qos.reliability == ReliabilityPolicy.BEST_EFFORT
+    assert qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert qos.history == HistoryPolicy.KEEP_ALL
+    assert qos.depth == 3
+    assert base == QoSProfile(depth=10)
+
+
+def test_a_preset_replaces_the_base_and_stays_as_it_is():
+    qos = QosWishes("sensor_data", None, None, None, 7).applied_to(QoSProfile(depth=10))
+    assert (qos.reliability, qos.depth) == (ReliabilityPolicy.BEST_EFFORT, 7)
+    again = QosWishes("sensor_data", None, None, None, None).applied_to(QoSProfile(depth=10))
+    assert again.depth == 5
+
+
+def test_qos_text_is_that_of_ros2():
+    assert qos_lines(EndpointQos(depth=10)) == [
+        "QoS profile:",
+        "  Reliability: RELIABLE",
+        "  History (Depth): KEEP_LAST (10)",
+        "  Durability: VOLATILE",
+        "  Lifespan: Infinite",
+        "  Deadline: Infinite",
+        "  Liveliness: AUTOMATIC",
+        "  Liveliness lease duration: Infinite",
+    ]
+    odd = EndpointQos(2, 1, 2, 5, 100_000_000, liveliness=3)
+    assert qos_lines(odd)[1:6] == [
+        "  Reliability: BEST_EFFORT",
+        "  History (Depth): KEEP_ALL",
+        "  Durability: TRANSIENT_LOCAL",
+        "  Lifespan: Infinite",
+        "  Deadline: 100000000 nanoseconds",
+    ]
+
+
+def test_qos_record_has_null_for_what_never_ends():
+    record = qos_record(EndpointQos(deadline_ns=5))
+    assert (record["deadline_ns"], record["lifespan_ns"]) == (5, None)
+    assert record["reliability"] == "reliable"

@@ -1,0 +1,128 @@
+"""Mistakes: one clear message on stderr, nothing on stdout, and the right exit status."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.processes import LONGEST_WAIT_S
+
+
+@pytest.fixture(scope="module")
+def graph(shared_ros):
+    node = shared_ros.spawn_module("teleopctl.nodes", "teleop_robot_py_pkg simple_parameter")
+    shared_ros.run(
+        "service call /simple_parameter/list_parameters rcl_interfaces/srv/ListParameters"
+    )
+    talker = shared_ros.spawn("topic pub -r 20 /chatter std_msgs/msg/String")
+    talker.wait_for_line("publishing #1")
+    assert node.returncode is None
+    return shared_ros
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("topic info /chater", "Unknown topic '/chater'", "/chatter"),
+        ("topic type /chater", "Unknown topic '/chater'", "/chatter"),
+        ("topic echo /chater", "Could not determine the type for the passed topic", "/chatter"),
+        ("topic hz /chater", "Could not determine the type for the passed topic", "/chatter"),
+        ("node info /simple_paramter", "Unable to find node", "/simple_parameter"),
+        ("param get /simple_paramter x", "Node not found", "/simple_parameter"),
+        ("param list /simple_paramter", "Node not found", "/simple_parameter"),
+        ("param set /simple_paramter x 1", "Node not found", "/simple_parameter"),
+        ("param get /simple_parameter simple_int", "Parameter not set", "simple_int_param"),
+        ("service type /simple_parameter/get_params", "Unknown service", "get_parameters"),
+    ],
+)
+def test_an_unknown_name_fails_and_suggests_one(graph, line, message, hint):
+    done = graph.run(line)
+    assert (done.stdout, done.returncode) == ("", 1)
+    assert message in done.stderr
+    assert hint in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_echo_of_an_unpublished_topic_has_ros2s_warning(graph):
+    done = graph.run("topic echo /nothing")
+    assert done.stderr.splitlines()[0] == (
+        "WARNING: topic [/nothing] does not appear to be published yet"
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "fragments"),
+    [
+        ("std_msgs/msg/String", "{date: 1}", ["date", "data"]),
+        ("std_msgs/msg/String", "{data: [1]}", ["data", "string"]),
+        ("std_msgs/msg/Int8", "{data: 300}", ["data", "300"]),
+        ("geometry_msgs/msg/Twist", "{linear: {x: fast}}", ["linear.x", "fast"]),
+        ("std_msgs/msg/String", "{data: ", ["YAML"]),
+        ("std_msgs/msg/Strin", "{}", ["std_msgs/msg/Strin", "std_msgs/msg/String"]),
+    ],
+)
+def test_a_message_that_does_not_fit_its_type_names_the_field(graph, kind, values, fragments):
+    done = graph.run(["topic", "pub", "--once", "-w", "0", "/x", kind, values])
+    assert done.returncode != 0
+    assert done.stdout == ""
+    for fragment in fragments:
+        assert fragment in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "topc list",
+        "topic lst",
+        "topic list --colour",
+        "topic info",
+        "topic pub /x",
+        "topic pub -r fast /x std_msgs/msg/String",
+        "topic pub -r 0 /x std_msgs/msg/String",
+        "topic echo --qos-reliability maybe /chatter",
+        "topic echo --filter 'm.data >' /chatter",
+        "topic hz",
+        "param get /simple_parameter",
+    ],
+)
+def test_wrong_usage_ends_with_2(graph, line):
+    done = graph.run(line)
+    assert (done.stdout, done.returncode) == ("", 2)
+    assert done.stderr.startswith("teleopctl: ")
+
+
+@pytest.mark.parametrize("line", ["topic list", "node list", "param list", "topic info /x"])
+def test_without_a_router_a_query_says_so_and_what_to_do(ros_without_router, line):
+    done = ros_without_router.run(line)
+    assert (done.stdout, done.returncode) == ("", 1)
+    assert ros_without_router.router in done.stderr
+    assert "teleopctl daemon start" in done.stderr
+
+
+def test_a_publisher_starts_the_router_itself(ros_without_router):
+    done = ros_without_router.run("topic pub --once -w 0 /x std_msgs/msg/String")
+    assert done.returncode == 0
+    assert ros_without_router.run("topic list").returncode == 0
+
+
+def test_debug_shows_where_an_error_comes_from(graph):
+    done = graph.run("--debug topic info /nothing")
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr
+    assert "Unknown topic '/nothing'" in done.stderr
+
+
+def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
+    echo = subprocess.Popen(
+        [sys.executable, "-m", "teleopctl", "topic", "echo", "/chatter"],
+        env=graph.env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with echo:
+        assert echo.stdout.readline() == "data: ''\n"
+        echo.stdout.close()
+        assert echo.wait(LONGEST_WAIT_S) == 0
+        assert echo.stderr.read() == ""
