@@ -7,12 +7,14 @@ import threading
 from collections.abc import Callable
 
 Work = Callable[[], None]
+# Hands work to a pool; False when the pool takes none any more.
+Submit = Callable[[Work], bool]
 
 
 class CallbackGroup:
     """Common base; hands work on to a pool as its rule allows."""
 
-    def run(self, work: Work, submit: Callable[[Work], None]) -> None:
+    def run(self, work: Work, submit: Submit) -> None:
         """Have ``submit`` run the work, now or when the rule of the group allows it."""
         submit(work)
 
@@ -27,26 +29,33 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._busy = False
-        self._waiting: collections.deque[Work] = collections.deque()
+        self._waiting: collections.deque[tuple[Work, Submit]] = collections.deque()
 
-    def run(self, work: Work, submit: Callable[[Work], None]) -> None:
+    def run(self, work: Work, submit: Submit) -> None:
         """Run the work after all that came before it."""
         with self._lock:
+            self._waiting.append((work, submit))
             if self._busy:
-                self._waiting.append(work)
                 return
             self._busy = True
-        self._submit(work, submit)
+        self._submit_next()
 
-    def _submit(self, work: Work, submit: Callable[[Work], None]) -> None:
+    def _submit_next(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._busy = False
+                    return
+                work, submit = self._waiting.popleft()
+            # A pool that has been closed takes nothing: what is meant for another still runs.
+            if submit(self._then_next(work)):
+                return
+
+    def _then_next(self, work: Work) -> Work:
         def run_and_continue() -> None:
             try:
                 work()
             finally:
-                with self._lock:
-                    following = self._waiting.popleft() if self._waiting else None
-                    self._busy = following is not None
-                if following is not None:
-                    self._submit(following, submit)
+                self._submit_next()
 
-        submit(run_and_continue)
+        return run_and_continue

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import collections
+import functools
 import itertools
 import threading
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -13,9 +16,10 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import cdr
 from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.endpoint import Endpoint
-from teleopctl.node.exceptions import ServiceUnavailableError
+from teleopctl.node.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.future import Future
 from teleopctl.node.qos import QoSProfile
+from teleopctl.node.waitable import Waitable
 from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
@@ -26,7 +30,18 @@ if TYPE_CHECKING:
 _NO_TIMEOUT_S = 1e9
 
 
-class Client(Endpoint):
+class _Answer(Future):
+    """The future of a response: what waits for it is called back by the executor of the node."""
+
+    def __init__(self, client: Client) -> None:
+        super().__init__()
+        self._client = client
+
+    def _call(self, callback: Callable[[Future], object]) -> None:
+        self._client.call_back(functools.partial(callback, self))
+
+
+class Client(Endpoint, Waitable):
     """Sends requests to one service; made by ``Node.create_client``.
 
     Unlike rclpy's, a call to a service that nobody serves, or whose server goes away, ends with
@@ -48,6 +63,7 @@ class Client(Endpoint):
         self._sequence = itertools.count(1)
         self._lock = threading.Lock()
         self._pending: set[Future] = set()
+        self._callbacks: collections.deque[Callable[[], Any]] = collections.deque()
         self._channel: Any = node.context.session.declare_querier(
             self.key,
             target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -92,7 +108,7 @@ class Client(Endpoint):
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
         payload = cdr.serialize(request)
-        future = Future(executor=self.node.executor)
+        future = _Answer(self)
         with self._lock:
             self._pending.add(future)
         sequence = next(self._sequence)
@@ -126,12 +142,35 @@ class Client(Endpoint):
 
         Raises:
             ServiceUnavailableError: No server answers.
+            ExternalShutdownException: The context was shut down meanwhile.
         """
         future = self.call_async(request)
-        if not future.wait(timeout_sec):
+        context = self.node.context
+        context.on_shutdown(future.cancel)
+        try:
+            answered = context.ok() and future.wait(timeout_sec)
+        finally:
+            context.forget_on_shutdown(future.cancel)
             self.remove_pending_request(future)
+        if future.cancelled() and not context.ok():
+            raise ExternalShutdownException
+        return future.result() if answered else None
+
+    def call_back(self, callback: Callable[[], Any]) -> None:
+        """Have the executor of the node call a function, now or when the node gets one."""
+        self._callbacks.append(callback)
+        self.tell_executor()
+
+    def pending(self) -> int:
+        """Return how many callbacks of answers wait."""
+        return len(self._callbacks)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the oldest callback of an answer; None when none waits."""
+        try:
+            return self._callbacks.popleft()
+        except IndexError:
             return None
-        return future.result()
 
     def remove_pending_request(self, future: Future) -> None:
         """Give up a request; its answer will be dropped."""

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import _thread
 import itertools
-import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from teleopctl.node import signals
 from teleopctl.node.exceptions import NotInitializedException
 from teleopctl.node.ros_args import RosArguments, parse_ros_arguments
 
 if TYPE_CHECKING:
     import zenoh
 
-    from teleopctl.wire.graph import GraphWatcher
+    from teleopctl.wire.graph import Graph, GraphWatcher
 
 SessionMode = Literal["peer", "client"]
+
+# Bound of the first look at the graph, which takes about a millisecond.
+_FIRST_LOOK_S = 1.0
 
 
 class Context:
@@ -34,6 +37,8 @@ class Context:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._running = False
+        # From init() until shutdown() has released everything; a signal only ends the running.
+        self._initialized = False
         self._ended_by_signal = False
         self._session: zenoh.Session | None = None
         self._session_mode: SessionMode = "peer"
@@ -41,7 +46,7 @@ class Context:
         self._ids = itertools.count()
         self._on_shutdown: list[Callable[[], None]] = []
         self._on_graph_change: list[Callable[[], None]] = []
-        self._previous_sigterm: signal._HANDLER = None
+        self._graph_changed = threading.Condition()
         self.domain_id = 0
         self.arguments = RosArguments()
 
@@ -57,8 +62,10 @@ class Context:
         self,
         args: Sequence[str] | None = None,
         *,
+        initialize_logging: bool = True,  # noqa: ARG002 (rclpy's signature; logging needs none)
         domain_id: int | None = None,
         session_mode: SessionMode = "peer",
+        signal_handler_options: signals.SignalHandlerOptions | None = None,
     ) -> None:
         """Start the context.
 
@@ -67,6 +74,9 @@ class Context:
             domain_id: ROS domain; None takes ``ROS_DOMAIN_ID``, else 0.
             session_mode: ``peer`` for anything that lives or streams, ``client`` for one-shot
                 commands (opens faster, needs a router).
+            initialize_logging: Without meaning here.
+            signal_handler_options: Whether SIGTERM ends the context; it does if None. Ctrl-C is
+                never touched.
 
         Raises:
             RuntimeError: The context runs already.
@@ -77,14 +87,17 @@ class Context:
         with self._lock:
             if self._running:
                 raise RuntimeError("Context.init() must only be called once")
+            self.try_shutdown()
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
             self.domain_id = domain_of_environment() if domain_id is None else domain_id
             self._session_mode = session_mode
             self._ids = itertools.count()
             self._ended_by_signal = False
+            self._initialized = True
             self._running = True
-        if threading.current_thread() is threading.main_thread():
-            self._previous_sigterm = signal.signal(signal.SIGTERM, self._handle_sigterm)
+        options = signals.SignalHandlerOptions
+        if signal_handler_options in (None, options.ALL, options.SIGTERM):
+            signals.heed(self)
 
     def ok(self) -> bool:
         """Return True between ``init()`` and ``shutdown()``."""
@@ -121,14 +134,28 @@ class Context:
     def watcher(self) -> GraphWatcher:
         """The live graph, watched from first use on."""
         if self._watcher is None:
-            from teleopctl.wire.graph import GraphWatcher
-
             with self._lock:
-                if self._watcher is None:
-                    self._watcher = GraphWatcher(
-                        self.session, self.domain_id, self._tell_graph_change
-                    )
+                if self._watcher is not None:
+                    return self._watcher
+                self._watcher = self._watch()
+            # What came while the watcher was made has told nobody.
+            self._tell_graph_change()
         return self._watcher
+
+    def _watch(self) -> GraphWatcher:
+        """Return a watcher that has heard of everything that is there already."""
+        from teleopctl.wire.graph import GraphWatcher, query_graph
+
+        watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
+        present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
+        watcher.wait_for(
+            lambda graph: (
+                len(graph.endpoints) >= len(present.endpoints)
+                and len(graph.nodes) >= len(present.nodes)
+            ),
+            _FIRST_LOOK_S,
+        )
+        return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:
         """Call ``callback`` after each change of the graph, on the transport's thread."""
@@ -136,7 +163,32 @@ class Context:
             self._on_graph_change.append(callback)
         _ = self.watcher
 
+    def forget_on_graph_change(self, callback: Callable[[], None]) -> None:
+        """Take a callback back; unknown ones are ignored."""
+        with self._lock:
+            if callback in self._on_graph_change:
+                self._on_graph_change.remove(callback)
+
+    def wait_for_graph(self, predicate: Callable[[Graph], bool], timeout_s: float | None) -> bool:
+        """Wait by event until the graph satisfies a predicate.
+
+        Returns:
+            False when the time, in seconds of wall time, ran out or the context ended.
+        """
+        watcher = self.watcher
+        with self._graph_changed:
+            return (
+                self._graph_changed.wait_for(
+                    lambda: not self._running or predicate(watcher.snapshot()), timeout_s
+                )
+                and self._running
+            )
+
     def _tell_graph_change(self) -> None:
+        if self._watcher is None:
+            return
+        with self._graph_changed:
+            self._graph_changed.notify_all()
         for callback in tuple(self._on_graph_change):
             callback()
 
@@ -155,47 +207,52 @@ class Context:
             if callback in self._on_shutdown:
                 self._on_shutdown.remove(callback)
 
+    def get_domain_id(self) -> int:
+        """Return the ROS domain."""
+        return self.domain_id
+
     def shutdown(self) -> None:
         """End the context: wake everything that waits, then close the session.
 
         Raises:
-            RuntimeError: It does not run.
+            RuntimeError: It was not initialized, or was shut down already.
         """
-        if not self._running:
+        if not self._initialized:
             raise RuntimeError("Context must be initialized before it can be shutdown")
         self.try_shutdown()
 
     def try_shutdown(self) -> None:
         """End the context if it runs."""
-        self._end()
+        self._running = False
+        self._tell_end()
         with self._lock:
+            self._initialized = False
             session, self._session = self._session, None
             watcher, self._watcher = self._watcher, None
+            self._on_graph_change = []
         if watcher is not None:
             watcher.close()
         if session is not None:
-            session.close()  # type: ignore[no-untyped-call]
-        if self._previous_sigterm is not None:
-            if threading.current_thread() is threading.main_thread():
-                signal.signal(signal.SIGTERM, self._previous_sigterm)
-            self._previous_sigterm = None
+            session.close()
+        signals.forget(self)
 
-    def _end(self) -> None:
-        """Mark the context as ended and tell everybody, leaving the session open."""
+    def end_by_signal(self) -> None:
+        """Mark the context as ended and tell everybody, leaving the session open.
+
+        Whoever spins destroys the nodes and shuts down for good. What is told takes locks that
+        the interrupted thread may hold, so a thread of its own tells it.
+        """
+        self._ended_by_signal = True
+        self._running = False
+        _thread.start_new_thread(self._tell_end, ())
+
+    def _tell_end(self) -> None:
         with self._lock:
-            if not self._running:
-                return
-            self._running = False
             callbacks, self._on_shutdown = self._on_shutdown, []
         for callback in callbacks:
             callback()
-
-    def _handle_sigterm(self, signum: int, frame: FrameType | None) -> None:
-        """Let spinning stop; whoever spins destroys the nodes and shuts down for good."""
-        self._ended_by_signal = True
-        self._end()
-        if callable(self._previous_sigterm):
-            self._previous_sigterm(signum, frame)
+        with self._graph_changed:
+            self._graph_changed.notify_all()
 
     def __enter__(self) -> Context:
         if not self._running:

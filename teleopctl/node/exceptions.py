@@ -21,6 +21,14 @@ class ExternalShutdownException(Exception):
     """The context was shut down by a signal while something was spinning."""
 
 
+class ShutdownException(Exception):
+    """An executor was used after it was shut down."""
+
+
+class ROSInterruptException(ExternalShutdownException):
+    """A rate's sleep was cut short by shutdown."""
+
+
 class TimeoutException(Exception):
     """A bounded wait ran out."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import threading
-from collections.abc import Callable, Coroutine, Generator
+from collections.abc import Callable, Coroutine, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ class Future:
         self._result: Any = None
         self._exception: BaseException | None = None
         self._callbacks: list[Callable[[Future], object]] = []
+        self._listeners: list[Callable[[], object]] = []
 
     def done(self) -> bool:
         """Tell whether it has ended, by value, exception or cancellation."""
@@ -79,6 +80,20 @@ class Future:
             if callback in self._callbacks:
                 self._callbacks.remove(callback)
 
+    def on_end(self, listener: Callable[[], object]) -> None:
+        """Call ``listener`` once it has ended, on the thread that ends it (ours)."""
+        with self._lock:
+            if not self._finished.is_set():
+                self._listeners.append(listener)
+                return
+        listener()
+
+    def forget_on_end(self, listener: Callable[[], object]) -> None:
+        """Take a listener back; unknown ones are ignored (ours)."""
+        with self._lock:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
     def _finish(
         self,
         *,
@@ -94,6 +109,9 @@ class Future:
             self._cancelled = cancelled
             self._finished.set()
             callbacks, self._callbacks = self._callbacks, []
+            listeners, self._listeners = self._listeners, []
+        for listener in listeners:
+            listener()
         for callback in callbacks:
             self._call(callback)
 
@@ -104,7 +122,7 @@ class Future:
             self._executor.create_task(callback, self)
 
     def __await__(self) -> Generator[Future, None, Any]:
-        if not self.done():
+        while not self.done():
             yield self
         return self.result()
 
@@ -115,19 +133,22 @@ class Task(Future):
     Args:
         executor: Runs it.
         handler: Function, coroutine function or coroutine.
-        arguments: For the function.
+        args: For the function.
+        kwargs: For the function.
     """
 
     def __init__(
         self,
         executor: Executor,
         handler: Callable[..., Any] | Coroutine[Any, Any, Any],
-        arguments: tuple[Any, ...] = (),
+        args: tuple[Any, ...] = (),
+        kwargs: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(executor=executor)
         self._runner = executor
         self._handler = handler
-        self._arguments = arguments
+        self._args = args
+        self._kwargs = kwargs or {}
         self._coroutine = handler if inspect.iscoroutine(handler) else None
 
     def step(self) -> None:
@@ -137,11 +158,13 @@ class Task(Future):
         of it; one that a coroutine awaits reaches the coroutine.
         """
         if self.done():
+            if self._coroutine is not None:
+                self._coroutine.close()
             return
         try:
             if self._coroutine is None:
                 assert callable(self._handler)
-                outcome = self._handler(*self._arguments)
+                outcome = self._handler(*self._args, **self._kwargs)
                 if not inspect.iscoroutine(outcome):
                     self.set_result(outcome)
                     return
@@ -149,11 +172,14 @@ class Task(Future):
             awaited = self._coroutine.send(None)
         except StopIteration as end:
             self.set_result(end.value)
-        except Exception as error:
+        except BaseException as error:
             self.set_exception(error)
             raise
         else:
             if isinstance(awaited, Future):
-                awaited.add_done_callback(lambda _: self._runner.enqueue(self.step))
+                awaited.on_end(self._go_on)
             else:
-                self._runner.enqueue(self.step)
+                self._go_on()
+
+    def _go_on(self) -> None:
+        self._runner.enqueue(self.step)

@@ -6,6 +6,7 @@ import abc
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
+from teleopctl.node.endpoint_info import TopicEndpointInfo
 from teleopctl.wire.graph import Graph
 from teleopctl.wire.tokens import EndpointToken, EntityKind
 
@@ -16,10 +17,15 @@ class GraphView(abc.ABC):
     """The part of a node that looks at the graph."""
 
     _context: Context
+    _graph_callbacks: list[Callable[[], None]]
 
     @abc.abstractmethod
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the absolute name of a topic."""
+
+    @abc.abstractmethod
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the absolute name of a service."""
 
     def graph(self) -> Graph:
         """Return a snapshot of the whole graph (ours)."""
@@ -27,7 +33,12 @@ class GraphView(abc.ABC):
 
     def add_graph_callback(self, callback: Callable[[], None]) -> None:
         """Call ``callback`` after each change of the graph, on the transport's thread (ours)."""
+        self._graph_callbacks.append(callback)
         self._context.on_graph_change(callback)
+
+    def _forget_graph_callbacks(self) -> None:
+        for callback in self._graph_callbacks:
+            self._context.forget_on_graph_change(callback)
 
     def matched(self, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:
         """Return the endpoints of a kind, name and type, as rmw_zenoh matches them (ours)."""
@@ -42,15 +53,14 @@ class GraphView(abc.ABC):
         timeout_s: float | None,
     ) -> bool:
         """Wait by event until so many endpoints match; False when the time ran out (ours)."""
-        watcher = self._context.watcher
-        return watcher.wait_for(
+        return self._context.wait_for_graph(
             lambda graph: len(_matched(graph, kind, name, type_name)) >= count, timeout_s
         )
 
     def wait_for_subscribers(self, topic: str, count: int, timeout_s: float | None) -> bool:
         """Wait by event until a topic has so many subscriptions, of any type (ours)."""
         name = self.resolve_topic_name(topic)
-        return self._context.watcher.wait_for(
+        return self._context.wait_for_graph(
             lambda graph: len(graph.subscriptions(name)) >= count, timeout_s
         )
 
@@ -60,22 +70,39 @@ class GraphView(abc.ABC):
 
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
-        return len(self.get_publishers_info_by_topic(topic_name))
+        return len(self.graph().publishers(self.resolve_topic_name(topic_name)))
 
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
-        return len(self.get_subscriptions_info_by_topic(topic_name))
+        return len(self.graph().subscriptions(self.resolve_topic_name(topic_name)))
 
-    def get_publishers_info_by_topic(self, topic_name: str) -> list[EndpointToken]:
-        """Return the publishers of a topic."""
-        return self.graph().publishers(self.resolve_topic_name(topic_name))
+    def count_services(self, service_name: str) -> int:
+        """Return how many servers a service has."""
+        return len(self.graph().servers(self.resolve_service_name(service_name)))
 
-    def get_subscriptions_info_by_topic(self, topic_name: str) -> list[EndpointToken]:
-        """Return the subscriptions of a topic."""
-        return self.graph().subscriptions(self.resolve_topic_name(topic_name))
+    def count_clients(self, service_name: str) -> int:
+        """Return how many clients a service has."""
+        return len(self.graph().clients(self.resolve_service_name(service_name)))
 
-    def get_topic_names_and_types(self) -> NamesAndTypes:
-        """Return all topics with their types, hidden ones included."""
+    def get_publishers_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return the publishers of a topic; ``no_mangle`` takes the name as it is."""
+        name = topic_name if no_mangle else self.resolve_topic_name(topic_name)
+        return [TopicEndpointInfo.of(token) for token in self.graph().publishers(name)]
+
+    def get_subscriptions_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return the subscriptions of a topic; ``no_mangle`` takes the name as it is."""
+        name = topic_name if no_mangle else self.resolve_topic_name(topic_name)
+        return [TopicEndpointInfo.of(token) for token in self.graph().subscriptions(name)]
+
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
+        """Return all topics with their types, hidden ones included.
+
+        ``no_demangle`` is rclpy's; names on Zenoh are not mangled.
+        """
         return self.graph().topic_names_and_types(include_hidden=True)
 
     def get_service_names_and_types(self) -> NamesAndTypes:
@@ -90,14 +117,34 @@ class GraphView(abc.ABC):
         """Return the names and namespaces of all nodes."""
         return [(node.name, node.namespace) for node in self.graph().nodes]
 
+    def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
+        """Return the names, namespaces and enclaves of all nodes."""
+        return [(node.name, node.namespace, node.enclave) for node in self.graph().nodes]
+
+    def get_fully_qualified_node_names(self) -> list[str]:
+        """Return the full names of all nodes."""
+        return [node.full_name for node in self.graph().nodes]
+
+    def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
+        """Wait by event until a node is there; False when the time, in seconds, ran out."""
+        return self._context.wait_for_graph(
+            lambda graph: graph.find_node(fully_qualified_node_name) is not None, timeout
+        )
+
     def get_publisher_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
+        self,
+        node_name: str,
+        node_namespace: str,
+        no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
         """Return what a node publishes."""
         return self._of_node(EntityKind.MP, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
+        self,
+        node_name: str,
+        node_namespace: str,
+        no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
         """Return what a node subscribes to."""
         return self._of_node(EntityKind.MS, node_name, node_namespace)

@@ -7,18 +7,19 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.node.callback_groups import CallbackGroup
+from teleopctl.node.waitable import Waitable
 
 if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
 
-class GuardCondition:
+class GuardCondition(Waitable):
     """Made by ``Node.create_guard_condition``; triggers that come close together are one call."""
 
     def __init__(
         self, node: Node, callback: Callable[[], Any], callback_group: CallbackGroup
     ) -> None:
-        self._node = node
+        self.node = node
         self.callback = callback
         self.callback_group = callback_group
         self._lock = threading.Lock()
@@ -27,11 +28,8 @@ class GuardCondition:
     def trigger(self) -> None:
         """Have the callback called."""
         with self._lock:
-            if self._triggered:
-                return
             self._triggered = True
-        if executor := self._node.executor:
-            executor.enqueue(self)
+        self.tell_executor()
 
     def pending(self) -> int:
         """Return 1 while a trigger waits."""

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.node.context import Context, SessionMode
 from teleopctl.node.executor import Executor, SingleThreadedExecutor
+from teleopctl.node.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:
     from teleopctl.node.future import Future
     from teleopctl.node.node import Node
 
 _executor: Executor | None = None
-_executor_lock = threading.Lock()
+_executor_lock = threading.RLock()
 
 
 def init(
@@ -22,7 +24,7 @@ def init(
     args: Sequence[str] | None = None,
     context: Context | None = None,
     domain_id: int | None = None,
-    signal_handler_options: Any = None,  # noqa: ARG001 (SIGTERM shuts down, Ctrl-C interrupts)
+    signal_handler_options: SignalHandlerOptions | None = None,
     session_mode: SessionMode = "peer",
 ) -> Context:
     """Start a context; see :meth:`Context.init`. It may be used as a context manager.
@@ -32,7 +34,12 @@ def init(
         TeleopctlError: A ROS argument is malformed.
     """
     chosen = context or Context.default()
-    chosen.init(args, domain_id=domain_id, session_mode=session_mode)
+    chosen.init(
+        args,
+        domain_id=domain_id,
+        session_mode=session_mode,
+        signal_handler_options=signal_handler_options,
+    )
     return chosen
 
 
@@ -47,13 +54,11 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
     Raises:
         RuntimeError: It does not run.
     """
-    _drop_global_executor()
     (context or Context.default()).shutdown()
 
 
 def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
     """End a context if it runs."""
-    _drop_global_executor()
     (context or Context.default()).try_shutdown()
 
 
@@ -66,17 +71,32 @@ def get_global_executor() -> Executor:
     """Return the executor that spins where none is given."""
     global _executor
     with _executor_lock:
-        if _executor is None or not _executor.context.ok():
+        if _executor is None:
             _executor = SingleThreadedExecutor()
+            # The next life of the context has an executor of its own.
+            _executor.context.on_shutdown(_drop_global_executor)
         return _executor
 
 
 def _drop_global_executor() -> None:
     global _executor
     with _executor_lock:
-        executor, _executor = _executor, None
-    if executor is not None:
-        executor.shutdown()
+        _executor = None
+
+
+@contextlib.contextmanager
+def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
+    """Have an executor serve a node meanwhile; one that serves it already keeps it."""
+    chosen = executor or get_global_executor()
+    before = node.executor
+    added = chosen.add_node(node)
+    try:
+        yield chosen
+    finally:
+        if added:
+            chosen.remove_node(node)
+            if before is not None and before is not chosen and not before.is_shutdown:
+                before.add_node(node)
 
 
 def create_node(node_name: str, **options: Any) -> Node:
@@ -92,24 +112,16 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     Raises:
         ExternalShutdownException: A signal shut it down.
     """
-    chosen = executor or get_global_executor()
-    chosen.add_node(node)
-    try:
+    with _served(node, executor) as chosen:
         chosen.spin()
-    finally:
-        chosen.remove_node(node)
 
 
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
     """Wait for one callback of a node and run it; see :meth:`Executor.spin_once`."""
-    chosen = executor or get_global_executor()
-    chosen.add_node(node)
-    try:
+    with _served(node, executor) as chosen:
         chosen.spin_once(timeout_sec)
-    finally:
-        chosen.remove_node(node)
 
 
 def spin_until_future_complete(
@@ -119,9 +131,5 @@ def spin_until_future_complete(
     timeout_sec: float | None = None,
 ) -> None:
     """Run a node's callbacks until a future has ended or the time is over."""
-    chosen = executor or get_global_executor()
-    chosen.add_node(node)
-    try:
+    with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)
-    finally:
-        chosen.remove_node(node)

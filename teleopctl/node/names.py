@@ -52,6 +52,16 @@ def _check_absolute(name: str, error: type[NameValidationException]) -> None:
         raise error(name, reason, number.start() + 1)
 
 
+def validate_absolute_name(name: str, *, is_service: bool = False) -> None:
+    """Check an absolute topic or service name.
+
+    Raises:
+        InvalidTopicNameException: A rule is broken (topics).
+        InvalidServiceNameException: A rule is broken (services).
+    """
+    _check_absolute(name, InvalidServiceNameException if is_service else InvalidTopicNameException)
+
+
 def absolute_namespace(namespace: str | None) -> str:
     """Return a node's namespace with its leading slash; None and ``""`` are the root.
 

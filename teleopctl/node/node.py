@@ -29,6 +29,8 @@ from teleopctl.wire.tokens import NodeToken, format_token
 if TYPE_CHECKING:
     import zenoh
 
+    from teleopctl.node.rosout import RosoutPublisher
+
 
 class Node(NodeEndpoints, NodeParameters, GraphView):
     """One participant of the graph.
@@ -94,23 +96,28 @@ class Node(NodeEndpoints, NodeParameters, GraphView):
                 logging.set_console_enabled(False)
         self.entity_id = self._context.next_id()
         self._token: zenoh.LivelinessToken | None = None
-        self._announce()
-        self._rosout = None
-        if enable_rosout and all(arguments.rosout_logs for arguments in self._arguments):
-            from teleopctl.node.rosout import RosoutPublisher
+        self._rosout: RosoutPublisher | None = None
+        self._graph_callbacks = []
+        try:
+            self._announce()
+            if enable_rosout and all(arguments.rosout_logs for arguments in self._arguments):
+                from teleopctl.node.rosout import RosoutPublisher
 
-            self._rosout = RosoutPublisher(self, qos_from(rosout_qos_profile))
-        self._init_parameters(
-            parameter_overrides or (),
-            allow_undeclared=allow_undeclared_parameters,
-            declare_overrides=automatically_declare_parameters_from_overrides,
-            start_services=start_parameter_services,
-        )
-        if enable_logger_service:
-            from teleopctl.node.logger_service import LoggerService
+                self._rosout = RosoutPublisher(self, qos_from(rosout_qos_profile))
+            self._init_parameters(
+                parameter_overrides or (),
+                allow_undeclared=allow_undeclared_parameters,
+                declare_overrides=automatically_declare_parameters_from_overrides,
+                start_services=start_parameter_services,
+            )
+            if enable_logger_service:
+                from teleopctl.node.logger_service import LoggerService
 
-            LoggerService(self)
-        self._context.on_shutdown(self._wake_executor)
+                LoggerService(self)
+        except BaseException:
+            # A node that could not be made must not stay in the graph.
+            self.destroy_node()
+            raise
 
     def _arguments_of(self, cli_args: Sequence[str] | None, use_global: bool) -> Iterable[Any]:
         from teleopctl.node.ros_args import parse_ros_arguments
@@ -131,10 +138,6 @@ class Node(NodeEndpoints, NodeParameters, GraphView):
             node=self._name,
         )
         self._token = session.liveliness().declare_token(format_token(token))
-
-    def _wake_executor(self) -> None:
-        if self.executor is not None:
-            self.executor.wake()
 
     # -- identity --------------------------------------------------------------------------------
 
@@ -184,7 +187,7 @@ class Node(NodeEndpoints, NodeParameters, GraphView):
 
     def destroy_node(self) -> None:
         """Take the node and all that it has out of the graph; twice is once."""
-        self._context.forget_on_shutdown(self._wake_executor)
+        self._forget_graph_callbacks()
         if self.executor is not None:
             self.executor.remove_node(self)
         if self._rosout is not None:
@@ -192,7 +195,7 @@ class Node(NodeEndpoints, NodeParameters, GraphView):
         self._destroy_all()
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:
-            token.undeclare()  # type: ignore[no-untyped-call]
+            token.undeclare()
 
     def __enter__(self) -> Node:
         return self

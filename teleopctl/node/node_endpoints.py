@@ -17,9 +17,10 @@ from teleopctl.node.qos import QoSProfile, qos_from, qos_profile_services_defaul
 from teleopctl.node.service import Service
 from teleopctl.node.subscription import Subscription
 from teleopctl.node.timer import Rate, Timer
+from teleopctl.node.waitable import Waitable
 
 if TYPE_CHECKING:
-    from teleopctl.node.executor import Executor, Waitable
+    from teleopctl.node.executor import Executor
     from teleopctl.node.node import Node
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
@@ -32,7 +33,8 @@ class NodeEndpoints(abc.ABC):
 
     def __init__(self) -> None:
         self.executor: Executor | None = None
-        self.timers: list[Timer] = []
+        # Replaced, never changed, so that executors may iterate without a lock.
+        self._timers: tuple[Timer, ...] = ()
         self._endpoints: list[Endpoint] = []
         self._guards: list[GuardCondition] = []
         self._endpoints_lock = threading.Lock()
@@ -180,9 +182,10 @@ class NodeEndpoints(abc.ABC):
             clock or self._clock,
             autostart=autostart,
         )
-        self.timers.append(timer)
+        with self._endpoints_lock:
+            self._timers = (*self._timers, timer)
         if self.executor is not None:
-            self.executor.recheck()
+            self.executor.wake()
         return timer
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
@@ -193,23 +196,30 @@ class NodeEndpoints(abc.ABC):
         """
         if frequency <= 0:
             raise ValueError("frequency must be positive")
-        return Rate(self.create_timer(1.0 / frequency, None, clock=clock))
+        # A group of its own: the tick must come while a callback sleeps by it.
+        group = MutuallyExclusiveCallbackGroup()
+        timer = self.create_timer(1.0 / frequency, None, group, clock)
+        return Rate(timer, self._node.context)
 
     def create_guard_condition(
         self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
         guard = GuardCondition(self._node, callback, callback_group or self._default_callback_group)
-        self._guards.append(guard)
+        with self._endpoints_lock:
+            self._guards.append(guard)
         return guard
+
+    def _of_class(self, class_: type[_EndpointT]) -> list[_EndpointT]:
+        with self._endpoints_lock:
+            return [endpoint for endpoint in self._endpoints if isinstance(endpoint, class_)]
 
     def _keep(self, endpoint: _EndpointT) -> _EndpointT:
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
-        if self.executor is not None and isinstance(endpoint, Subscription | Service):
-            # What arrived before the node knew its endpoint has woken nobody.
-            for _ in range(endpoint.pending()):
-                self.executor.enqueue(endpoint)
+        if isinstance(endpoint, Waitable) and endpoint.pending():
+            # An executor that was given the node meanwhile did not know of the endpoint.
+            endpoint.tell_executor()
         return endpoint
 
     # -- what there is ---------------------------------------------------------------------------
@@ -217,28 +227,38 @@ class NodeEndpoints(abc.ABC):
     def waitables(self) -> list[Waitable]:
         """Return what may have arrivals for an executor."""
         with self._endpoints_lock:
-            receiving = [e for e in self._endpoints if isinstance(e, Subscription | Service)]
-        return [*receiving, *self._guards]
+            receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
+            return [*receiving, *self._guards]
+
+    @property
+    def timers(self) -> tuple[Timer, ...]:
+        """The node's timers."""
+        return self._timers
+
+    @property
+    def guards(self) -> list[GuardCondition]:
+        """The node's guard conditions."""
+        return list(self._guards)
 
     @property
     def publishers(self) -> list[Publisher]:
         """The node's publishers."""
-        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Publisher)]
+        return self._of_class(Publisher)
 
     @property
     def subscriptions(self) -> list[Subscription]:
         """The node's subscriptions."""
-        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Subscription)]
+        return self._of_class(Subscription)
 
     @property
     def services(self) -> list[Service]:
         """The node's service servers."""
-        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Service)]
+        return self._of_class(Service)
 
     @property
     def clients(self) -> list[Client]:
         """The node's service clients."""
-        return [endpoint for endpoint in self._endpoints if isinstance(endpoint, Client)]
+        return self._of_class(Client)
 
     # -- taking things down ----------------------------------------------------------------------
 
@@ -268,29 +288,32 @@ class NodeEndpoints(abc.ABC):
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Destroy a timer; False when it is not this node's."""
-        if timer not in self.timers:
-            return False
-        self.timers.remove(timer)
+        with self._endpoints_lock:
+            known = timer in self._timers
+            self._timers = tuple(other for other in self._timers if other is not timer)
         timer.destroy()
-        return True
+        return known
 
     def destroy_rate(self, rate: Rate) -> bool:
         """Destroy a rate and its timer."""
         rate.destroy()
-        return self.destroy_timer(rate._timer)  # noqa: SLF001 (a rate is a part of its timer)
+        return self.destroy_timer(rate.timer)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
         """Destroy a guard condition; False when it is not this node's."""
-        if guard not in self._guards:
-            return False
-        self._guards.remove(guard)
+        with self._endpoints_lock:
+            if guard not in self._guards:
+                return False
+            self._guards.remove(guard)
         return True
 
     def _destroy_all(self) -> None:
         """Destroy timers and endpoints, the youngest first."""
-        for timer in tuple(self.timers):
-            self.destroy_timer(timer)
         with self._endpoints_lock:
+            timers, self._timers = self._timers, ()
             endpoints, self._endpoints = self._endpoints, []
+            self._guards = []
+        for timer in timers:
+            timer.destroy()
         for endpoint in reversed(endpoints):
             endpoint.destroy()

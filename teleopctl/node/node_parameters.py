@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.node.parameter import Parameter
+from teleopctl.node.parameter import Parameter, ParameterType, parameter_value_to_python
 from teleopctl.node.parameter_store import (
     OnSetCallback,
     ParameterStore,
@@ -77,6 +77,8 @@ class NodeParameters(abc.ABC):
     def _publish_change(
         self, new: list[Parameter], changed: list[Parameter], deleted: list[Parameter]
     ) -> None:
+        if not self._parameter_events.node.context.session_is_open:
+            return
         from teleopctl.node.parameter_service import parameter_event
 
         self._parameter_events.publish(
@@ -168,6 +170,14 @@ class NodeParameters(abc.ABC):
         """Return what the command line and files set, declared or not (ours)."""
         return dict(self._parameters.overrides)
 
+    def get_parameter_type(self, name: str) -> ParameterType:
+        """Return the type of a parameter; raises as :meth:`get_parameter`."""
+        return self.get_parameter_types([name])[0]
+
+    def get_parameter_types(self, names: Iterable[str]) -> list[ParameterType]:
+        """Return the types of several parameters; raises as :meth:`get_parameter`."""
+        return [self.get_parameter(name).type_ for name in names]
+
     def describe_parameter(self, name: str) -> Any:
         """Return the descriptor of a parameter.
 
@@ -179,6 +189,31 @@ class NodeParameters(abc.ABC):
     def describe_parameters(self, names: Iterable[str]) -> list[Any]:
         """Return several descriptors; raises as :meth:`describe_parameter`."""
         return [self.describe_parameter(name) for name in names]
+
+    def set_descriptor(
+        self, name: str, descriptor: Any, alternative_value: Any | None = None
+    ) -> Any:
+        """Give a parameter another descriptor.
+
+        Args:
+            name: Name of a declared parameter.
+            descriptor: The new ``rcl_interfaces/msg/ParameterDescriptor``.
+            alternative_value: A ``ParameterValue`` to set where the present one does not fit.
+
+        Returns:
+            The value that it has now, as ``rcl_interfaces/msg/ParameterValue``.
+
+        Raises:
+            ParameterNotDeclaredException: There is none of that name.
+            ParameterImmutableException: It is read-only.
+            InvalidParameterValueException: Neither value fits the descriptor.
+        """
+        alternative = (
+            None
+            if alternative_value is None
+            else Parameter(name, value=parameter_value_to_python(alternative_value))
+        )
+        return self._parameters.describe(name, descriptor, alternative).get_parameter_value()
 
     # -- setting ---------------------------------------------------------------------------------
 

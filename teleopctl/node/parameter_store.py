@@ -204,6 +204,30 @@ class ParameterStore:
             raise ParameterNotDeclaredException(name)
         return self._descriptors[name]
 
+    def describe(self, name: str, descriptor: Any, alternative: Parameter | None) -> Parameter:
+        """Give a parameter another descriptor; see ``Node.set_descriptor``."""
+        with self._lock:
+            if name not in self._parameters:
+                raise ParameterNotDeclaredException(name)
+            if self._descriptors[name].read_only:
+                raise ParameterImmutableException(name)
+            parameter = self._parameters[name]
+            descriptor.name = name
+            if not descriptor.dynamic_typing:
+                descriptor.type = int(parameter.type_)
+            problem = self._problem(parameter, descriptor, declaring=True)
+            if problem is not None and alternative is not None:
+                parameter = alternative
+                problem = self._problem(parameter, descriptor, declaring=True)
+            if problem is not None:
+                raise InvalidParameterValueException(name, parameter.value, problem)
+            before = self._parameters[name]
+            self._descriptors[name] = descriptor
+            self._parameters[name] = parameter
+        if parameter is not before:
+            self._on_change([], [parameter], [])
+        return parameter
+
     def set_each(self, parameters: Sequence[Parameter]) -> list[Any]:
         """Set parameters one by one; each gets a result of its own."""
         return [self.set_together([parameter]) for parameter in parameters]

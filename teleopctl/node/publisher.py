@@ -10,6 +10,7 @@ import zenoh
 
 from teleopctl.interfaces import cdr
 from teleopctl.node.endpoint import Endpoint
+from teleopctl.node.exceptions import InvalidHandle
 from teleopctl.node.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
@@ -76,7 +77,7 @@ class Publisher(Endpoint):
         Raises:
             TypeError: The message is of another type.
             TeleopctlError: A field holds what its type cannot; the message names it.
-            InvalidHandle: The publisher was destroyed.
+            InvalidHandle: The publisher was destroyed or the context was shut down.
         """
         self._check_alive()
         if isinstance(msg, self.msg_type):
@@ -85,10 +86,13 @@ class Publisher(Endpoint):
             payload = msg
         else:
             raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
-        self._channel.put(
-            payload,
-            attachment=attachment.encode(next(self._sequence), time.time_ns(), self.gid),
-        )
+        try:
+            self._channel.put(
+                payload,
+                attachment=attachment.encode(next(self._sequence), time.time_ns(), self.gid),
+            )
+        except zenoh.ZError as error:
+            raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions the topic has, of the same type."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from types import FrameType
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import logging
+from teleopctl.node.exceptions import InvalidHandle
 from teleopctl.node.qos import QoSProfile
 from teleopctl.node.time import NANOSECONDS_PER_SECOND
 
@@ -34,7 +36,9 @@ class RosoutPublisher:
         time_ns: int,
     ) -> None:
         sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
-        try:
+        # The console has the message already: text that no CDR string holds, and what is logged
+        # after shutdown, ends there.
+        with contextlib.suppress(TeleopctlError, InvalidHandle):
             self._publisher.publish(
                 self._log(
                     stamp=self._time(sec=sec, nanosec=nanosec),
@@ -46,9 +50,6 @@ class RosoutPublisher:
                     line=frame.f_lineno,
                 )
             )
-        except (TeleopctlError, ValueError, TypeError):
-            # The console has the message already; text that no CDR string holds ends there.
-            logging.remove_sink(self._logger_name)
 
     def destroy(self) -> None:
         """Stop publishing; the node destroys the publisher itself."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import collections
+import contextlib
+import functools
 import time
 import traceback
 from collections.abc import Callable
@@ -15,6 +17,7 @@ from teleopctl.interfaces import cdr
 from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.endpoint import Endpoint
 from teleopctl.node.qos import QoSProfile
+from teleopctl.node.waitable import Waitable
 from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
 
-class Service(Endpoint):
+class Service(Endpoint, Waitable):
     """Answers requests on one name; made by ``Node.create_service``.
 
     Args:
@@ -78,12 +81,11 @@ class Service(Endpoint):
             query = self._queries.popleft()
         except IndexError:
             return None
-        return lambda: self._handle(query)
+        return functools.partial(self._handle, query)
 
     def _queue(self, query: zenoh.Query) -> None:
         self._queries.append(query)
-        if executor := self.node.executor:
-            executor.enqueue(self)
+        self.tell_executor()
 
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
@@ -121,11 +123,16 @@ class Service(Endpoint):
                 f"the callback of service '{self.name}' returned {type(response).__name__}, "
                 f"not {self.srv_type.Response.__name__}"
             )
-        query.reply(
-            self.key,
-            cdr.serialize(response),
-            attachment=attachment.encode(request.sequence, time.time_ns(), request.gid),
-        )
+        payload = cdr.serialize(response)
+        # Nobody can be told any more when the callback itself has shut down or destroyed.
+        with contextlib.suppress(zenoh.ZError):
+            query.reply(
+                self.key,
+                payload,
+                attachment=attachment.encode(request.sequence, time.time_ns(), request.gid),
+            )
 
     def _close(self) -> None:
         self._channel.undeclare()
+        # Letting go of a request ends the wait of its client.
+        self._queries.clear()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import collections
+import functools
 import inspect
-import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -17,6 +17,7 @@ from teleopctl.interfaces import cdr
 from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.endpoint import Endpoint
 from teleopctl.node.qos import QoSProfile, ReliabilityPolicy
+from teleopctl.node.waitable import Waitable
 from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
 
-class Subscription(Endpoint):
+class Subscription(Endpoint, Waitable):
     """Receives messages of one type on one topic; made by ``Node.create_subscription``.
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
@@ -62,9 +63,10 @@ class Subscription(Endpoint):
         self.callback_group = callback_group
         self.raw = raw
         self._wants_info = _takes_two(callback)
-        self._lock = threading.Lock()
-        self._samples: collections.deque[tuple[zenoh.Sample, int]] = collections.deque()
-        self._depth = qos.queue_depth
+        # Appending to a full one drops the oldest; both ends are safe to use from any thread.
+        self._samples: collections.deque[tuple[zenoh.Sample, int]] = collections.deque(
+            maxlen=qos.queue_depth
+        )
         self.undecodable = 0
         receive = self._handle_now if immediate else self._queue
         self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
@@ -105,24 +107,18 @@ class Subscription(Endpoint):
 
     def take(self) -> Callable[[], Any] | None:
         """Return the call of the callback with the oldest sample; None when none waits."""
-        with self._lock:
-            if not self._samples:
-                return None
+        try:
             sample, received_ns = self._samples.popleft()
+        except IndexError:
+            return None
         arguments = self._arguments(sample, received_ns)
         if arguments is None:
             return None
-        return lambda: self.callback(*arguments)
+        return functools.partial(self.callback, *arguments)
 
     def _queue(self, sample: zenoh.Sample) -> None:
-        with self._lock:
-            full = self._depth is not None and len(self._samples) >= self._depth
-            if full:
-                self._samples.popleft()
-            self._samples.append((sample, time.time_ns()))
-        # The one that fell out has already had the executor woken; its wake-up serves this one.
-        if not full and (executor := self.node.executor):
-            executor.enqueue(self)
+        self._samples.append((sample, time.time_ns()))
+        self.tell_executor()
 
     def _handle_now(self, sample: zenoh.Sample) -> None:
         arguments = self._arguments(sample, time.time_ns())
@@ -166,6 +162,7 @@ class Subscription(Endpoint):
 
     def _close(self) -> None:
         self._channel.undeclare()
+        self._samples.clear()
 
 
 def _takes_two(callback: Callable[..., Any]) -> bool:

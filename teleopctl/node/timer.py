@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.clock import Clock, ROSClock
+from teleopctl.node.context import Context
+from teleopctl.node.exceptions import ROSInterruptException
 
 if TYPE_CHECKING:
     from teleopctl.node.node import Node
@@ -40,8 +42,9 @@ class Timer:
         self._last_call_ns = clock.nanoseconds()
         self._next_call_ns = self._last_call_ns + period_ns
         self._cancelled = not autostart
+        self._destroyed = False
         if isinstance(clock, ROSClock):
-            clock.on_jump(self._recheck)
+            clock.on_jump(self._follow_clock)
 
     @property
     def timer_period_ns(self) -> int:
@@ -67,10 +70,10 @@ class Timer:
 
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
-        self._cancelled = False
+        self._cancelled = self._destroyed
         self._last_call_ns = self.clock.nanoseconds()
         self._next_call_ns = self._last_call_ns + self._period_ns
-        self._recheck()
+        self._wake_executor()
 
     def time_since_last_call(self) -> int:
         """Return the nanoseconds since the last call."""
@@ -82,52 +85,74 @@ class Timer:
             return None
         return self._next_call_ns - self.clock.nanoseconds()
 
-    def wall_time_until_next_call_s(self) -> float | None:
-        """Return how long to wait in wall time; None when only an event can make it due."""
-        if self._cancelled or (isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active):
-            return None
-        return max(0.0, (self._next_call_ns - self.clock.nanoseconds()) / 1e9)
+    @property
+    def waits_for_event(self) -> bool:
+        """True while only a message on ``/clock`` can make it due, not the passing of time."""
+        return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
-    def mark_called(self) -> None:
-        """Schedule the next call; executors do so before they run the callback."""
+    def take(self) -> Callable[[], Any] | None:
+        """Count as called and schedule the next call; executors do so before they call back.
+
+        Returns:
+            The callback; None when there is none or the timer was cancelled meanwhile.
+        """
+        if self._cancelled:
+            return None
         now_ns = self.clock.nanoseconds()
         self._last_call_ns = now_ns
-        self._next_call_ns += self._period_ns
-        if self._next_call_ns <= now_ns:
-            missed = (now_ns - self._next_call_ns) // self._period_ns if self._period_ns else 0
+        if self._period_ns == 0:
+            self._next_call_ns = now_ns
+        else:
+            missed = max(0, now_ns - self._next_call_ns) // self._period_ns
             self._next_call_ns += (missed + 1) * self._period_ns
+        return self.callback
 
     def destroy(self) -> None:
         """Stop for good."""
+        self._destroyed = True
         self._cancelled = True
         if isinstance(self.clock, ROSClock):
-            self.clock.forget_on_jump(self._recheck)
+            self.clock.forget_on_jump(self._follow_clock)
 
-    def _recheck(self) -> None:
-        if executor := self._node.executor:
-            executor.recheck()
+    def _follow_clock(self) -> None:
+        """Look at the clock anew: simulated time moved, or began or ended."""
+        if self.clock.nanoseconds() < self._last_call_ns:
+            # Time went back (a simulation was reset): count from here, as rcl does.
+            self.reset()
+        elif not self.waits_for_event or self.is_ready():
+            self._wake_executor()
+
+    def _wake_executor(self) -> None:
+        if (executor := self._node.executor) is not None:
+            executor.wake()
 
 
 class Rate:
     """Sleeps to a steady rate; another thread must spin the node meanwhile."""
 
-    def __init__(self, timer: Timer) -> None:
-        self._timer = timer
+    def __init__(self, timer: Timer, context: Context) -> None:
+        self.timer = timer
+        self._context = context
         self._tick = threading.Event()
         timer.callback = self._tick.set
-        self._destroyed = False
 
     def sleep(self) -> None:
-        """Sleep until the next tick, or until the context is shut down."""
-        context = self._timer._node.context  # noqa: SLF001 (a rate is a part of its timer)
-        context.on_shutdown(self._tick.set)
+        """Sleep until the next tick.
+
+        Raises:
+            ROSInterruptException: The context was shut down, or the rate was destroyed.
+        """
+        self._context.on_shutdown(self._tick.set)
         try:
-            self._tick.wait()
-            self._tick.clear()
+            if self._context.ok() and not self.timer.is_canceled():
+                self._tick.wait()
+                self._tick.clear()
         finally:
-            context.forget_on_shutdown(self._tick.set)
+            self._context.forget_on_shutdown(self._tick.set)
+        if not self._context.ok() or self.timer.is_canceled():
+            raise ROSInterruptException
 
     def destroy(self) -> None:
         """Stop the timer and wake whoever sleeps."""
-        self._timer.destroy()
+        self.timer.destroy()
         self._tick.set()

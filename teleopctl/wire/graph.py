@@ -174,7 +174,11 @@ class GraphWatcher:
         self._closed = False
         self._on_change = on_change
         self._subscriber = session.liveliness().declare_subscriber(
-            liveliness_key(domain_id() if domain is None else domain), self._note, history=True
+            liveliness_key(domain_id() if domain is None else domain),
+            # Not indirect: that would be a thread which keeps a program that ends without closing
+            # the session from ending.
+            zenoh.handlers.Callback(self._note, indirect=False),
+            history=True,
         )
 
     def snapshot(self) -> Graph:

@@ -5,6 +5,7 @@ import pytest
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import (
     DurabilityPolicy,
+    Future,
     MultiThreadedExecutor,
     Node,
     QoSProfile,
@@ -206,15 +207,16 @@ def test_callbacks_of_a_reentrant_group_run_side_by_side(context):
     def wait_for_the_other(_):
         both_inside.wait(10)
         done.append(1)
-        executor.wake()
+        if len(done) == 2:
+            ended.set_result(None)
 
+    ended = Future()
     group = ReentrantCallbackGroup()
     node.create_subscription(STRING, "chatter", wait_for_the_other, 10, callback_group=group)
     publisher = node.create_publisher(STRING, "chatter", 10)
     publisher.publish(STRING())
     publisher.publish(STRING())
-    while len(done) < 2:
-        executor.spin_once(10)
+    executor.spin_until_future_complete(ended, 10)
     executor.shutdown()
     node.destroy_node()
 

@@ -1,0 +1,69 @@
+"""Questions about the graph, and the imports of less common modules; ends by itself."""
+
+import sys
+
+import rclpy
+import rclpy.utilities
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos_event import PublisherEventCallbacks as OldName
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
+from rclpy.type_support import check_for_type_support
+from rclpy.wait_for_message import wait_for_message
+from std_msgs.msg import String
+
+
+def main():
+    rclpy.init(args=sys.argv)
+    assert rclpy.utilities.remove_ros_args(sys.argv)[1:] == ["mine"]
+    node = rclpy.create_node("asker", namespace="/deep")
+    assert node.get_fully_qualified_name() == "/other/renamed"
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = node.create_publisher(
+        String,
+        "chatter",
+        latched,
+        event_callbacks=PublisherEventCallbacks(),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )
+    assert OldName is PublisherEventCallbacks
+    node.create_subscription(
+        String, "chatter", lambda m: None, 10, event_callbacks=SubscriptionEventCallbacks()
+    )
+    assert publisher.topic_name == "/other/spoken"
+    (info,) = node.get_publishers_info_by_topic("chatter")
+    assert (info.node_name, info.node_namespace) == ("renamed", "/other")
+    assert info.topic_type == "std_msgs/msg/String"
+    assert info.endpoint_type == TopicEndpointTypeEnum.PUBLISHER
+    assert bytes(info.endpoint_gid) == publisher.gid
+    assert info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    assert info.qos_profile.reliability == QoSReliabilityPolicy.RELIABLE
+    assert publisher.get_subscription_count() == node.count_subscribers("chatter") == 1
+    assert ("renamed", "/other") in node.get_node_names_and_namespaces()
+    assert ("/other/spoken", ["std_msgs/msg/String"]) in node.get_topic_names_and_types()
+    assert node.get_publisher_names_and_types_by_node("renamed", "/other")
+    assert [s.topic_name for s in node.subscriptions if s.topic_name == "/other/spoken"]
+    publisher.publish(String(data="kept"))
+    got, message = wait_for_message(String, node, "chatter", qos_profile=latched, time_to_wait=10.0)
+    assert got
+    assert message.data == "kept"
+    again = deserialize_message(serialize_message(message), String)
+    assert again == message
+    check_for_type_support(String)
+    assert QoSPresetProfiles.SENSOR_DATA.value.depth == 5
+    assert isinstance(node.get_logger(), RcutilsLogger)
+    for missing in ("rclpy.action", "rclpy.lifecycle"):
+        try:
+            __import__(missing)
+            raise AssertionError("no error")
+        except ImportError as error:
+            assert missing in str(error)
+    print("done")
+    # No destroy_node, no shutdown: the process must end quietly all the same.
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,346 @@
+"""Executors under load: fairness, bounds, destruction, exceptions, shutdown."""
+
+import threading
+
+import pytest
+
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import (
+    Context,
+    MultiThreadedExecutor,
+    MutuallyExclusiveCallbackGroup,
+    Node,
+    SingleThreadedExecutor,
+)
+from teleopctl.node.exceptions import (
+    ExternalShutdownException,
+    InvalidHandle,
+    ROSInterruptException,
+)
+from teleopctl.node.future import Future
+
+STRING = get_message("std_msgs/msg/String")
+ADD = get_service("example_interfaces/srv/AddTwoInts")
+
+
+def test_a_timer_that_is_always_due_leaves_room_for_messages(make_node, spin_until):
+    node = make_node()
+    got = []
+    node.create_timer(0.0, lambda: None)
+    node.create_subscription(STRING, "chatter", got.append, 10)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING())
+    spin_until(lambda: got)
+
+
+def test_timers_that_are_always_due_take_turns(make_node, spin_until):
+    node = make_node()
+    calls = []
+    node.create_timer(0.0, lambda: calls.append(1))
+    node.create_timer(0.0, lambda: calls.append(2))
+    spin_until(lambda: len(calls) >= 10)
+    assert set(calls) == {1, 2}
+
+
+def test_what_a_slow_callback_of_a_pool_misses_falls_out_of_the_queue(context):
+    node = Node("tester", context=context)
+    executor = MultiThreadedExecutor(2, context=context)
+    executor.add_node(node)
+    inside, go_on, done = threading.Event(), threading.Event(), Future()
+    got = []
+
+    def slow(message):
+        got.append(message.data)
+        inside.set()
+        go_on.wait(10)
+        if len(got) == 4:
+            done.set_result(None)
+
+    node.create_subscription(STRING, "chatter", slow, 3)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    publisher.publish(STRING(data="0"))
+    spinner = threading.Thread(target=executor.spin)
+    spinner.start()
+    assert inside.wait(10)
+    for number in range(1, 100):
+        publisher.publish(STRING(data=str(number)))
+    go_on.set()
+    assert done.wait(10)
+    executor.shutdown()
+    spinner.join(10)
+    assert got == ["0", "97", "98", "99"]
+    node.destroy_node()
+
+
+def test_a_late_timer_of_a_pool_does_not_pile_up(context):
+    node = Node("tester", context=context)
+    executor = MultiThreadedExecutor(2, context=context)
+    executor.add_node(node)
+    group = MutuallyExclusiveCallbackGroup()
+    inside, go_on, ticked = threading.Event(), threading.Event(), Future()
+    calls = []
+
+    def block(_):
+        inside.set()
+        go_on.wait(10)
+
+    def tick():
+        calls.append(1)
+        if len(calls) == 2:
+            ticked.set_result(None)
+
+    node.create_subscription(STRING, "chatter", block, 10, callback_group=group)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING())
+    spinner = threading.Thread(target=executor.spin)
+    spinner.start()
+    assert inside.wait(10)
+    node.create_timer(0.0, tick, group)
+    executor.wake()
+    assert not ticked.wait(0.05)
+    assert not calls
+    go_on.set()
+    assert ticked.wait(10)
+    executor.shutdown()
+    spinner.join(10)
+    node.destroy_node()
+
+
+def test_the_queue_of_an_executor_stays_short_when_nodes_come_and_go(context):
+    nodes = [Node(name, context=context) for name in ("one", "two")]
+    executor = SingleThreadedExecutor(context=context)
+    got = []
+    for node in nodes:
+        node.create_subscription(STRING, "chatter", got.append, 1000)
+        node.create_subscription(STRING, "chatter", got.append, 1000)
+    publisher = nodes[0].create_publisher(STRING, "chatter", 10)
+    for _ in range(20):
+        publisher.publish(STRING())
+    for _ in range(20):
+        for node in nodes:
+            executor.add_node(node)
+            executor.spin_once(0)
+            executor.remove_node(node)
+    assert len(got) == 40
+    assert executor._queue.qsize() <= 5
+    for node in nodes:
+        node.destroy_node()
+
+
+def test_only_the_node_that_is_served_is_called_back(context):
+    one, two = (Node(name, context=context) for name in ("one", "two"))
+    executor = SingleThreadedExecutor(context=context)
+    got = []
+    one.create_subscription(STRING, "chatter", lambda _: got.append("one"), 10)
+    two.create_subscription(STRING, "chatter", lambda _: got.append("two"), 10)
+    executor.add_node(one)
+    one.create_publisher(STRING, "chatter", 10).publish(STRING())
+    executor.remove_node(one)
+    executor.add_node(two)
+    executor.spin_once(0)
+    executor.spin_once(0)
+    assert got == ["two"]
+    one.destroy_node()
+    two.destroy_node()
+
+
+def test_a_node_moves_to_the_executor_that_gets_it_last(make_node, context, executor):
+    node = make_node()
+    other = SingleThreadedExecutor(context=context)
+    other.add_node(node)
+    assert node.executor is other
+    assert node not in executor.get_nodes()
+    other.shutdown()
+
+
+def test_an_ended_future_does_not_cut_the_next_wait_short(make_node, executor):
+    node = make_node()
+    future = Future()
+    node.create_guard_condition(lambda: future.set_result(1)).trigger()
+    executor.spin_until_future_complete(future, 10)
+    node.create_subscription(STRING, "chatter", lambda m: got.append(m), 10)
+    got = []
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    threading.Timer(0.02, lambda: publisher.publish(STRING())).start()
+    executor.spin_once(10)
+    assert got
+
+
+def test_a_destroyed_subscription_calls_back_no_more(make_node, executor):
+    node = make_node()
+    got = []
+
+    def receive(message):
+        got.append(message)
+        node.destroy_subscription(subscription)
+
+    subscription = node.create_subscription(STRING, "chatter", receive, 10)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    publisher.publish(STRING())
+    publisher.publish(STRING())
+    executor.spin_once(10)
+    executor.spin_once(0)
+    assert len(got) == 1
+
+
+def test_a_node_may_destroy_itself_while_it_is_spun(make_node, executor):
+    node = make_node()
+    ended = Future()
+
+    def leave(_):
+        node.destroy_node()
+        ended.set_result(None)
+
+    node.create_subscription(STRING, "chatter", leave, 10)
+    node.create_publisher(STRING, "chatter", 10).publish(STRING())
+    executor.spin_until_future_complete(ended, 10)
+    assert executor.get_nodes() == []
+
+
+def test_leaving_the_program_in_a_callback_of_a_pool_ends_the_spinning(context):
+    node = Node("tester", context=context)
+    executor = MultiThreadedExecutor(2, context=context)
+    executor.add_node(node)
+
+    def leave():
+        raise SystemExit(3)
+
+    node.create_timer(0.0, leave)
+    with pytest.raises(SystemExit):
+        executor.spin()
+    executor.shutdown()
+    node.destroy_node()
+
+
+def test_callbacks_of_an_answer_run_where_the_node_is_spun(make_node, spin_until):
+    node = make_node()
+
+    def add(request, response):
+        response.sum = request.a + request.b
+        return response
+
+    node.create_service(ADD, "add", add, immediate=True)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(10)
+    threads = []
+    future = client.call_async(ADD.Request())
+    future.add_done_callback(lambda _: threads.append(threading.current_thread()))
+    assert future.wait(10)
+    assert not threads
+    spin_until(lambda: threads)
+    assert threads == [threading.current_thread()]
+
+
+def test_a_coroutine_task_takes_keywords_and_ends_with_its_value(executor):
+    async def work(first, *, second):
+        return first + second
+
+    task = executor.create_task(work, 1, second=2)
+    executor.spin_until_future_complete(task, 10)
+    assert task.result() == 3
+
+
+def test_a_timer_goes_on_when_simulated_time_starts_over(make_node, spin_until):
+    node = make_node()
+    clock = node.get_clock()
+    clock.set_simulated(True)
+    clock.set_simulated_time(100 * 10**9)
+    calls = []
+    node.create_timer(1.0, lambda: calls.append(clock.now().nanoseconds))
+    clock.set_simulated_time(0)
+    clock.set_simulated_time(10**9)
+    spin_until(lambda: calls)
+    assert calls == [10**9]
+
+
+def test_shutdown_wakes_a_wait_for_a_service(context):
+    node = Node("tester", context=context)
+    client = node.create_client(ADD, "nobody")
+    answers = []
+    waiting = threading.Thread(target=lambda: answers.append(client.wait_for_service()))
+    waiting.start()
+    context.end_by_signal()
+    waiting.join(10)
+    assert answers == [False]
+
+
+def test_a_signal_ends_a_call_that_waits(context):
+    node = Node("tester", context=context)
+    asked = threading.Event()
+
+    def never(request, response):
+        raise AssertionError
+
+    # Nobody spins this node: the request stays unanswered.
+    node.create_service(ADD, "add", never)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(10)
+    raised = []
+
+    def call():
+        asked.set()
+        try:
+            client.call(ADD.Request())
+        except ExternalShutdownException as error:
+            raised.append(error)
+
+    waiting = threading.Thread(target=call)
+    waiting.start()
+    assert asked.wait(10)
+    context.end_by_signal()
+    waiting.join(10)
+    assert raised
+
+
+def test_a_rate_says_when_it_was_cut_short(context):
+    node = Node("tester", context=context)
+    rate = node.create_rate(0.001)
+    raised = []
+
+    def sleep():
+        try:
+            rate.sleep()
+        except ROSInterruptException as error:
+            raised.append(error)
+
+    sleeping = threading.Thread(target=sleep)
+    sleeping.start()
+    context.end_by_signal()
+    sleeping.join(10)
+    assert raised
+
+
+def test_shutdown_after_a_signal_completes_it(ros):
+    context = Context()
+    context.init([])
+    Node("tester", context=context)
+    context.end_by_signal()
+    assert not context.ok()
+    context.shutdown()
+    with pytest.raises(RuntimeError):
+        context.shutdown()
+
+
+def test_logging_and_setting_parameters_outlive_shutdown(context):
+    node = Node("tester", context=context)
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    context.shutdown()
+    assert node.get_logger().info("still here")
+    node.declare_parameter("late", 1)
+    with pytest.raises(InvalidHandle):
+        publisher.publish(STRING())
+    node.destroy_node()
+
+
+def test_a_node_that_cannot_be_made_leaves_nothing_in_the_graph(context):
+    with pytest.raises(Exception, match="use_sim_time"):
+        Node("broken", context=context, cli_args=["--ros-args", "-p", "use_sim_time:=5"])
+    assert "/broken" not in context.watcher.snapshot().node_names()
+
+
+def test_the_first_look_at_the_graph_is_complete(ros, context):
+    other = Context()
+    other.init([])
+    node = Node("there", context=other)
+    Node("looker", context=context)
+    assert "/there" in context.watcher.snapshot().node_names()
+    node.destroy_node()
+    other.shutdown()
