@@ -89,9 +89,11 @@ def launch(
     for warning in plan.warnings:
         console.warn(warning)
     record = starting.start_in_background(plan, file.stem, _report)
-    console.out(
-        f"{record.name} is up; `teleopctl logs -f {record.name}`, `teleopctl stop {record.name}`"
-    )
+    if all(process.ends_by_itself for process in plan.processes):
+        console.out(f"{record.name} has finished")
+    else:
+        console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")
+        console.out(f"To end it: teleopctl stop {record.name}")
     return 0
 
 

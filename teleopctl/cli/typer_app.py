@@ -155,6 +155,8 @@ def _typer_annotation(parameter: Parameter) -> object:
     if isinstance(declaration, Option):
         if declaration.choices:
             value_type = Literal[declaration.choices]
+        if parameter.many:
+            value_type = list[value_type]
         if parameter.optional and parameter.default is None:
             value_type = value_type | None
         return Annotated[

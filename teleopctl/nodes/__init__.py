@@ -1,1 +1,1 @@
-"""Floor 5: one module per executable that ``teleopctl run`` can start."""
+"""Floor 5: the programs that ``teleopctl run`` starts, one module with a ``main`` each."""

@@ -1,0 +1,200 @@
+"""Source folders of ROS 2 packages: what they are called and which programs they offer.
+
+Nothing is built and nothing is executed: ``package.xml``, ``setup.py``, ``setup.cfg`` and
+``pyproject.toml`` are read as text.
+"""
+
+import ast
+import os
+import re
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+
+_MAX_DEPTH = 4
+_MAX_FOLDERS = 500
+_SKIPPED_FOLDERS = frozenset(
+    {"__pycache__", "build", "dist", "install", "log", "node_modules", "site-packages", "venv"}
+)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_NAME = re.compile(r"<name>\s*([A-Za-z0-9_\-]+)\s*</name>")
+
+
+def package_name(manifest: Path) -> str | None:
+    """Read the name that a ``package.xml`` declares.
+
+    Returns:
+        The name, or None when the file cannot be read or declares none.
+    """
+    try:
+        text = manifest.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    match = _NAME.search(_COMMENT.sub("", text))
+    return match.group(1) if match else None
+
+
+def find_package_folders(root: Path) -> Iterator[tuple[str, Path]]:
+    """Yield (package name, folder) of the packages at and below a folder, nearest first.
+
+    The search goes breadth first and is bounded in depth and number of folders, so that a
+    command given in a home folder stays quick. Hidden folders, virtual environments, colcon's
+    outputs and folders marked ``COLCON_IGNORE`` are skipped, and so is what lies inside a package.
+    """
+    pending: deque[tuple[str, int]] = deque([(str(root), 0)])
+    seen = 0
+    while pending and seen < _MAX_FOLDERS:
+        folder, depth = pending.popleft()
+        seen += 1
+        try:
+            with os.scandir(folder) as found:
+                entries = list(found)
+        except OSError:
+            continue
+        names = {entry.name for entry in entries}
+        if "COLCON_IGNORE" in names or "pyvenv.cfg" in names:
+            continue
+        if "package.xml" in names:
+            name = package_name(Path(folder, "package.xml"))
+            if name is not None:
+                yield name, Path(folder)
+            continue
+        if depth < _MAX_DEPTH:
+            pending.extend(
+                (entry.path, depth + 1)
+                for entry in sorted(entries, key=lambda entry: entry.name)
+                if not entry.name.startswith(".")
+                and entry.name not in _SKIPPED_FOLDERS
+                and entry.is_dir(follow_symlinks=False)
+            )
+
+
+def console_scripts(folder: Path) -> dict[str, str]:
+    """Read the programs that a Python package declares, as program name → ``module:function``.
+
+    ``setup.py`` wins over ``setup.cfg``, which wins over ``pyproject.toml``.
+    """
+    scripts: dict[str, str] = {}
+    for name, reader in (
+        ("pyproject.toml", _scripts_of_pyproject),
+        ("setup.cfg", _scripts_of_setup_cfg),
+        ("setup.py", _scripts_of_setup_py),
+    ):
+        file = folder / name
+        if file.is_file():
+            scripts.update(reader(file.read_text(encoding="utf-8", errors="replace")))
+    return scripts
+
+
+def import_root(folder: Path, target: str) -> Path:
+    """Return the folder to import ``module:function`` from: the package's own, or its ``src``."""
+    top = target.partition(":")[0].partition(".")[0]
+    source = folder / "src"
+    if (source / top).is_dir() or (source / f"{top}.py").is_file():
+        return source
+    return folder
+
+
+def _parse_entry_points(lines: list[str]) -> dict[str, str]:
+    scripts = {}
+    for line in lines:
+        name, equals, target = line.partition("=")
+        target = target.partition("[")[0].strip()
+        if equals and ":" in target:
+            scripts[name.strip()] = target.replace(" ", "")
+    return scripts
+
+
+def _scripts_of_setup_cfg(text: str) -> dict[str, str]:
+    import configparser
+
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(text)
+    except configparser.Error:
+        return {}
+    lines = parser.get("options.entry_points", "console_scripts", fallback="")
+    return _parse_entry_points(lines.splitlines())
+
+
+def _scripts_of_pyproject(text: str) -> dict[str, str]:
+    import tomllib
+
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return {}
+    project = document.get("project")
+    scripts = project.get("scripts") if isinstance(project, dict) else None
+    if not isinstance(scripts, dict):
+        return {}
+    return _parse_entry_points([f"{name} = {target}" for name, target in scripts.items()])
+
+
+def _scripts_of_setup_py(text: str) -> dict[str, str]:
+    try:
+        tree = ast.parse(text)
+    except SyntaxError:
+        return {}
+    constants = {
+        target.id: statement.value
+        for statement in tree.body
+        if isinstance(statement, ast.Assign)
+        for target in statement.targets
+        if isinstance(target, ast.Name)
+    }
+    for call in ast.walk(tree):
+        if not isinstance(call, ast.Call) or _called_name(call) != "setup":
+            continue
+        for keyword in call.keywords:
+            if keyword.arg == "entry_points":
+                return _parse_entry_points(_console_lines(keyword.value, constants))
+    return {}
+
+
+def _called_name(call: ast.Call) -> str:
+    if isinstance(call.func, ast.Name):
+        return call.func.id
+    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
+
+
+def _console_lines(node: ast.expr, constants: dict[str, ast.expr]) -> list[str]:
+    """Return the lines of ``console_scripts`` in an ``entry_points`` mapping literal."""
+    if isinstance(node, ast.Name):
+        node = constants.get(node.id, node)
+    if not isinstance(node, ast.Dict):
+        return []
+    for key, value in zip(node.keys, node.values, strict=True):
+        if key is None or _text(key, constants) != "console_scripts":
+            continue
+        if isinstance(value, ast.Name):
+            value = constants.get(value.id, value)
+        if isinstance(value, ast.List | ast.Tuple):
+            return [line for item in value.elts if (line := _text(item, constants)) is not None]
+        block = _text(value, constants)
+        return block.splitlines() if block is not None else []
+    return []
+
+
+def _text(node: ast.expr, constants: dict[str, ast.expr], depth: int = 0) -> str | None:
+    """Evaluate a string expression made of literals, named constants, ``+`` and f-strings."""
+    if depth > 8:
+        return None
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else None
+    if isinstance(node, ast.Name):
+        value = constants.get(node.id)
+        return None if value is None else _text(value, constants, depth + 1)
+    parts: list[str | None]
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        parts = [_text(side, constants, depth + 1) for side in (node.left, node.right)]
+    elif isinstance(node, ast.JoinedStr):
+        parts = [
+            _text(
+                part.value if isinstance(part, ast.FormattedValue) else part, constants, depth + 1
+            )
+            for part in node.values
+        ]
+    else:
+        return None
+    return None if None in parts else "".join(part for part in parts if part is not None)

@@ -1,0 +1,174 @@
+"""Asking a controller manager, from another process."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import Node
+from teleopctl.node.parameter import Parameter
+
+STRICT = 2
+
+
+class ManagerUnavailableError(TeleopctlError):
+    """No controller manager of that name answers."""
+
+
+class ManagerClient:
+    """Calls the services of one controller manager.
+
+    Args:
+        node: The node that asks.
+        manager: The manager's name; a relative one is in the node's namespace.
+        call_timeout: Seconds for one attempt of one call.
+        attempts: How often a call is tried.
+    """
+
+    def __init__(
+        self, node: Node, manager: str, *, call_timeout: float = 10.0, attempts: int = 3
+    ) -> None:
+        self._node = node
+        self._call_timeout = call_timeout
+        self._attempts = attempts
+        self._clients: dict[str, Any] = {}
+        self.name = (
+            manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
+        )
+
+    def _client(self, service: str, type_name: str) -> Any:
+        if service not in self._clients:
+            self._clients[service] = self._node.create_client(
+                get_service(type_name), f"{self.name}/{service}"
+            )
+        return self._clients[service]
+
+    def wait(self, timeout: float, *, patient: bool = False) -> None:
+        """Wait for the manager's services.
+
+        Args:
+            timeout: Seconds; 0 waits for ever.
+            patient: Whether to say on the node's logger what is being waited for.
+
+        Raises:
+            ManagerUnavailableError: The time is over.
+        """
+        client = self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
+        service = f"{self.name}/list_controllers"
+        deadline = time.monotonic() + timeout if timeout else None
+        logger = self._node.get_logger()
+        while True:
+            if client.service_is_ready():
+                return
+            if patient:
+                logger.info(f"waiting for service {service} to become available...")
+            left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
+            if client.wait_for_service(max(0.0, left)):
+                return
+            if deadline is not None and time.monotonic() >= deadline:
+                raise ManagerUnavailableError(
+                    f"Could not contact service {service}",
+                    hint=self._why_unavailable(),
+                )
+            if patient:
+                logger.warning(f"Could not contact service {service}")
+
+    def _why_unavailable(self) -> str:
+        names = self._node.graph().node_names(include_hidden=True)
+        if self.name in names:
+            return (
+                f"{self.name} runs but has no services yet: it is waiting for a robot description "
+                "on /robot_description"
+            )
+        managers = sorted(
+            token.name.removesuffix("/list_controllers")
+            for token in self._node.graph().endpoints
+            if token.kind.name == "SS" and token.name.endswith("/list_controllers")
+        )
+        if managers:
+            return f"there is no {self.name}; running: {', '.join(managers)} (use -c NAME)"
+        return (
+            "no controller manager runs: start one with `teleopctl launch controller.yaml` or "
+            "`teleopctl launch sim.yaml`"
+        )
+
+    def call(self, service: str, type_name: str, **fields: Any) -> Any:
+        """Call a service.
+
+        Args:
+            service: Its name below the manager's.
+            type_name: Its type, within controller_manager_msgs unless a package is named.
+            fields: The request's fields.
+
+        Raises:
+            ManagerUnavailableError: There is no answer.
+        """
+        full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
+        client = self._client(service, full_type)
+        request = get_service(full_type).Request(**fields)
+        for attempt in range(1, self._attempts + 1):
+            response = client.call(request, self._call_timeout)
+            if response is not None:
+                return response
+            self._node.get_logger().warning(
+                f"Failed getting a result from calling {self.name}/{service} in "
+                f"{self._call_timeout}. (Attempt {attempt} of {self._attempts}.)"
+            )
+        raise ManagerUnavailableError(
+            f"Could not successfully call service {self.name}/{service} after "
+            f"{self._attempts} attempts."
+        )
+
+    def controllers(self) -> list[Any]:
+        """All controllers, as controller_manager_msgs/ControllerState."""
+        return list(self.call("list_controllers", "ListControllers").controller)
+
+    def load(self, name: str) -> bool:
+        """Load a controller."""
+        return bool(self.call("load_controller", "LoadController", name=name).ok)
+
+    def configure(self, name: str) -> bool:
+        """Configure a controller."""
+        return bool(self.call("configure_controller", "ConfigureController", name=name).ok)
+
+    def cleanup(self, name: str) -> bool:
+        """Clean a controller up."""
+        return bool(self.call("cleanup_controller", "CleanupController", name=name).ok)
+
+    def unload(self, name: str) -> bool:
+        """Unload a controller."""
+        return bool(self.call("unload_controller", "UnloadController", name=name).ok)
+
+    def switch(
+        self,
+        activate: Sequence[str] = (),
+        deactivate: Sequence[str] = (),
+        *,
+        strictness: int = STRICT,
+        asap: bool = True,
+        timeout: float = 5.0,
+    ) -> tuple[bool, str]:
+        """Stop and start controllers; returns whether it succeeded, and the manager's message."""
+        duration = get_message("builtin_interfaces/msg/Duration")
+        seconds, rest = divmod(timeout, 1.0)
+        response = self.call(
+            "switch_controller",
+            "SwitchController",
+            activate_controllers=list(activate),
+            deactivate_controllers=list(deactivate),
+            strictness=strictness,
+            activate_asap=asap,
+            timeout=duration(sec=int(seconds), nanosec=int(rest * 1e9)),
+        )
+        return bool(response.ok), str(response.message)
+
+    def set_parameter(self, name: str, value: Any) -> bool:
+        """Set a parameter of the manager's node."""
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        response = self.call(
+            "set_parameters", "rcl_interfaces/srv/SetParameters", parameters=[parameter]
+        )
+        return all(result.successful for result in response.results)

@@ -1,0 +1,122 @@
+"""One hardware component: its plug-in and its life cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+
+# What one step in each direction is called, in logs and as the plug-in's method.
+_STEPS: dict[tuple[State, State], str] = {
+    (State.UNCONFIGURED, State.INACTIVE): "configure",
+    (State.INACTIVE, State.ACTIVE): "activate",
+    (State.ACTIVE, State.INACTIVE): "deactivate",
+    (State.INACTIVE, State.UNCONFIGURED): "cleanup",
+}
+_ORDER = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
+
+
+class Component:
+    """A hardware component as the resource manager sees it.
+
+    Args:
+        hardware: The plug-in.
+        logger: For the life cycle's log lines.
+
+    Attributes:
+        state: Where it stands in its life cycle.
+    """
+
+    def __init__(self, hardware: HardwareInterface, logger: Any) -> None:
+        self.hardware = hardware
+        self.name: str = hardware.info.name
+        self.states: list[StateInterface] = list(hardware.states.values())
+        self.commands: list[CommandInterface] = list(hardware.commands.values())
+        self.state = State.UNCONFIGURED
+        self._logger = logger
+
+    def initialize(self) -> bool:
+        """Run ``on_init``; False when the component cannot be used."""
+        self._logger.info(f"Initialize hardware '{self.name}' ")
+        if self._call(self.hardware.on_init) is not CallbackReturn.SUCCESS:
+            self._logger.error(f"Failed to initialize hardware '{self.name}'")
+            return False
+        self._logger.info(f"Successful initialization of hardware '{self.name}'")
+        return True
+
+    def change_state(self, target: State) -> bool:
+        """Go to a state, step by step; False when a step fails."""
+        if target is State.FINALIZED:
+            return self._finalize()
+        while self.state is not target:
+            if self.state not in _ORDER or target not in _ORDER:
+                return False
+            here = _ORDER.index(self.state)
+            step = 1 if _ORDER.index(target) > here else -1
+            if not self._take(_ORDER[here + step]):
+                return False
+        return True
+
+    def _take(self, following: State) -> bool:
+        step = _STEPS[self.state, following]
+        self._logger.info(f"'{step}' hardware '{self.name}' ")
+        outcome = self._call(getattr(self.hardware, f"on_{step}"))
+        if outcome is CallbackReturn.SUCCESS:
+            self._enter(following)
+            self._logger.info(f"Successful '{step}' of hardware '{self.name}'")
+            return True
+        self._logger.error(f"Failed to '{step}' hardware '{self.name}'")
+        if outcome is CallbackReturn.ERROR:
+            self._recover()
+        return False
+
+    def _finalize(self) -> bool:
+        self._call(self.hardware.on_shutdown)
+        self._enter(State.FINALIZED)
+        return True
+
+    def _recover(self) -> None:
+        recovered = self._call(self.hardware.on_error) is CallbackReturn.SUCCESS
+        self._enter(State.UNCONFIGURED if recovered else State.FINALIZED)
+
+    def _enter(self, state: State) -> None:
+        self.state = state
+        available = state in (State.INACTIVE, State.ACTIVE)
+        for interface in (*self.states, *self.commands):
+            interface.available = available
+
+    def read(self, time_ns: int, period: float) -> ReturnType:
+        """Read the hardware; anything but OK means that the component has left its state."""
+        if self.state not in (State.INACTIVE, State.ACTIVE):
+            return ReturnType.OK
+        return self._exchange(self.hardware.read, time_ns, period)
+
+    def write(self, time_ns: int, period: float) -> ReturnType:
+        """Write to the hardware, see ``read``."""
+        if self.state is not State.ACTIVE:
+            return ReturnType.OK
+        return self._exchange(self.hardware.write, time_ns, period)
+
+    def _exchange(
+        self, function: Callable[[int, float], ReturnType | None], time_ns: int, period: float
+    ) -> ReturnType:
+        try:
+            outcome = function(time_ns, period) or ReturnType.OK
+        except Exception as error:  # noqa: BLE001 - a plug-in's failure must not end the loop
+            self._logger.error(f"Hardware '{self.name}' raised in {function.__name__}: {error}")
+            outcome = ReturnType.ERROR
+        if outcome is ReturnType.ERROR:
+            self._recover()
+        elif outcome is ReturnType.DEACTIVATE:
+            self._take(State.INACTIVE)
+        return outcome
+
+    def _call(self, function: Callable[[], CallbackReturn | None]) -> CallbackReturn:
+        try:
+            return function() or CallbackReturn.SUCCESS
+        except Exception as error:  # noqa: BLE001 - a plug-in's failure is the component's
+            self._logger.error(f"Hardware '{self.name}' raised in {function.__name__}: {error}")
+            return CallbackReturn.ERROR

@@ -1,0 +1,1 @@
+"""Controllers: small classes that turn states and goals into commands."""

@@ -1,0 +1,140 @@
+"""The class that every controller derives from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from teleopctl.control.limits import JointLimits
+    from teleopctl.control.outbox import Outbox
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What a controller gets from its manager.
+
+    Attributes:
+        node: The controller's own node; its parameters are the controller's.
+        update_rate: The manager's rate, Hz.
+        limits: Limits of the robot's joints.
+        continuous_joints: Joints that turn without end.
+        urdf: The robot description.
+        outbox: Where messages leave the control loop.
+        now_ns: Present time on the clock that ``update`` is given, nanoseconds.
+    """
+
+    node: Any
+    update_rate: float
+    limits: dict[str, JointLimits]
+    continuous_joints: frozenset[str]
+    urdf: str
+    outbox: Outbox
+    now_ns: Callable[[], int]
+
+
+class InterfaceSelection:
+    """Which interfaces a controller wants, and how strictly."""
+
+    def __init__(self, names: Sequence[str] = (), *, everything: bool = False) -> None:
+        self.names = tuple(names)
+        self.everything = everything
+
+
+class ControllerInterface:
+    """A controller.
+
+    A life cycle callback that returns None has succeeded, one that raises has failed. ``update``
+    runs in the control cycle: no input or output, no waiting. Messages leave through a channel of
+    ``env.outbox``.
+
+    Attributes:
+        name: The controller's name, which is its node's too.
+        env: What the manager gives it.
+        state_interfaces: The measured values it asked for, in that order, while active.
+        command_interfaces: The commands it owns, in that order, while active.
+        state: Where it stands in its life cycle.
+        update_rate: Hz; never above the manager's.
+    """
+
+    base_class: ClassVar[str] = "controller_interface::ControllerInterface"
+
+    def __init__(self, name: str, env: Environment) -> None:
+        self.name = name
+        self.env = env
+        self.node = env.node
+        self.logger = env.node.get_logger()
+        self.state_interfaces: list[StateInterface] = []
+        self.command_interfaces: list[CommandInterface] = []
+        self.state = State.UNCONFIGURED
+        self.update_rate = env.update_rate
+
+    @property
+    def nominal_period(self) -> float:
+        """Seconds between two updates, as planned."""
+        return 1.0 / self.update_rate
+
+    def parameter(self, name: str, default: Any, *, read_only: bool = False) -> Any:
+        """The value of a parameter, which is declared here unless it has been before.
+
+        Args:
+            name: Dotted name.
+            default: Value (and so the type) where neither file nor command line sets it.
+            read_only: Whether it can only be set at the start.
+        """
+        if not self.node.has_parameter(name):
+            from teleopctl.interfaces.store import get_message
+
+            descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+            self.node.declare_parameter(
+                name, default, descriptor(name=name, read_only=read_only, dynamic_typing=True)
+            )
+        value = self.node.get_parameter(name).value
+        if value is None:
+            return default
+        if isinstance(default, (list, tuple)):
+            return list(value)
+        return float(value) if isinstance(default, float) else value
+
+    def on_init(self) -> CallbackReturn | None:
+        """Declare parameters."""
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read parameters, make publishers and subscriptions."""
+
+    def on_activate(self) -> CallbackReturn | None:
+        """Begin to control; interfaces have been assigned."""
+
+    def on_deactivate(self) -> CallbackReturn | None:
+        """Stop controlling; interfaces are released afterwards."""
+
+    def on_cleanup(self) -> CallbackReturn | None:
+        """Undo ``on_configure``."""
+
+    def on_shutdown(self) -> CallbackReturn | None:
+        """Let go of everything; the controller is being unloaded."""
+
+    def on_error(self) -> CallbackReturn | None:
+        """Recover from an error; success means unconfigured, failure means finalized."""
+
+    def wanted_commands(self) -> InterfaceSelection:
+        """Command interfaces that it needs, full names; asked after ``on_configure``."""
+        return InterfaceSelection()
+
+    def wanted_states(self) -> InterfaceSelection:
+        """State interfaces that it needs, full names; asked after ``on_configure``."""
+        return InterfaceSelection()
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """One control step: read ``state_interfaces``, write ``command_interfaces``.
+
+        Args:
+            time_ns: Time of this cycle, nanoseconds.
+            period: Seconds since this controller's last update; the nominal period at first.
+        """
+        raise NotImplementedError

@@ -1,0 +1,138 @@
+"""Writes what it is told at once: the forward command controller and its relatives."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any, ClassVar
+
+from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+
+class ForwardCommandController(ControllerInterface):
+    """``forward_command_controller/ForwardCommandController``: one interface of several joints."""
+
+    zero_on_deactivate: ClassVar[bool] = False
+
+    def on_init(self) -> None:
+        """Declare the parameters."""
+        self.parameter("joints", [])
+        self.parameter("interface_name", "")
+
+    def interface_names(self) -> list[str]:
+        """Full names of the command interfaces, in the order of a message's data."""
+        name = self.parameter("interface_name", "")
+        return [f"{joint}/{name}" for joint in self.parameter("joints", [])] if name else []
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Subscribe."""
+        from teleopctl.interfaces.store import get_message
+
+        self._names = self.interface_names()
+        if not self._names:
+            self.logger.error("Parameters that name joints and interfaces cannot be empty")
+            return CallbackReturn.ERROR
+        self._incoming: deque[list[float]] = deque(maxlen=1)
+        self._command: list[float] | None = None
+        self._subscription = self.node.create_subscription(
+            get_message("std_msgs/msg/Float64MultiArray"), "~/commands", self._received, 10
+        )
+        return None
+
+    def on_cleanup(self) -> None:
+        """Unsubscribe."""
+        self.node.destroy_subscription(self._subscription)
+
+    def wanted_commands(self) -> InterfaceSelection:
+        """The named interfaces."""
+        return InterfaceSelection(self._names)
+
+    def on_activate(self) -> None:
+        """Forget commands of the past."""
+        self._incoming.clear()
+        self._command = None
+
+    def on_deactivate(self) -> None:
+        """Forget the command; groups of velocity and effort stop."""
+        self._incoming.clear()
+        self._command = None
+        if self.zero_on_deactivate:
+            for interface in self.command_interfaces:
+                interface.value = 0.0
+
+    def _received(self, message: Any) -> None:
+        data = [float(value) for value in message.data]
+        if not all(map(math.isfinite, data)):
+            self.logger.warning("Non-finite value received. Dropping message")
+            return
+        self._incoming.append(data)
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """Write the latest command."""
+        del time_ns, period
+        if self._incoming:
+            self._command = self._incoming.pop()
+        command = self._command
+        if command is None:
+            return None
+        if len(command) != len(self.command_interfaces):
+            self.logger.error(
+                f"command size ({len(command)}) does not match number of interfaces "
+                f"({len(self.command_interfaces)})",
+                throttle_duration_sec=1.0,
+            )
+            return ReturnType.ERROR
+        for interface, value in zip(self.command_interfaces, command, strict=True):
+            interface.value = value
+        return None
+
+
+class MultiInterfaceForwardCommandController(ForwardCommandController):
+    """``forward_command_controller/MultiInterfaceForwardCommandController``: one joint."""
+
+    def on_init(self) -> None:
+        """Declare the parameters."""
+        self.parameter("joint", "")
+        self.parameter("interface_names", [])
+
+    def interface_names(self) -> list[str]:
+        """The joint's interfaces."""
+        joint = self.parameter("joint", "")
+        return (
+            [f"{joint}/{name}" for name in self.parameter("interface_names", [])] if joint else []
+        )
+
+
+class _JointGroupController(ForwardCommandController):
+    """A forward command controller whose interface is fixed."""
+
+    interface: ClassVar[str]
+
+    def on_init(self) -> None:
+        """Declare the parameters."""
+        self.parameter("joints", [])
+
+    def interface_names(self) -> list[str]:
+        """The joints' fixed interface."""
+        return [f"{joint}/{self.interface}" for joint in self.parameter("joints", [])]
+
+
+class JointGroupPositionController(_JointGroupController):
+    """``position_controllers/JointGroupPositionController``."""
+
+    interface = "position"
+
+
+class JointGroupVelocityController(_JointGroupController):
+    """``velocity_controllers/JointGroupVelocityController``."""
+
+    interface = "velocity"
+    zero_on_deactivate = True
+
+
+class JointGroupEffortController(_JointGroupController):
+    """``effort_controllers/JointGroupEffortController``."""
+
+    interface = "effort"
+    zero_on_deactivate = True

@@ -1,0 +1,176 @@
+"""The topics and the service through which a trajectory controller is told what to do."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control.trajectory import position_commands
+from teleopctl.control.trajectory.points import TrajectoryPoint, to_nanoseconds
+from teleopctl.control.trajectory.settings import Settings
+from teleopctl.control.trajectory.validation import (
+    InvalidTrajectoryError,
+    Rules,
+    to_points,
+    validate,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.joint_trajectory_controller import (
+        JointTrajectoryController,
+    )
+
+
+@dataclass(frozen=True)
+class Incoming:
+    """A checked trajectory on its way into the control loop.
+
+    Attributes:
+        points: Its points, given where the joints are commanded to be now.
+        start_ns: Time of its start, or 0 for now.
+        from_command: Whether it begins at the last command, whatever the parameters say.
+    """
+
+    points: Callable[[Sequence[float]], list[TrajectoryPoint]]
+    start_ns: int
+    from_command: bool = False
+
+
+class TrajectoryInputs:
+    """Subscriptions of one trajectory controller.
+
+    Args:
+        controller: The controller.
+        settings: Its parameters.
+        incoming: Where checked trajectories go; holds the latest one.
+
+    Attributes:
+        active: Whether the controller is active; otherwise messages are refused.
+    """
+
+    def __init__(
+        self,
+        controller: JointTrajectoryController,
+        settings: Settings,
+        incoming: deque[Incoming],
+    ) -> None:
+        from teleopctl.interfaces.store import get_message, get_service
+        from teleopctl.node import DurabilityPolicy, QoSProfile
+
+        self.active = False
+        self._controller = controller
+        self._settings = settings
+        self._incoming = incoming
+        self._logger = controller.logger
+        self._told_about_commands = False
+        self._reported_joints: set[str] = set()
+        self._rules = Rules(
+            settings.joints,
+            settings.partial_goals,
+            settings.integration,
+            settings.final_velocity,
+            "effort" in settings.command_interfaces,
+        )
+        self._node = node = controller.node
+        self._subscriptions = [
+            node.create_subscription(
+                get_message("trajectory_msgs/msg/JointTrajectory"),
+                "~/joint_trajectory",
+                self.on_trajectory,
+                10,
+            ),
+            node.create_subscription(
+                get_message("std_msgs/msg/Float64MultiArray"), "~/commands", self.on_commands, 10
+            ),
+            node.create_subscription(
+                get_message("control_msgs/msg/SpeedScalingFactor"),
+                "~/speed_scaling_input",
+                self.on_speed_scaling,
+                QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+            ),
+        ]
+        self._service = node.create_service(
+            get_service("control_msgs/srv/QueryTrajectoryState"), "~/query_state", self.on_query
+        )
+
+    def close(self) -> None:
+        """Leave the topics."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._node.destroy_service(self._service)
+
+    def on_trajectory(self, message: Any) -> None:
+        """Check a trajectory and hand it to the control loop."""
+        if not self.active:
+            self._logger.warning("Controller is not active: the trajectory is ignored.")
+            return
+        try:
+            validate(message, self._rules, self._controller.env.now_ns())
+        except InvalidTrajectoryError as error:
+            self._logger.error(str(error))
+            return
+        joints = self._settings.joints
+        self._incoming.append(
+            Incoming(
+                lambda hold: to_points(message, joints, hold),
+                to_nanoseconds(message.header.stamp),
+            )
+        )
+
+    def on_commands(self, message: Any) -> None:
+        """Turn bare positions into a trajectory that keeps to the velocity limits."""
+        if not self.active:
+            self._logger.warning("Controller is not active: the command is ignored.")
+            return
+        controller, joints = self._controller, self._settings.joints
+        try:
+            wanted = position_commands.check(message.data, joints)
+        except position_commands.InvalidCommandError as error:
+            self._logger.error(f"{error}; the command is ignored")
+            return
+        limits = controller.env.limits
+        positions, reports = position_commands.clamp(wanted, joints, limits)
+        # As for the limiter of the control loop: one report until the joint is obeyed again.
+        for joint, report in reports.items():
+            if joint not in self._reported_joints:
+                self._logger.warning(report)
+        self._reported_joints = set(reports)
+        if not self._told_about_commands:
+            self._told_about_commands = True
+            self._logger.info(
+                "Positions on ~/commands are reached within the joints' velocity limits. This is "
+                "an extension of teleopctl: in ROS 2 the topic belongs to "
+                "forward_command_controller/ForwardCommandController."
+            )
+        period = controller.nominal_period
+        self._incoming.append(
+            Incoming(
+                lambda current: position_commands.to_trajectory(
+                    positions, current, joints, limits, period
+                ),
+                0,
+                from_command=True,
+            )
+        )
+
+    def on_speed_scaling(self, message: Any) -> None:
+        """Take a new speed factor over."""
+        if message.factor < 0.0:
+            self._logger.warning(f"Speed scaling factor {message.factor:g} is negative: ignored.")
+            return
+        self._controller.speed_scaling = message.factor
+
+    def on_query(self, request: Any, response: Any) -> Any:
+        """Say where the trajectory is at a given time."""
+        state = self._controller.state_at(to_nanoseconds(request.time))
+        response.success = state is not None
+        if state is None:
+            response.message = "There is no trajectory at that time, or the controller is inactive."
+            return response
+        response.name = list(self._settings.joints)
+        response.position = state.positions
+        response.velocity = state.velocities
+        response.acceleration = state.accelerations
+        return response

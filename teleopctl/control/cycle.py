@@ -1,0 +1,214 @@
+"""The control cycle: read, update, limit, write; and the loop that repeats it on the wall clock.
+
+In lockstep nothing loops here: the hardware calls ``Cycle.run`` for every state that it receives.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import threading
+import time
+from collections import deque
+from typing import Any
+
+from teleopctl.control.component import Component
+from teleopctl.control.lifecycle import ReturnType, State
+from teleopctl.control.manager import ControllerManager, Loaded
+from teleopctl.control.outbox import Outbox
+from teleopctl.control.switching import start_fallbacks
+
+_NANOSECONDS = 1_000_000_000
+# New objects after which the slack of a cycle is used to collect garbage.
+_GARBAGE = 2000
+# Real-time priority of the loop's thread, as ros2_control has it.
+_PRIORITY = 50
+# Seconds between two reports of the same kind from the loop.
+_REPORT_PERIOD = 1.0
+
+
+class Cycle:
+    """Runs control cycles.
+
+    Args:
+        manager: The controllers and the hardware.
+        outbox: Where controllers offer their messages.
+
+    Attributes:
+        time_ns: Time of the latest cycle; 0 before the first.
+    """
+
+    def __init__(self, manager: ControllerManager, outbox: Outbox) -> None:
+        self._manager = manager
+        self._outbox = outbox
+        self._nominal_ns = round(_NANOSECONDS / manager.update_rate)
+        self._reports: deque[str] = deque(maxlen=100)
+        self._changed = False
+        self.time_ns = 0
+
+    def report(self, sentence: str) -> None:
+        """Keep a warning for after the cycle: logging is too slow to be done inside."""
+        self._reports.append(sentence)
+
+    def run(self, time_ns: int) -> None:
+        """Run one cycle.
+
+        Args:
+            time_ns: Its time; the period is what has passed since the last one, and the nominal
+                period at first and where the clock was set back.
+        """
+        manager, resources = self._manager, self._manager.resources
+        with manager.cycle_lock:
+            period_ns = time_ns - self.time_ns
+            if self.time_ns == 0 or period_ns <= 0:
+                period_ns = self._nominal_ns
+            self.time_ns = time_ns
+            period = period_ns / _NANOSECONDS
+            for component in resources.read(time_ns, period):
+                self._component_failed(component, "read")
+            self._update(time_ns, period_ns)
+            resources.enforce_limits(period)
+            for component in resources.write(time_ns, period):
+                self._component_failed(component, "write")
+        self._outbox.flush()
+        while self._reports:
+            manager.logger.warning(self._reports.popleft())
+        if self._changed:
+            self._changed = False
+            manager.host.changed()
+
+    def _update(self, time_ns: int, period_ns: int) -> None:
+        failed: list[Loaded] | None = None
+        for loaded in self._manager.running:
+            controller = loaded.controller
+            nominal_ns = round(_NANOSECONDS / controller.update_rate)
+            last_ns = loaded.last_update_ns
+            since_ns = nominal_ns if last_ns is None or last_ns >= time_ns else time_ns - last_ns
+            if nominal_ns > self._nominal_ns and (
+                # Is this cycle or the next one nearer to when the slower controller is due?
+                abs(since_ns - nominal_ns) > abs(since_ns + period_ns - nominal_ns)
+            ):
+                continue
+            loaded.last_update_ns = time_ns
+            try:
+                outcome = controller.update(time_ns, since_ns / _NANOSECONDS)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                where = _innermost(error)
+                self.report(
+                    f"Controller '{loaded.name}' raised in update: "
+                    f"{type(error).__name__}: {error} ({where})"
+                )
+                outcome = ReturnType.ERROR
+            if outcome is not None and outcome is not ReturnType.OK:
+                failed = [*(failed or ()), loaded]
+        if failed is not None:
+            names = " ".join(loaded.name for loaded in failed)
+            self._manager.logger.error(
+                f"Deactivating controllers : [ {names} ] as their update resulted in an error!"
+            )
+            self._manager.fail(failed)
+            start_fallbacks(self._manager, failed)
+            self._changed = True
+
+    def _component_failed(self, component: Component, operation: str) -> None:
+        withdrew = component.state is State.INACTIVE
+        users = self._manager.users_of(component, only_commands=withdrew)
+        names = " ".join(loaded.name for loaded in users)
+        self._manager.logger.error(
+            f"Deactivating following controllers as their hardware components {operation} cycle "
+            f"resulted in an error: [ {names} ] ('{component.name}' is now "
+            f"{component.state.label})"
+        )
+        self._manager.fail(users)
+        self._changed = True
+
+
+def _innermost(error: BaseException) -> str:
+    """File and line where an exception was raised."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is None:
+        return "nowhere"
+    return f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
+
+
+class WallClockLoop:
+    """Runs a cycle at every multiple of the period, in a thread of its own.
+
+    Args:
+        cycle: What to run.
+        update_rate: Cycles per second.
+        logger: For reports of missed cycles.
+        print_warnings: Whether missed cycles are reported.
+    """
+
+    def __init__(
+        self, cycle: Cycle, update_rate: int, logger: Any, *, print_warnings: bool = True
+    ) -> None:
+        self._cycle = cycle
+        self._rate = update_rate
+        self._logger = logger
+        self._print_warnings = print_warnings
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="control loop", daemon=True)
+        self._last_report = 0.0
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End after the present cycle."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        _prefer_this_thread(self._logger)
+        period = 1.0 / self._rate
+        deadline = time.monotonic()
+        # Collection happens in the slack after a cycle, never in the middle of one.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        try:
+            while not self._stop.is_set():
+                self._cycle.run(time.time_ns())
+                deadline += period
+                slack = deadline - time.monotonic()
+                if slack < 0.0:
+                    missed = int(-slack / period) + 1
+                    self._report_overrun(period - slack, missed)
+                    deadline += missed * period
+                    slack = deadline - time.monotonic()
+                if slack > period / 2 and gc.get_count()[0] > _GARBAGE:
+                    # Cheap: what was there before the loop began is frozen and not looked at.
+                    gc.collect()
+                    slack = deadline - time.monotonic()
+                if slack > 0.0:
+                    self._stop.wait(slack)
+        finally:
+            gc.enable()
+
+    def _report_overrun(self, took: float, missed: int) -> None:
+        now = time.monotonic()
+        if not self._print_warnings or now - self._last_report < _REPORT_PERIOD:
+            return
+        self._last_report = now
+        self._logger.warning(
+            "Overrun detected! The controller manager missed its desired rate of "
+            f"{self._rate} Hz. The loop took {took * 1e3:.3f} ms (missed cycles : {missed})."
+        )
+
+
+def _prefer_this_thread(logger: Any) -> None:
+    """Ask for real-time scheduling, which the system grants to those who are entitled to it."""
+    if not hasattr(os, "sched_setscheduler"):
+        return
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    except OSError:
+        logger.info("Running without real-time scheduling: the system does not permit it")
+    else:
+        logger.info(f"Successful set up FIFO RT scheduling policy with priority {_PRIORITY}.")

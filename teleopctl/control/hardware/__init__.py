@@ -1,0 +1,1 @@
+"""Hardware components: what stands between controllers and motors."""

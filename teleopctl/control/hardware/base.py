@@ -1,0 +1,113 @@
+"""The class that every hardware plug-in derives from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+if TYPE_CHECKING:
+    from teleopctl.robot.ros2_control_tag import ComponentInfo, HardwareComponent, InterfaceInfo
+
+
+class HardwareInterface:
+    """A robot, a part of one or a simulation of one, seen through its interfaces.
+
+    A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
+    that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
+
+    Attributes:
+        info: The component's ``<ros2_control>`` tag.
+        node: The controller manager's node, for hardware that talks over topics.
+        logger: The component's logger.
+        states: State interfaces by full name.
+        commands: Command interfaces by full name.
+        drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
+            hardware calls what ``set_cycle`` gives it.
+    """
+
+    drives_cycle = False
+
+    def __init__(self, info: HardwareComponent, node: Any, logger: Any) -> None:
+        self.info = info
+        self.node = node
+        self.logger = logger
+        self.states: dict[str, StateInterface] = {}
+        self.commands: dict[str, CommandInterface] = {}
+        for part, interface in _interfaces(info, lambda part: part.state_interfaces):
+            state = StateInterface(
+                part.name, interface.name, interface.data_type, _initial(interface)
+            )
+            self.states[state.full_name] = state
+        for part, interface in _interfaces(info, lambda part: part.command_interfaces):
+            command = CommandInterface(part.name, interface.name, interface.data_type)
+            self.commands[command.full_name] = command
+
+    def on_init(self) -> CallbackReturn | None:
+        """Check the parameters; called once, when the robot description is loaded."""
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Connect; states become available."""
+
+    def on_activate(self) -> CallbackReturn | None:
+        """Power up; commands are obeyed from now on."""
+
+    def on_deactivate(self) -> CallbackReturn | None:
+        """Power down; states stay available."""
+
+    def on_cleanup(self) -> CallbackReturn | None:
+        """Disconnect."""
+
+    def on_shutdown(self) -> CallbackReturn | None:
+        """Let go of everything; nothing is called afterwards."""
+
+    def on_error(self) -> CallbackReturn | None:
+        """Recover from an error; success means unconfigured, failure means finalized."""
+
+    def prepare_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> CallbackReturn | None:
+        """May these command interfaces be started and stopped together? Refuse with FAILURE."""
+
+    def perform_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> CallbackReturn | None:
+        """Start and stop command interfaces, before the controllers change."""
+
+    def read(self, time_ns: int, period: float) -> ReturnType | None:
+        """Fetch the measured values into ``states``.
+
+        Args:
+            time_ns: Time of the cycle, nanoseconds.
+            period: Seconds since the last cycle.
+        """
+
+    def write(self, time_ns: int, period: float) -> ReturnType | None:
+        """Send ``commands`` to the hardware.
+
+        Args:
+            time_ns: Time of the cycle, nanoseconds.
+            period: Seconds since the last cycle.
+        """
+
+    def set_cycle(self, cycle: Callable[[int], None]) -> None:
+        """Take the function that runs one control cycle at a time in nanoseconds.
+
+        Args:
+            cycle: To be called for every new state, where ``drives_cycle`` is true.
+        """
+
+
+def _interfaces(
+    info: HardwareComponent, select: Callable[[ComponentInfo], tuple[InterfaceInfo, ...]]
+) -> Iterator[tuple[ComponentInfo, InterfaceInfo]]:
+    for part in (*info.joints, *info.sensors, *info.gpios):
+        for interface in select(part):
+            yield part, interface
+
+
+def _initial(interface: InterfaceInfo) -> float:
+    return math.nan if interface.initial_value is None else interface.initial_value

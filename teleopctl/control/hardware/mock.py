@@ -1,0 +1,157 @@
+"""Ideal hardware without a robot: what is commanded is measured in the next cycle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.interfaces import (
+    ACCELERATION,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    StateInterface,
+)
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+
+def flag(text: str | None) -> bool:
+    """A hardware parameter that is a yes or no."""
+    return (text or "").strip().lower() == "true"
+
+
+class GenericSystem(HardwareInterface):
+    """``mock_components/GenericSystem``: a loopback on the wall clock.
+
+    Hardware parameters: ``calculate_dynamics``, ``position_state_following_offset``,
+    ``custom_interface_with_following_offset``, ``disable_commands``.
+    """
+
+    def on_init(self) -> None:
+        """Read the parameters and pair commands with states."""
+        parameters = self.info.parameters
+        self._disabled = flag(parameters.get("disable_commands"))
+        self._dynamics = flag(parameters.get("calculate_dynamics"))
+        self._offset = float(parameters.get("position_state_following_offset") or 0.0)
+        self._offset_interface = parameters.get("custom_interface_with_following_offset") or ""
+        self._modes: dict[str, str] = {}
+        self._last: dict[str, tuple[float, float]] = {}
+        self._pairs = [
+            (command, state, self._offset_of(command))
+            for name, command in self.commands.items()
+            if (state := self.states.get(name)) is not None
+        ]
+        names = {joint.name for joint in self.info.joints}
+        self._joint_states = [state for state in self.states.values() if state.prefix in names]
+        followers: list[tuple[StateInterface, StateInterface, float, float]] = []
+        for joint in self.info.joints:
+            mimic = joint.mimic
+            if mimic is None:
+                continue
+            for quantity in (POSITION, VELOCITY, ACCELERATION):
+                follower = self.states.get(f"{joint.name}/{quantity}")
+                leader = self.states.get(f"{mimic.joint}/{quantity}")
+                if follower is not None and leader is not None:
+                    offset = mimic.offset if quantity == POSITION else 0.0
+                    followers.append((follower, leader, mimic.multiplier, offset))
+        self._followers = followers
+
+    def _offset_of(self, command: CommandInterface) -> float:
+        if self._offset_interface:
+            return 0.0
+        return self._offset if command.name == POSITION else 0.0
+
+    def on_configure(self) -> None:
+        """Joints begin at their initial value, or at zero."""
+        for state in self._joint_states:
+            if math.isnan(state.value):
+                state.value = 0.0 if math.isnan(state.initial_value) else state.initial_value
+        self._follow()
+
+    def prepare_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> CallbackReturn | None:
+        """With dynamics, a joint is moved through exactly one quantity."""
+        if not self._dynamics:
+            return None
+        modes = dict(self._modes)
+        for name in stop:
+            modes.pop(name.rpartition("/")[0], None)
+        seen: dict[str, str] = {}
+        for name in start:
+            joint, _, quantity = name.rpartition("/")
+            if quantity not in (POSITION, VELOCITY, ACCELERATION):
+                continue
+            if joint in seen:
+                self.logger.error(
+                    f"Joint '{joint}' cannot be commanded by {seen[joint]} and {quantity} at once "
+                    "while 'calculate_dynamics' is on."
+                )
+                return CallbackReturn.ERROR
+            seen[joint] = quantity
+        self._modes = {**modes, **seen}
+        return None
+
+    def read(self, time_ns: int, period: float) -> ReturnType | None:
+        """Copy finite commands to the states of the same name."""
+        del time_ns
+        if self._disabled:
+            self.logger.warning(
+                "Command propagation is disabled: no values will be returned!",
+                throttle_duration_sec=10.0,
+            )
+            return None
+        for command, state, offset in self._pairs:
+            value = command.value
+            if value - value == 0.0:
+                state.value = value + offset
+            elif value == value:
+                return ReturnType.ERROR
+        if self._offset_interface:
+            self._apply_custom_offset()
+        if self._dynamics:
+            for joint, mode in self._modes.items():
+                self._move(joint, mode, period)
+        self._follow()
+        return None
+
+    def _apply_custom_offset(self) -> None:
+        for command, _, _ in self._pairs:
+            state = self.states.get(f"{command.prefix}/{self._offset_interface}")
+            if command.name == POSITION and state is not None and math.isfinite(command.value):
+                state.value = command.value + self._offset
+
+    def _move(self, joint: str, mode: str, period: float) -> None:
+        """Differentiate or integrate what is not commanded."""
+        position = self.states.get(f"{joint}/{POSITION}")
+        velocity = self.states.get(f"{joint}/{VELOCITY}")
+        acceleration = self.states.get(f"{joint}/{ACCELERATION}")
+        command = self.commands[f"{joint}/{mode}"].value
+        if not math.isfinite(command) or position is None or period <= 0.0:
+            return
+        last_position, last_velocity = self._last.get(joint, (position.initial_value, 0.0))
+        if math.isnan(last_position):
+            last_position = 0.0
+        if mode == POSITION:
+            new_position = command
+            new_velocity = (command - last_position) / period
+            new_acceleration = (new_velocity - last_velocity) / period
+        elif mode == VELOCITY:
+            new_velocity = command
+            new_position = last_position + command * period
+            new_acceleration = (command - last_velocity) / period
+        else:
+            new_acceleration = command
+            new_velocity = last_velocity + command * period
+            new_position = last_position + new_velocity * period
+        self._last[joint] = (new_position, new_velocity)
+        position.value = new_position + (self._offset if mode == POSITION else 0.0)
+        if velocity is not None:
+            velocity.value = new_velocity
+        if acceleration is not None:
+            acceleration.value = new_acceleration
+
+    def _follow(self) -> None:
+        for follower, leader, multiplier, offset in self._followers:
+            follower.value = multiplier * leader.value + offset

@@ -1,0 +1,151 @@
+"""Hardware behind two topics: states come in, commands go out, both as sensor_msgs/JointState.
+
+This is how simulators (ours and others) and many robots are driven. In lockstep, every state is
+answered by one command with the very same stamp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.interfaces import (
+    EFFORT,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    StateInterface,
+)
+from teleopctl.control.lifecycle import ReturnType
+from teleopctl.control.trajectory.points import to_nanoseconds
+
+STATES_TOPIC = "/robot_joint_states"
+COMMANDS_TOPIC = "/robot_joint_commands"
+_FIELDS = (POSITION, VELOCITY, EFFORT)
+_NAN = float("nan")
+
+
+class TopicSystem(HardwareInterface):
+    """Joints behind topics.
+
+    Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
+    ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true): whether a control
+    cycle runs for each received state, or on the wall clock with the latest state.
+    """
+
+    def on_init(self) -> None:
+        """Read the parameters and lay out the messages."""
+        parameters = self.info.parameters
+        self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
+        self._cycle: Callable[[int], None] | None = None
+        self._message: Any = None
+        self._publisher: Any = None
+        self._answered_ns = -1
+        self._layout: Sequence[str] = ()
+        self._readers: list[tuple[StateInterface, str, int]] = []
+        self._states_topic = parameters.get("joint_states_topic") or STATES_TOPIC
+        self._commands_topic = parameters.get("joint_commands_topic") or COMMANDS_TOPIC
+        commands = self.commands.values()
+        self._names = list(dict.fromkeys(command.prefix for command in commands))
+        self._columns: list[tuple[str, list[CommandInterface | None]]] = [
+            (field, [self.commands.get(f"{name}/{field}") for name in self._names])
+            for field in _FIELDS
+            if any(command.name == field for command in commands)
+        ]
+
+    def set_cycle(self, cycle: Callable[[int], None]) -> None:
+        """Take the function that runs a control cycle."""
+        self._cycle = cycle
+
+    def on_configure(self) -> None:
+        """Listen to the states."""
+        from teleopctl.interfaces.store import get_message
+
+        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
+        self._stamp: Any = get_message("builtin_interfaces/msg/Time")
+        # On the transport's thread: in lockstep the simulator waits for the answer.
+        self._subscription = self.node.create_subscription(
+            self._joint_state, self._states_topic, self._received, 10, immediate=True
+        )
+
+    def on_activate(self) -> None:
+        """Offer commands: a simulator takes the publisher as the promise of an answer."""
+        self._publisher = self.node.create_publisher(self._joint_state, self._commands_topic, 10)
+
+    def on_deactivate(self) -> None:
+        """Offer no more commands; the simulator holds the last one."""
+        publisher, self._publisher = self._publisher, None
+        self.node.destroy_publisher(publisher)
+
+    def on_cleanup(self) -> None:
+        """Listen no more."""
+        self.node.destroy_subscription(self._subscription)
+
+    def on_error(self) -> None:
+        """Leave both topics."""
+        if self._publisher is not None:
+            self.on_deactivate()
+        self.on_cleanup()
+
+    def _received(self, message: Any) -> None:
+        self._message = message
+        if self._cycle is None or not self.drives_cycle:
+            return
+        time_ns = to_nanoseconds(message.header.stamp)
+        try:
+            self._cycle(time_ns)
+        finally:
+            if self._answered_ns != time_ns:
+                self._answer(time_ns, [])
+
+    def read(self, time_ns: int, period: float) -> ReturnType | None:
+        """Take over the latest received state."""
+        del time_ns, period
+        message = self._message
+        if message is None:
+            return None
+        if self._layout != message.name:
+            self._lay_out(list(message.name))
+        fields = {field: getattr(message, field) for field in _FIELDS}
+        for state, field, index in self._readers:
+            values = fields[field]
+            if index < len(values):
+                state.value = values[index]
+        return None
+
+    def _lay_out(self, names: list[str]) -> None:
+        """Note where each state interface stands in messages with these joint names."""
+        self._layout = names
+        index = {name: position for position, name in enumerate(names)}
+        self._readers = [
+            (state, state.name, index[state.prefix])
+            for state in self.states.values()
+            if state.name in _FIELDS and state.prefix in index
+        ]
+        missing = {state.prefix for state in self.states.values()} - set(names)
+        if missing:
+            self.logger.warning(
+                f"No state on {self._states_topic} for: {', '.join(sorted(missing))}"
+            )
+
+    def write(self, time_ns: int, period: float) -> None:
+        """Send the commands, with the stamp of the state they were computed from."""
+        del period
+        claimed = any(command.owner for command in self.commands.values())
+        self._answer(time_ns, self._names if claimed else [])
+
+    def _answer(self, time_ns: int, names: list[str]) -> None:
+        """Send the commands of all joints, or of none: that is an answer too."""
+        publisher = self._publisher
+        if publisher is None:
+            return
+        sec, nanosec = divmod(time_ns, 1_000_000_000)
+        message = self._joint_state(name=names)
+        message.header.stamp = self._stamp(sec=sec, nanosec=nanosec)
+        if names:
+            for field, column in self._columns:
+                values = [_NAN if command is None else command.value for command in column]
+                setattr(message, field, values)
+        self._answered_ns = time_ns
+        publisher.publish(message)

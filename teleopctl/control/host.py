@@ -1,0 +1,235 @@
+"""The controller manager as a node: robot description in, services and topics out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from teleopctl.control.controllers.base import Environment
+from teleopctl.control.cycle import Cycle, WallClockLoop
+from teleopctl.control.lifecycle import State
+from teleopctl.control.manager import ControllerManager
+from teleopctl.control.outbox import Outbox
+from teleopctl.control.resources import ResourceManager
+from teleopctl.control.services import ControllerManagerServices, lifecycle_state
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import Clock, Executor, Node, qos_profile_latched
+from teleopctl.robot.description import RobotDescription
+
+DEFAULT_UPDATE_RATE = 100
+
+
+class ControllerManagerHost:
+    """Runs a controller manager in this process.
+
+    Args:
+        node: The manager's node.
+        executor: Serves the nodes of controllers too.
+        ros_arguments: The process's ROS arguments, as words; controllers' nodes heed them too.
+    """
+
+    def __init__(self, node: Node, executor: Executor, ros_arguments: Sequence[str]) -> None:
+        self._node = node
+        self._executor = executor
+        self._ros_arguments = without_node_name(ros_arguments)
+        self._logger = node.get_logger()
+        rate = self.parameter("update_rate") or DEFAULT_UPDATE_RATE
+        if not isinstance(rate, int) or rate <= 0:
+            raise TeleopctlError(f"Parameter 'update_rate' must be an integer above 0, got {rate}")
+        enforce = self.parameter("enforce_command_limits")
+        self._resources = ResourceManager(
+            node,
+            node.get_logger().get_child("resource_manager"),
+            lambda sentence: self._cycle.report(sentence),
+            enforce_limits=enforce is None or bool(enforce),
+        )
+        self._outbox = Outbox(lambda sentence: self._cycle.report(sentence))
+        self.manager = ControllerManager(self._resources, self, self._logger, rate)
+        self._cycle = Cycle(self.manager, self._outbox)
+        self._loop: WallClockLoop | None = None
+        self._lockstep = False
+        self._services: ControllerManagerServices | None = None
+        self._description: RobotDescription | None = None
+        self._activity = node.create_publisher(
+            get_message("controller_manager_msgs/msg/ControllerManagerActivity"),
+            "~/activity",
+            qos_profile_latched,
+        )
+        self._logger.info(f"update rate is {rate} Hz")
+        self._subscription = node.create_subscription(
+            get_message("std_msgs/msg/String"),
+            "robot_description",
+            self._description_received,
+            qos_profile_latched,
+        )
+        self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
+
+    def _remind(self) -> None:
+        self._logger.warning(
+            "Waiting for data on 'robot_description' topic to finish initialization"
+        )
+
+    # ---- what the manager needs from its process
+
+    def parameter(self, name: str) -> Any:
+        """A parameter of the manager's node, or None."""
+        if not self._node.has_parameter(name):
+            return None
+        return self._node.get_parameter(name).value
+
+    def create_environment(self, controller: str) -> Environment:
+        """Make a controller's node, with the parameters that files give it."""
+        files = self.parameter(f"{controller}.params_file") or []
+        arguments = list(self._ros_arguments)
+        for file in dict.fromkeys([files] if isinstance(files, str) else files):
+            arguments += ["--ros-args", "--params-file", file, "--"]
+        options = self.parameter(f"{controller}.node_options_args") or []
+        if options:
+            arguments += ["--ros-args", *options, "--"]
+        node = Node(
+            controller,
+            namespace=self._node.get_namespace(),
+            cli_args=arguments,
+            use_global_arguments=False,
+            allow_undeclared_parameters=True,
+            automatically_declare_parameters_from_overrides=True,
+        )
+        self._executor.add_node(node)
+        assert self._description is not None
+        return Environment(
+            node=node,
+            update_rate=float(self.manager.update_rate),
+            limits=self._resources.limits,
+            continuous_joints=frozenset(
+                joint.name
+                for joint in self._description.joints.values()
+                if joint.type == "continuous"
+            ),
+            urdf=self._description.urdf,
+            outbox=self._outbox,
+            now_ns=self._now_ns,
+        )
+
+    def _now_ns(self) -> int:
+        return self._cycle.time_ns if self._lockstep else time.time_ns()
+
+    def destroy_environment(self, environment: Environment) -> None:
+        """Take a controller's node out of the graph."""
+        environment.node.destroy_node()
+
+    def changed(self) -> None:
+        """Publish the states of all controllers and components."""
+        named: Any = get_message("controller_manager_msgs/msg/NamedLifecycleState")
+        message = get_message("controller_manager_msgs/msg/ControllerManagerActivity")(
+            controllers=[
+                named(name=loaded.name, state=lifecycle_state(loaded.state))
+                for loaded in list(self.manager.controllers.values())
+            ],
+            hardware_components=[
+                named(name=component.name, state=lifecycle_state(component.state))
+                for component in self._resources.components.values()
+            ],
+        )
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._activity.publish(message)
+
+    # ---- start and end
+
+    def _description_received(self, message: Any) -> None:
+        if self._resources.loaded:
+            self._logger.warning(
+                "ResourceManager has already loaded a urdf and is initialized. Ignoring attempt "
+                "to reload a robot description."
+            )
+            return
+        self._logger.info("Received robot description from topic.")
+        try:
+            description = RobotDescription.from_urdf(message.data)
+            self._resources.load(description)
+        except TeleopctlError as error:
+            self._logger.error(
+                "The published robot description file (URDF) seems not to be genuine. The "
+                f"following error was caught: {error.message}"
+                + (f" ({error.hint})" if error.hint else "")
+            )
+            return
+        self._description = description
+        self._node.destroy_timer(self._reminder)
+        self._find_beat()
+        self._start_hardware()
+        self._logger.info(
+            "Resource Manager has been successfully initialized. Starting Controller Manager "
+            "services..."
+        )
+        self._services = ControllerManagerServices(self._node, self.manager)
+        self._start_cycling()
+        self.changed()
+
+    def _start_hardware(self) -> None:
+        initial = {
+            name: state
+            for state, key in ((State.UNCONFIGURED, "unconfigured"), (State.INACTIVE, "inactive"))
+            for name in self.parameter(f"hardware_components_initial_state.{key}") or ()
+        }
+        for component in self._resources.components.values():
+            component.change_state(initial.get(component.name, State.ACTIVE))
+
+    def _find_beat(self) -> None:
+        """Let hardware that works in lockstep run the cycles, before it is started."""
+        for component in self._resources.components.values():
+            if component.hardware.drives_cycle:
+                # One component's states are the beat; the others are read and written in its time.
+                self._lockstep = True
+                component.hardware.set_cycle(self._cycle.run)
+                self._logger.info(
+                    f"In lockstep with hardware '{component.name}': one cycle for each state"
+                )
+                return
+
+    def _start_cycling(self) -> None:
+        """Run cycles on the wall clock, unless hardware does."""
+        if self._lockstep:
+            return
+        self._outbox.start_thread()
+        manage = self.parameter("overruns.print_warnings")
+        self._loop = WallClockLoop(
+            self._cycle,
+            self.manager.update_rate,
+            self._logger,
+            print_warnings=manage is None or bool(manage),
+        )
+        self._loop.start()
+
+    def close(self) -> None:
+        """Stop the loop, the controllers and the hardware."""
+        if self._loop is not None:
+            self._loop.stop()
+        for component in self._resources.components.values():
+            component.hardware.set_cycle(_no_cycle)
+        self.manager.shutdown()
+        self._outbox.close()
+
+
+def _no_cycle(time_ns: int) -> None:
+    del time_ns
+
+
+def without_node_name(arguments: Sequence[str]) -> list[str]:
+    """ROS arguments without the rule that renames the process's own node.
+
+    Args:
+        arguments: A command line with ``--ros-args`` groups.
+    """
+    kept: list[str] = []
+    words = iter(arguments)
+    for word in words:
+        if word in ("-r", "--remap"):
+            rule = next(words, "")
+            if rule.startswith(("__node:=", "__name:=")):
+                continue
+            kept += [word, rule]
+        else:
+            kept.append(word)
+    return kept

@@ -1,0 +1,74 @@
+"""Where the values of joints live between hardware and controllers.
+
+An interface is one float with a name. Hardware and controllers hold the same object and read and
+write its ``value``: one attribute access, no lookup, no lock (there is one control thread).
+"""
+
+from __future__ import annotations
+
+import math
+
+POSITION = "position"
+VELOCITY = "velocity"
+ACCELERATION = "acceleration"
+EFFORT = "effort"
+
+
+class StateInterface:
+    """A measured value, for example ``joint_1/position``; read by any number of controllers.
+
+    Args:
+        prefix: The joint, sensor or gpio.
+        name: What is measured.
+        data_type: The type that the robot description gives it.
+        initial_value: Value until the hardware's first read.
+
+    Attributes:
+        value: The present value; NaN while unknown.
+        available: Whether its hardware can be used now.
+    """
+
+    __slots__ = ("available", "data_type", "full_name", "initial_value", "name", "prefix", "value")
+
+    def __init__(
+        self,
+        prefix: str,
+        name: str,
+        data_type: str = "double",
+        initial_value: float = math.nan,
+    ) -> None:
+        self.prefix = prefix
+        self.name = name
+        self.full_name = f"{prefix}/{name}"
+        self.data_type = data_type
+        self.initial_value = initial_value
+        self.value = initial_value
+        self.available = False
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.full_name}={self.value}>"
+
+
+class CommandInterface(StateInterface):
+    """A value for the hardware to reach; it belongs to one controller at a time.
+
+    Attributes:
+        owner: Name of the controller that has claimed it, or None.
+    """
+
+    __slots__ = ("owner",)
+
+    def __init__(
+        self,
+        prefix: str,
+        name: str,
+        data_type: str = "double",
+        initial_value: float = math.nan,
+    ) -> None:
+        super().__init__(prefix, name, data_type, initial_value)
+        self.owner: str | None = None
+
+    @property
+    def claimed(self) -> bool:
+        """Whether a controller owns it."""
+        return self.owner is not None

@@ -1,0 +1,236 @@
+"""Keeps commands inside the limits of their joint, once per cycle after all controllers.
+
+A command that had to be changed is reported once; the next report comes after the command has been
+inside its limits again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from teleopctl.control.interfaces import (
+    ACCELERATION,
+    EFFORT,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    StateInterface,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.robot.joint_limits import JointLimits as DescribedLimits
+    from teleopctl.robot.urdf import Joint as JointDescription
+
+# A measured position this far outside its limits (rad or m) stops velocity commands for good.
+_OUTSIDE = 0.002
+# Differences below this are rounding, not a command worth a report.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """Limits of one joint; infinite where it has none.
+
+    Attributes:
+        lower: Smallest position, rad or m.
+        upper: Largest position.
+        velocity: Largest speed, rad/s or m/s.
+        effort: Largest effort, N·m or N.
+        acceleration: Largest acceleration, rad/s² or m/s².
+        deceleration: Largest deceleration.
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    velocity: float = math.inf
+    effort: float = math.inf
+    acceleration: float = math.inf
+    deceleration: float = math.inf
+
+    @classmethod
+    def of(cls, joint: JointDescription, limits: DescribedLimits | None) -> JointLimits:
+        """The limits that a robot description gives a joint.
+
+        Args:
+            joint: The joint, for one that is in no ``<ros2_control>`` tag.
+            limits: Its limits in ``<ros2_control>``, already combined with the URDF's.
+        """
+        if limits is None:
+            own = joint.limit
+            if own is None:
+                return cls()
+            bounded = joint.type in ("revolute", "prismatic")
+            return cls(
+                lower=own.lower if bounded else -math.inf,
+                upper=own.upper if bounded else math.inf,
+                velocity=own.velocity,
+                effort=own.effort,
+            )
+        lower, upper = limits.soft_position or limits.position or (-math.inf, math.inf)
+        return cls(
+            lower=lower,
+            upper=upper,
+            velocity=_or_infinite(limits.velocity),
+            effort=_or_infinite(limits.effort),
+            acceleration=_or_infinite(limits.acceleration),
+            deceleration=_or_infinite(limits.deceleration),
+        )
+
+    def describe(self) -> str:
+        """The limits in the words that the resource manager logs."""
+        lines = [
+            _has(
+                "position",
+                math.isfinite(self.lower) or math.isfinite(self.upper),
+                f"[{self.lower:g}, {self.upper:g}]",
+            ),
+            _has("velocity", math.isfinite(self.velocity), f"[{self.velocity:g}]"),
+            _has("acceleration", math.isfinite(self.acceleration), f"[{self.acceleration:g}]"),
+            _has("deceleration", math.isfinite(self.deceleration), f"[{self.deceleration:g}]"),
+            _has("effort", math.isfinite(self.effort), f"[{self.effort:g}]"),
+        ]
+        return "\n".join(lines)
+
+
+def _or_infinite(limit: float | None) -> float:
+    return math.inf if limit is None else limit
+
+
+def _has(quantity: str, present: bool, values: str) -> str:
+    return f"  has {quantity} limits: {str(present).lower()} {values if present else ''}".rstrip()
+
+
+class JointLimiter:
+    """Limits the commands of one joint.
+
+    Args:
+        joint: Name, for the report.
+        limits: The joint's limits.
+        commands: The joint's command interfaces by name.
+        states: The joint's state interfaces by name.
+        report: Called with a sentence when a command begins to be limited.
+    """
+
+    def __init__(
+        self,
+        joint: str,
+        limits: JointLimits,
+        commands: dict[str, CommandInterface],
+        states: dict[str, StateInterface],
+        report: Callable[[str], None],
+    ) -> None:
+        self._joint = joint
+        self._limits = limits
+        self._commands = [
+            (command, band)
+            for name, band in (
+                (POSITION, self._position_band),
+                (VELOCITY, self._velocity_band),
+                (EFFORT, self._effort_band),
+                (ACCELERATION, self._acceleration_band),
+            )
+            if (command := commands.get(name)) is not None
+        ]
+        unknown = StateInterface(joint, "unknown")
+        self._position = states.get(POSITION, unknown)
+        self._velocity = states.get(VELOCITY, unknown)
+        self._report = report
+        self._previous: dict[str, float] = {}
+        self._reported: set[str] = set()
+
+    def reset(self, interface: str) -> None:
+        """Forget the previous command, because another controller takes over."""
+        self._previous.pop(interface, None)
+        self._reported.discard(interface)
+
+    def enforce(self, period: float) -> None:
+        """Clamp the claimed commands.
+
+        Args:
+            period: Seconds of this cycle.
+        """
+        for command, band in self._commands:
+            wanted = command.value
+            if command.owner is None or wanted != wanted:  # NaN means "no command"
+                continue
+            lower, upper = band(period)
+            limited = min(max(wanted, lower), upper)
+            self._previous[command.name] = limited
+            if abs(limited - wanted) <= _ROUNDING:
+                self._reported.discard(command.name)
+                continue
+            command.value = limited
+            if command.name not in self._reported:
+                self._reported.add(command.name)
+                self._report(self._sentence(command.name, wanted, limited, period))
+
+    def _sentence(self, interface: str, wanted: float, limited: float, period: float) -> str:
+        limits = self._limits
+        if interface == POSITION and not limits.lower <= wanted <= limits.upper:
+            rule = f"position limits [{limits.lower:g}, {limits.upper:g}]"
+        elif interface == POSITION:
+            rule = f"velocity limit {limits.velocity:g} in a cycle of {period:g} s"
+        else:
+            rule = {
+                VELOCITY: f"velocity limit {limits.velocity:g}, position limits "
+                f"[{limits.lower:g}, {limits.upper:g}]",
+                EFFORT: f"effort limit {limits.effort:g}",
+                ACCELERATION: f"acceleration limit {limits.acceleration:g}",
+            }[interface]
+        return (
+            f"Command of joint '{self._joint}' is outside its limits: {interface} {wanted:g} "
+            f"is clamped to {limited:g} ({rule})"
+        )
+
+    def _position_band(self, period: float) -> tuple[float, float]:
+        limits = self._limits
+        reference = self._previous.get(POSITION, self._position.value)
+        if reference != reference or math.isinf(limits.velocity):
+            return limits.lower, limits.upper
+        speed = limits.velocity
+        if not math.isinf(limits.acceleration) and self._velocity.value == self._velocity.value:
+            speed = min(speed, abs(self._velocity.value) + limits.acceleration * period)
+        # A joint that stands outside its limits is led back, never further out.
+        lower = min(max(reference - speed * period, limits.lower), limits.upper)
+        upper = max(min(reference + speed * period, limits.upper), limits.lower)
+        return lower, upper
+
+    def _velocity_band(self, period: float) -> tuple[float, float]:
+        limits = self._limits
+        lower, upper = -limits.velocity, limits.velocity
+        position = self._position.value
+        if position == position:
+            if position < limits.lower - _OUTSIDE or position > limits.upper + _OUTSIDE:
+                return 0.0, 0.0
+            if period > 0.0:
+                lower = max(lower, min(0.0, (limits.lower - position) / period))
+                upper = min(upper, max(0.0, (limits.upper - position) / period))
+        previous = self._previous.get(VELOCITY)
+        if previous is not None and not math.isinf(limits.acceleration):
+            lower = max(lower, min(upper, previous - limits.acceleration * period))
+            upper = min(upper, max(lower, previous + limits.acceleration * period))
+        return lower, upper
+
+    def _effort_band(self, period: float) -> tuple[float, float]:
+        del period
+        limits = self._limits
+        lower, upper = -limits.effort, limits.effort
+        position, velocity = self._position.value, self._velocity.value
+        if position <= limits.lower or velocity < -limits.velocity:
+            lower = 0.0
+        if position >= limits.upper or velocity > limits.velocity:
+            upper = 0.0
+        return lower, upper
+
+    def _acceleration_band(self, period: float) -> tuple[float, float]:
+        del period
+        limits = self._limits
+        velocity = self._velocity.value
+        if velocity > 0.0:
+            return -limits.deceleration, limits.acceleration
+        if velocity < 0.0:
+            return -limits.acceleration, limits.deceleration
+        return -limits.acceleration, limits.acceleration

@@ -1,0 +1,214 @@
+"""The resource manager: every interface of every hardware component, and who owns it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control import plugins
+from teleopctl.control.component import Component
+from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.control.limits import JointLimiter, JointLimits
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot.ros2_control_tag import HardwareComponent
+
+
+class ClaimError(Exception):
+    """A command interface cannot be claimed; the text says why."""
+
+
+class ResourceManager:
+    """The robot's hardware.
+
+    Args:
+        node: The controller manager's node, handed to hardware that talks over topics.
+        logger: For log lines about hardware.
+        report: Called with a sentence when a command begins to be limited.
+        enforce_limits: Whether commands are kept inside the limits of their joints.
+
+    Attributes:
+        components: By name, in the order of the robot description.
+        limits: Limits of every movable joint.
+        states: State interfaces by full name, in the order of the description.
+        commands: Command interfaces by full name, likewise.
+        loaded: Whether a robot description has been taken in.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        logger: Any,
+        report: Callable[[str], None],
+        *,
+        enforce_limits: bool = True,
+    ) -> None:
+        self._node = node
+        self._logger = logger
+        self._report = report
+        self._enforce = enforce_limits
+        self._limiters: list[JointLimiter] = []
+        self._limiter_of: dict[str, JointLimiter] = {}
+        self.components: dict[str, Component] = {}
+        self.limits: dict[str, JointLimits] = {}
+        self.states: dict[str, StateInterface] = {}
+        self.commands: dict[str, CommandInterface] = {}
+        self.loaded = False
+
+    def load(self, description: RobotDescription) -> None:
+        """Make every hardware component of a robot.
+
+        Raises:
+            TeleopctlError: A plug-in is missing or fails; nothing has been loaded then.
+        """
+        infos = description.require_ros2_control()
+        components = {info.name: self._make(info) for info in infos}
+        described = {joint.name: joint.limits for info in infos for joint in info.joints}
+        self.components = components
+        self.limits = {
+            name: JointLimits.of(joint, described.get(name))
+            for name, joint in description.joints.items()
+            if joint.type != "fixed"
+        }
+        for component in components.values():
+            self.states.update((state.full_name, state) for state in component.states)
+            self.commands.update((command.full_name, command) for command in component.commands)
+            self._limit(component)
+        self.loaded = True
+
+    def _make(self, info: HardwareComponent) -> Component:
+        for warning in info.warnings:
+            self._logger.warning(warning)
+        self._logger.info(f"Loading hardware '{info.name}' ")
+        try:
+            hardware_class = plugins.load(plugins.HARDWARE_GROUP, info.plugin)
+        except plugins.UnknownPluginError as error:
+            raise TeleopctlError(
+                f"Failed to load hardware '{info.name}': plugin '{info.plugin}' not found",
+                hint=str(error),
+            ) from error
+        hardware = hardware_class(info, self._node, self._logger.get_child(info.name))
+        self._logger.info(f"Loaded hardware '{info.name}' from plugin '{info.plugin}'")
+        component = Component(hardware, self._logger)
+        if not component.initialize():
+            raise TeleopctlError(f"Hardware component '{info.name}' failed to initialize")
+        return component
+
+    def _limit(self, component: Component) -> None:
+        joints = dict.fromkeys(command.prefix for command in component.commands)
+        for joint in joints:
+            limits = self.limits.get(joint)
+            if limits is None or not self._enforce:
+                continue
+            self._logger.info(
+                f"Using JointLimiter for joint '{joint}' in hardware '{component.name}' : "
+                f"'\n{limits.describe()}'"
+            )
+            limiter = JointLimiter(
+                joint,
+                limits,
+                {c.name: c for c in component.commands if c.prefix == joint},
+                {s.name: s for s in component.states if s.prefix == joint},
+                self._report,
+            )
+            self._limiters.append(limiter)
+            self._limiter_of[joint] = limiter
+
+    def component_of(self, interface: str) -> Component | None:
+        """The component that has an interface of this name."""
+        for component in self.components.values():
+            hardware = component.hardware
+            if interface in hardware.commands or interface in hardware.states:
+                return component
+        return None
+
+    def claim(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
+        """Give command interfaces to a controller: all of them or, on an error, none.
+
+        Raises:
+            ClaimError: One does not exist, is not available or belongs to another controller.
+        """
+        claimed: list[CommandInterface] = []
+        for name in names:
+            interface = self.commands.get(name)
+            if interface is None or not interface.available:
+                raise ClaimError(f"the command interface '{name}' is not available")
+            if interface.owner is not None:
+                raise ClaimError(
+                    f"the command interface '{name}' is currently claimed by '{interface.owner}'"
+                )
+            claimed.append(interface)
+        for interface in claimed:
+            interface.owner = owner
+            if (limiter := self._limiter_of.get(interface.prefix)) is not None:
+                limiter.reset(interface.name)
+        return claimed
+
+    def release(self, owner: str) -> None:
+        """Take back all interfaces of a controller."""
+        for interface in self.commands.values():
+            if interface.owner == owner:
+                interface.owner = None
+
+    def switch_mode(self, start: Sequence[str], stop: Sequence[str], *, perform: bool) -> bool:
+        """Prepare or perform a change of command interfaces on the hardware concerned.
+
+        Args:
+            start: Full names of interfaces that controllers will own.
+            stop: Full names of interfaces that they will give up.
+            perform: Whether to perform the change rather than only to ask for it.
+
+        Returns:
+            False when a component refuses.
+        """
+        for component in self.components.values():
+            own = component.hardware.commands
+            starting = [name for name in start if name in own]
+            stopping = [name for name in stop if name in own]
+            if not starting and not stopping:
+                continue
+            hardware = component.hardware
+            function = (
+                hardware.perform_command_mode_switch
+                if perform
+                else hardware.prepare_command_mode_switch
+            )
+            try:
+                outcome = function(starting, stopping)
+            except Exception as error:  # noqa: BLE001 - a plug-in's failure refuses the switch
+                self._logger.error(f"Hardware '{component.name}' refused the switch: {error}")
+                outcome = CallbackReturn.ERROR
+            if (outcome or CallbackReturn.SUCCESS) is not CallbackReturn.SUCCESS:
+                return False
+        return True
+
+    def read(self, time_ns: int, period: float) -> list[Component]:
+        """Read all hardware; returns the components that failed."""
+        return [
+            component
+            for component in self.components.values()
+            if component.read(time_ns, period) is not ReturnType.OK
+        ]
+
+    def write(self, time_ns: int, period: float) -> list[Component]:
+        """Write to all hardware; returns the components that failed or withdrew."""
+        return [
+            component
+            for component in self.components.values()
+            if component.write(time_ns, period) is not ReturnType.OK
+        ]
+
+    def enforce_limits(self, period: float) -> None:
+        """Keep the claimed commands inside the limits of their joints."""
+        for limiter in self._limiters:
+            limiter.enforce(period)
+
+    def shutdown(self) -> None:
+        """Bring all components to rest and let go of them."""
+        for component in self.components.values():
+            if component.state is State.ACTIVE:
+                component.change_state(State.INACTIVE)
+            component.change_state(State.FINALIZED)

@@ -1,0 +1,214 @@
+"""The controller manager's services: controller_manager_msgs in front of its heart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from teleopctl.control import plugins
+from teleopctl.control.component import Component
+from teleopctl.control.controllers.base import ControllerInterface
+from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.lifecycle import State
+from teleopctl.control.manager import ControllerManager, Loaded
+from teleopctl.control.switching import Strictness, SwitchRequest, switch
+from teleopctl.interfaces.store import get_message, get_service
+
+
+def controller_state(manager: ControllerManager, loaded: Loaded) -> Any:
+    """A controller as controller_manager_msgs/ControllerState."""
+    configured = loaded.state in (State.INACTIVE, State.ACTIVE)
+    return get_message("controller_manager_msgs/msg/ControllerState")(
+        name=loaded.name,
+        state=loaded.state.label,
+        type=loaded.type_name,
+        is_async=False,
+        update_rate=round(loaded.controller.update_rate if configured else manager.update_rate),
+        claimed_interfaces=list(loaded.command_names) if loaded.state is State.ACTIVE else [],
+        required_command_interfaces=list(loaded.command_names),
+        required_state_interfaces=list(loaded.state_names),
+    )
+
+
+def hardware_interface(interface: StateInterface) -> Any:
+    """An interface as controller_manager_msgs/HardwareInterface."""
+    return get_message("controller_manager_msgs/msg/HardwareInterface")(
+        name=interface.full_name,
+        data_type=interface.data_type,
+        is_available=interface.available,
+        is_claimed=isinstance(interface, CommandInterface) and interface.claimed,
+    )
+
+
+def lifecycle_state(state: State) -> Any:
+    """A state as lifecycle_msgs/State."""
+    return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
+
+
+def hardware_component_state(manager: ControllerManager, component: Component) -> Any:
+    """A hardware component as controller_manager_msgs/HardwareComponentState."""
+    info = component.hardware.info
+    message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
+        name=component.name,
+        type=info.type,
+        is_async=False,
+        rw_rate=info.rw_rate or manager.update_rate,
+        plugin_name=info.plugin,
+        state=lifecycle_state(component.state),
+        command_interfaces=[hardware_interface(command) for command in component.commands],
+        state_interfaces=[hardware_interface(state) for state in component.states],
+    )
+    if hasattr(message, "class_type"):  # Jazzy has the plug-in's name twice
+        message.class_type = info.plugin
+    return message
+
+
+class ControllerManagerServices:
+    """Offers a controller manager to the graph.
+
+    Args:
+        node: The manager's node.
+        manager: Its heart.
+    """
+
+    def __init__(self, node: Any, manager: ControllerManager) -> None:
+        self._manager = manager
+        services: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
+            "list_controllers": ("ListControllers", self._list_controllers),
+            "list_controller_types": ("ListControllerTypes", self._list_controller_types),
+            "list_hardware_components": ("ListHardwareComponents", self._list_components),
+            "list_hardware_interfaces": ("ListHardwareInterfaces", self._list_interfaces),
+            "load_controller": ("LoadController", self._by_name(manager.load)),
+            "configure_controller": ("ConfigureController", self._by_name(manager.configure)),
+            "cleanup_controller": ("CleanupController", self._by_name(manager.cleanup)),
+            "unload_controller": ("UnloadController", self._by_name(manager.unload)),
+            "switch_controller": ("SwitchController", self._switch),
+            "set_hardware_component_state": (
+                "SetHardwareComponentState",
+                self._set_component_state,
+            ),
+            "reload_controller_libraries": ("ReloadControllerLibraries", self._reload),
+        }
+        self._services = [
+            node.create_service(
+                get_service(f"controller_manager_msgs/srv/{type_name}"), f"~/{name}", callback
+            )
+            for name, (type_name, callback) in services.items()
+        ]
+
+    @staticmethod
+    def _by_name(operation: Callable[[str], bool]) -> Callable[[Any, Any], Any]:
+        def serve(request: Any, response: Any) -> Any:
+            response.ok = operation(request.name)
+            return response
+
+        return serve
+
+    def _list_controllers(self, request: Any, response: Any) -> Any:
+        del request
+        response.controller = [
+            controller_state(self._manager, loaded)
+            for loaded in list(self._manager.controllers.values())
+        ]
+        return response
+
+    def _list_controller_types(self, request: Any, response: Any) -> Any:
+        del request
+        names = list(plugins.available(plugins.CONTROLLER_GROUP))
+        response.types = names
+        response.base_classes = [ControllerInterface.base_class] * len(names)
+        return response
+
+    def _list_components(self, request: Any, response: Any) -> Any:
+        del request
+        response.component = [
+            hardware_component_state(self._manager, component)
+            for component in self._manager.resources.components.values()
+        ]
+        return response
+
+    def _list_interfaces(self, request: Any, response: Any) -> Any:
+        del request
+        resources = self._manager.resources
+        response.command_interfaces = [
+            hardware_interface(command) for _, command in sorted(resources.commands.items())
+        ]
+        response.state_interfaces = [
+            hardware_interface(state) for _, state in sorted(resources.states.items())
+        ]
+        return response
+
+    def _switch(self, request: Any, response: Any) -> Any:
+        try:
+            strictness = Strictness(request.strictness)
+        except ValueError:
+            strictness = Strictness.DEFAULT
+        if strictness is Strictness.DEFAULT:
+            configured = self._manager.host.parameter("defaults.switch_controller.strictness")
+            strictness = Strictness.STRICT if configured == "strict" else Strictness.BEST_EFFORT
+        elif strictness in (Strictness.AUTO, Strictness.FORCE_AUTO):
+            self._manager.logger.warning(
+                f"Controller Manager: strictness {strictness.name} is not implemented, "
+                "BEST_EFFORT is used."
+            )
+            strictness = Strictness.BEST_EFFORT
+        response.ok, response.message = switch(
+            self._manager,
+            SwitchRequest(
+                list(request.activate_controllers),
+                list(request.deactivate_controllers),
+                strictness,
+                bool(request.activate_asap),
+            ),
+        )
+        return response
+
+    def _set_component_state(self, request: Any, response: Any) -> Any:
+        manager = self._manager
+        component = manager.resources.components.get(request.name)
+        target = _target_state(request.target_state)
+        if component is None or target is None:
+            what = "component" if component is None else "target state"
+            manager.logger.error(
+                f"hardware component with name '{request.name}' or its {what} does not exist"
+            )
+            response.ok = False
+            return response
+        if target is not State.ACTIVE:
+            users = manager.users_of(component, only_commands=target is State.INACTIVE)
+            if users:
+                manager.logger.warning(
+                    f"Deactivating the controllers that use hardware '{component.name}': "
+                    f"[ {' '.join(loaded.name for loaded in users)} ]"
+                )
+                with manager.cycle_lock:
+                    manager.fail(users)
+        with manager.cycle_lock:
+            response.ok = component.change_state(target)
+        response.state = lifecycle_state(component.state)
+        manager.host.changed()
+        return response
+
+    def _reload(self, request: Any, response: Any) -> Any:
+        manager = self._manager
+        active = [loaded.name for loaded in manager.running]
+        if active and not request.force_kill:
+            manager.logger.error(
+                "Controller manager: Cannot reload controller libraries because there are "
+                f"{len(active)} active controllers"
+            )
+            response.ok = False
+            return response
+        if active:
+            switch(manager, SwitchRequest([], active))
+        unloaded = [manager.unload(name) for name in list(manager.controllers)]
+        response.ok = all(unloaded)
+        return response
+
+
+def _target_state(message: Any) -> State | None:
+    """The state that a lifecycle_msgs/State names, by id or by label."""
+    for state in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED):
+        if message.id == state or (not message.id and message.label == state.label):
+            return state
+    return None

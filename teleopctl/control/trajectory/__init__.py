@@ -1,0 +1,1 @@
+"""Trajectories of joints: points, interpolation, validation. Pure arithmetic, no ROS."""

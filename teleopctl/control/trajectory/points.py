@@ -1,0 +1,72 @@
+"""One point of a trajectory, as plain lists of floats.
+
+Plain floats, not numpy: for the handful of joints of an arm, numpy's overhead for each call costs
+more than the arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+NANOSECONDS = 1_000_000_000
+
+
+class DurationLike(Protocol):
+    """What builtin_interfaces/Duration and builtin_interfaces/Time have in common."""
+
+    sec: int
+    nanosec: int
+
+
+class PointLike(Protocol):
+    """trajectory_msgs/JointTrajectoryPoint, as far as it is read here."""
+
+    positions: Sequence[float]
+    velocities: Sequence[float]
+    accelerations: Sequence[float]
+    effort: Sequence[float]
+    time_from_start: DurationLike
+
+
+def to_nanoseconds(duration: DurationLike) -> int:
+    """The time or duration message as nanoseconds."""
+    return duration.sec * NANOSECONDS + duration.nanosec
+
+
+@dataclass(slots=True)
+class TrajectoryPoint:
+    """Where every joint is at one instant; an empty list means "not given".
+
+    Attributes:
+        positions: rad or m, one for each joint.
+        velocities: rad/s or m/s.
+        accelerations: rad/s² or m/s².
+        effort: N·m or N.
+        time_ns: Nanoseconds since the start of the trajectory.
+    """
+
+    positions: list[float] = field(default_factory=list)
+    velocities: list[float] = field(default_factory=list)
+    accelerations: list[float] = field(default_factory=list)
+    effort: list[float] = field(default_factory=list)
+    time_ns: int = 0
+
+    @classmethod
+    def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
+        """Copy a message, its joints in another order where ``order`` names the indices."""
+        indices = None if order is None else tuple(order)
+
+        def take(values: Sequence[float]) -> list[float]:
+            if indices is None or not len(values):
+                return [float(value) for value in values]
+            return [float(values[index]) for index in indices]
+
+        return cls(
+            take(point.positions),
+            take(point.velocities),
+            take(point.accelerations),
+            take(point.effort),
+            to_nanoseconds(point.time_from_start),
+        )

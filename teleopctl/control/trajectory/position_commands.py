@@ -1,0 +1,88 @@
+"""Bare positions as a trajectory: how ``~/commands`` moves a trajectory controller.
+
+ROS 2 gives the topic ``~/commands`` to the forward command controllers, which write the numbers at
+once. Here the same message moves the joints along a spline that keeps within their velocity limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from teleopctl.control.limits import JointLimits
+from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
+
+# A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
+_PEAK = 1.5
+# Speed where neither URDF nor <ros2_control> limits it, rad/s or m/s.
+_DEFAULT_SPEED = 1.0
+
+
+class InvalidCommandError(Exception):
+    """The positions cannot be used; the text says why."""
+
+
+def check(data: Sequence[float], joints: Sequence[str]) -> list[float]:
+    """The positions of a message.
+
+    Raises:
+        InvalidCommandError: Their number is wrong, or one is not finite.
+    """
+    if len(data) != len(joints):
+        raise InvalidCommandError(
+            f"command size ({len(data)}) does not match number of interfaces ({len(joints)})"
+        )
+    for joint, value in zip(joints, data, strict=True):
+        if not math.isfinite(value):
+            raise InvalidCommandError(f"Non-finite value {value} for joint '{joint}' received")
+    return [float(value) for value in data]
+
+
+def clamp(
+    positions: Sequence[float], joints: Sequence[str], limits: dict[str, JointLimits]
+) -> tuple[list[float], dict[str, str]]:
+    """Bring positions into their joints' limits.
+
+    Returns:
+        The positions, and by joint a sentence for each that had to be changed.
+    """
+    clamped, reports = [], {}
+    for joint, position in zip(joints, positions, strict=True):
+        limit = limits.get(joint, JointLimits())
+        inside = min(max(position, limit.lower), limit.upper)
+        clamped.append(inside)
+        if inside != position:
+            reports[joint] = (
+                f"Command of joint '{joint}' is outside its limits: position {position:g} is "
+                f"clamped to {inside:g} (position limits [{limit.lower:g}, {limit.upper:g}])"
+            )
+    return clamped, reports
+
+
+def to_trajectory(
+    positions: Sequence[float],
+    current: Sequence[float],
+    joints: Sequence[str],
+    limits: dict[str, JointLimits],
+    period: float,
+) -> list[TrajectoryPoint]:
+    """One point that is reached at rest, as soon as the slowest joint's velocity limit allows.
+
+    Args:
+        positions: Targets, rad or m.
+        current: Where the joints are.
+        joints: Their names.
+        limits: Limits by joint.
+        period: The controller's period, s; no motion is shorter.
+    """
+    duration = period
+    for joint, target, position in zip(joints, positions, current, strict=True):
+        speed = limits.get(joint, JointLimits()).velocity
+        if not math.isfinite(speed) or speed <= 0.0:
+            speed = _DEFAULT_SPEED
+        duration = max(duration, _PEAK * abs(target - position) / speed)
+    return [
+        TrajectoryPoint(
+            list(positions), [0.0] * len(positions), time_ns=math.ceil(duration * NANOSECONDS)
+        )
+    ]

@@ -1,0 +1,184 @@
+"""What a joint trajectory controller is told by its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from teleopctl.control.interfaces import ACCELERATION, EFFORT, POSITION, VELOCITY
+from teleopctl.control.pid import PidGains
+from teleopctl.control.trajectory.tolerances import StateTolerance, Tolerances
+from teleopctl.control.trajectory.trajectory import InterpolationMethod
+
+_COMMANDS = (
+    {POSITION},
+    {POSITION, VELOCITY},
+    {POSITION, VELOCITY, ACCELERATION},
+    {VELOCITY},
+    {EFFORT},
+    {POSITION, EFFORT},
+)
+_STATES = ({POSITION}, {POSITION, VELOCITY}, {POSITION, VELOCITY, ACCELERATION})
+
+# Read a parameter: name, default; the default gives the type.
+ReadParameter = Callable[[str, Any], Any]
+
+
+class InvalidSettingsError(Exception):
+    """The parameters do not fit together; the text says how."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The parameters that are fixed while the controller is configured.
+
+    Attributes:
+        joints: Joints of the trajectories.
+        command_joints: Joints that are commanded.
+        command_interfaces: What is commanded of each.
+        state_interfaces: What is measured of each.
+        partial_goals: Whether a trajectory may name only some joints.
+        integration: Whether positions may be left out.
+        open_loop: Whether new trajectories begin at the last command, not at the measured state.
+        hold_last_command: Whether activation continues from the last command.
+        final_velocity: Whether the last point may still be moving.
+        method: Interpolation.
+        cmd_timeout: Seconds after the last point until the robot is held; 0 is never.
+        initial_scaling: Speed scaling at first.
+        scaling_state_interface: State interface that scales the speed, or "".
+    """
+
+    joints: tuple[str, ...]
+    command_joints: tuple[str, ...]
+    command_interfaces: tuple[str, ...]
+    state_interfaces: tuple[str, ...]
+    partial_goals: bool
+    integration: bool
+    open_loop: bool
+    hold_last_command: bool
+    final_velocity: bool
+    method: InterpolationMethod
+    cmd_timeout: float
+    initial_scaling: float
+    scaling_state_interface: str
+
+    @property
+    def uses_pid(self) -> bool:
+        """Whether commands come from a PID on the error."""
+        return set(self.command_interfaces) in ({VELOCITY}, {EFFORT})
+
+
+def read_settings(parameter: ReadParameter) -> Settings:
+    """Read the parameters and check that they fit together.
+
+    Raises:
+        InvalidSettingsError: They do not.
+    """
+    joints = tuple(parameter("joints", []))
+    command_joints = tuple(parameter("command_joints", [])) or joints
+    commands = tuple(parameter("command_interfaces", []))
+    states = tuple(parameter("state_interfaces", []))
+    _check_joints(joints, command_joints)
+    _check_interfaces(commands, states)
+    method = parameter("interpolation_method", "splines")
+    if method not in ("splines", "none"):
+        raise InvalidSettingsError(
+            f"Parameter 'interpolation_method' is '{method}': one of splines, none"
+        )
+    goal_time = parameter("constraints.goal_time", 0.0)
+    timeout = parameter("cmd_timeout", 0.0)
+    return Settings(
+        joints=joints,
+        command_joints=command_joints,
+        command_interfaces=commands,
+        state_interfaces=states,
+        partial_goals=parameter("allow_partial_joints_goal", False),
+        integration=parameter("allow_integration_in_goal_trajectories", False),
+        open_loop=parameter("interpolate_from_desired_state", False)
+        or parameter("open_loop_control", False),
+        hold_last_command=parameter(
+            "set_last_command_interface_value_as_state_on_activation", True
+        ),
+        final_velocity=parameter("allow_nonzero_velocity_at_trajectory_end", False),
+        method=InterpolationMethod(method),
+        cmd_timeout=timeout if timeout > goal_time else 0.0,
+        initial_scaling=parameter("speed_scaling.initial_scaling_factor", 1.0),
+        scaling_state_interface=parameter("speed_scaling.state_interface", ""),
+    )
+
+
+def _check_joints(joints: tuple[str, ...], command_joints: tuple[str, ...]) -> None:
+    if not joints:
+        raise InvalidSettingsError("Parameter 'joints' cannot be empty")
+    if len(set(joints)) != len(joints):
+        raise InvalidSettingsError(f"Parameter 'joints' names a joint twice: {list(joints)}")
+    if len(command_joints) > len(joints):
+        raise InvalidSettingsError(
+            "'command_joints' parameter must not have greater size than 'joints' parameter."
+        )
+    if len(command_joints) < len(joints) and not set(command_joints) <= set(joints):
+        raise InvalidSettingsError(
+            "'command_joints' parameter must be a subset of 'joints' parameter, if their size "
+            "is not equal."
+        )
+
+
+def _check_interfaces(commands: tuple[str, ...], states: tuple[str, ...]) -> None:
+    if set(commands) not in _COMMANDS or len(set(commands)) != len(commands):
+        raise InvalidSettingsError(
+            f"Parameter 'command_interfaces' is {list(commands)}: one of position; position, "
+            "velocity; position, velocity, acceleration; velocity; effort; position, effort"
+        )
+    if set(states) not in _STATES or len(set(states)) != len(states):
+        raise InvalidSettingsError(
+            f"Parameter 'state_interfaces' is {list(states)}: one of position; position, "
+            "velocity; position, velocity, acceleration"
+        )
+    if VELOCITY not in states and (EFFORT in commands or set(commands) == {VELOCITY}):
+        raise InvalidSettingsError(
+            "Commands by velocity only, or by effort, need the state interfaces position and "
+            "velocity"
+        )
+
+
+def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolerances:
+    """The default tolerances of a controller's joints.
+
+    Args:
+        joints: The joints.
+        parameter: Reads a parameter.
+    """
+    stopped = parameter("constraints.stopped_velocity_tolerance", 0.01)
+    return Tolerances(
+        path=tuple(
+            StateTolerance(parameter(f"constraints.{joint}.trajectory", 0.0)) for joint in joints
+        ),
+        goal=tuple(
+            StateTolerance(parameter(f"constraints.{joint}.goal", 0.0), stopped) for joint in joints
+        ),
+        goal_time=parameter("constraints.goal_time", 0.0),
+    )
+
+
+def read_gains(joint: str, parameter: ReadParameter) -> PidGains:
+    """PID gains of a joint.
+
+    Args:
+        joint: The joint.
+        parameter: Reads a parameter.
+    """
+    defaults = PidGains()
+    names = (
+        "p",
+        "i",
+        "d",
+        "ff_velocity_scale",
+        "u_clamp_max",
+        "u_clamp_min",
+        "i_clamp_max",
+        "i_clamp_min",
+    )
+    return PidGains(
+        **{name: parameter(f"gains.{joint}.{name}", getattr(defaults, name)) for name in names}
+    )

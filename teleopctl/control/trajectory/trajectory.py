@@ -1,0 +1,242 @@
+"""A trajectory that can be sampled at any time.
+
+Times are nanoseconds on the controller's clock. A trajectory begins at the "point before": where
+the robot is when it takes the trajectory over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum
+from typing import NamedTuple
+
+from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.trajectory.segment import Segment
+
+
+class InterpolationMethod(Enum):
+    """How a trajectory is sampled between its points."""
+
+    SPLINES = "splines"
+    NONE = "none"
+
+
+class Sample(NamedTuple):
+    """What a trajectory says about one instant.
+
+    Attributes:
+        state: The desired state.
+        start_index: Index of the point that begins the running segment.
+        end_index: Index of the point being approached; both are 0 before the first point, and
+            ``end_index`` is the number of points after the last.
+    """
+
+    state: TrajectoryPoint
+    start_index: int
+    end_index: int
+
+
+class Trajectory:
+    """Points in time, and the segments between them.
+
+    Args:
+        points: The points, their times strictly increasing. They are filled in where derivatives
+            are integrated, so the trajectory owns them.
+        start_ns: Time at which the points' clocks start, or 0 for "when first sampled".
+    """
+
+    def __init__(self, points: Sequence[TrajectoryPoint] = (), start_ns: int = 0) -> None:
+        self._points: list[TrajectoryPoint] = []
+        self._segments: list[Segment | None] = []
+        self._before: TrajectoryPoint | None = None
+        self.update(points, start_ns)
+
+    def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
+        """Begin anew with other points; the point before stays."""
+        self._points = list(points)
+        # Segment i ends at point i; the first one begins at the point before.
+        self._segments = [None] * len(self._points)
+        self.start_ns = start_ns
+        self.last_index = 0
+        self.sampled_already = False
+
+    @property
+    def points(self) -> Sequence[TrajectoryPoint]:
+        """The points; do not change them."""
+        return self._points
+
+    @property
+    def end_ns(self) -> int:
+        """Time of the last point; valid once the start time is known."""
+        return self.start_ns + (self._points[-1].time_ns if self._points else 0)
+
+    def set_point_before(
+        self, time_ns: int, point: TrajectoryPoint, wraparound: Sequence[bool] = ()
+    ) -> None:
+        """Say where the robot is when it takes the trajectory over.
+
+        Args:
+            time_ns: The time of that state; the trajectory cannot be sampled before it.
+            point: The state; it must have positions.
+            wraparound: Per joint, whether a whole turn leads back to the same place. Such a
+                joint's position before is shifted by turns, so that it takes the shortest way.
+        """
+        before = replace(point, time_ns=time_ns)
+        if any(wraparound) and self._points and self._points[0].positions:
+            before.positions = shortest_way(before.positions, self._points[0].positions, wraparound)
+        self._before = before
+        if self._segments:
+            self._segments[0] = None
+
+    def sample(
+        self,
+        time_ns: int,
+        method: InterpolationMethod = InterpolationMethod.SPLINES,
+        *,
+        advance: bool = True,
+    ) -> Sample | None:
+        """The desired state at a time, or None where there is none.
+
+        There is none without points, before the point before, and where derivatives would have to
+        be integrated from a point that was itself skipped.
+
+        Args:
+            time_ns: The time; never earlier than that of the last call that advanced.
+            method: How to interpolate.
+            advance: Whether later calls may begin their search here.
+        """
+        if not self.sampled_already:
+            self.sampled_already = True
+            if self.start_ns == 0:
+                self.start_ns = time_ns
+        points = self._points
+        before = self._before
+        if not points or before is None or time_ns < before.time_ns:
+            return None
+        elapsed = time_ns - self.start_ns
+        splines = method is InterpolationMethod.SPLINES
+        if elapsed < points[0].time_ns:
+            if not splines:
+                return Sample(before, 0, 0)
+            return self._interpolate(0, time_ns, 0, 0)
+        last = len(points) - 1
+        for index in range(self.last_index, last):
+            if points[index].time_ns <= elapsed < points[index + 1].time_ns:
+                if advance:
+                    self.last_index = index
+                if not splines:
+                    return Sample(points[index + 1], index, index + 1)
+                return self._interpolate(index + 1, time_ns, index, index + 1)
+        if advance:
+            self.last_index = last
+        if splines and not self._complete(last):
+            return None
+        return Sample(_with_zeros(points[last]), last, last + 1)
+
+    def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> Sample | None:
+        path = self._segments[segment]
+        if path is None:
+            if not self._complete(segment):
+                return None
+            begin_ns, begin = self._begin_of(segment)
+            target = self._points[segment]
+            if segment == 0:
+                begin = _padded(begin, target)
+            path = Segment(begin_ns, begin, self.start_ns + target.time_ns, target)
+            self._segments[segment] = path
+        return Sample(path.sample(time_ns), start, end)
+
+    def _begin_of(self, segment: int) -> tuple[int, TrajectoryPoint]:
+        if segment == 0:
+            assert self._before is not None
+            return self._before.time_ns, self._before
+        point = self._points[segment - 1]
+        return self.start_ns + point.time_ns, point
+
+    def _complete(self, segment: int) -> bool:
+        """Integrate what the segment's end lacks; False when its beginning lacks it too."""
+        if segment == 1:
+            self._complete(0)
+        target = self._points[segment]
+        begin_ns, begin = self._begin_of(segment)
+        if not begin.positions:
+            return False
+        duration = max(0, self.start_ns + target.time_ns - begin_ns) / NANOSECONDS
+        integrate(begin, target, duration)
+        return True
+
+
+def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:
+    """Fill in the positions (and velocities) that ``end`` lacks, in place.
+
+    Velocity and acceleration run linearly over the segment; those that ``begin`` lacks count as 0.
+
+    Args:
+        begin: State at the beginning, with positions.
+        end: State to be completed.
+        duration: Seconds between them.
+    """
+    if end.positions or not (end.velocities or end.accelerations):
+        return
+    zeros = [0.0] * len(begin.positions)
+    velocities = begin.velocities or zeros
+    if not end.velocities:
+        accelerations = begin.accelerations or zeros
+        end.velocities = [
+            v + (a + b) * duration / 2.0
+            for v, a, b in zip(velocities, accelerations, end.accelerations, strict=True)
+        ]
+    end.positions = [
+        p + (v + w) * duration / 2.0
+        for p, v, w in zip(begin.positions, velocities, end.velocities, strict=True)
+    ]
+
+
+def shortest_way(
+    current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
+) -> list[float]:
+    """Shift flagged positions by whole turns, so that each is at most half a turn from its target.
+
+    Args:
+        current: Positions, rad.
+        target: Where they are to go, rad.
+        wraparound: Which joints turn without end.
+    """
+    return [
+        end - shortest_angle(begin, end) if flag else begin
+        for begin, end, flag in zip(current, target, wraparound, strict=True)
+    ]
+
+
+def shortest_angle(begin: float, end: float) -> float:
+    """The rotation from one angle to another by the shortest way, rad; half a turn keeps its sign.
+
+    Args:
+        begin: Angle, rad.
+        end: Angle, rad.
+    """
+    difference = math.remainder(end - begin, 2.0 * math.pi)
+    if abs(abs(difference) - math.pi) < 1e-12:
+        return math.copysign(math.pi, end - begin)
+    return difference
+
+
+def _padded(begin: TrajectoryPoint, target: TrajectoryPoint) -> TrajectoryPoint:
+    """Give the point before the derivatives that the first point has; they count as 0."""
+    zeros = [0.0] * len(begin.positions)
+    return replace(
+        begin,
+        velocities=begin.velocities or (list(zeros) if target.velocities else []),
+        accelerations=begin.accelerations or (list(zeros) if target.accelerations else []),
+    )
+
+
+def _with_zeros(point: TrajectoryPoint) -> TrajectoryPoint:
+    zeros = [0.0] * len(point.positions)
+    return replace(
+        point,
+        velocities=point.velocities or zeros,
+        accelerations=point.accelerations or list(zeros),
+    )

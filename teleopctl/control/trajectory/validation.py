@@ -1,0 +1,197 @@
+"""Is this trajectory one that the controller can follow?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from teleopctl.control.trajectory.points import (
+    NANOSECONDS,
+    DurationLike,
+    PointLike,
+    TrajectoryPoint,
+    to_nanoseconds,
+)
+
+# float32 resolution: what a planner that works in single precision calls zero.
+_STILL = 1.2e-7
+
+
+class HeaderLike(Protocol):
+    """std_msgs/Header, as far as it is read here."""
+
+    stamp: DurationLike
+
+
+class TrajectoryLike(Protocol):
+    """trajectory_msgs/JointTrajectory."""
+
+    header: HeaderLike
+    joint_names: Sequence[str]
+    points: Sequence[PointLike]
+
+
+class InvalidTrajectoryError(Exception):
+    """The trajectory is refused; the text says why."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What a controller accepts.
+
+    Attributes:
+        joints: The controller's joints.
+        partial_joints: Whether a trajectory may name only some of them.
+        integration: Whether positions may be left out, to be integrated.
+        final_velocity: Whether the last point may still be moving.
+        effort: Whether points may carry effort.
+    """
+
+    joints: tuple[str, ...]
+    partial_joints: bool = False
+    integration: bool = False
+    final_velocity: bool = False
+    effort: bool = False
+
+
+def validate(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
+    """Check a trajectory.
+
+    Args:
+        trajectory: The message.
+        rules: What the controller accepts.
+        now_ns: Present time on the controller's clock.
+
+    Raises:
+        InvalidTrajectoryError: With the reason; the trajectory must not be used.
+    """
+    _check_joints(trajectory, rules)
+    _check_end(trajectory, rules, now_ns)
+    _check_times(trajectory)
+    for index, point in enumerate(trajectory.points):
+        _check_point(point, index, list(trajectory.joint_names), rules)
+
+
+def _check_joints(trajectory: TrajectoryLike, rules: Rules) -> None:
+    names = list(trajectory.joint_names)
+    if not rules.partial_joints and len(names) != len(rules.joints):
+        raise InvalidTrajectoryError(
+            "Joints on incoming trajectory don't match the controller joints."
+        )
+    if not names:
+        raise InvalidTrajectoryError("Empty joint names on incoming trajectory.")
+    if not len(trajectory.points):
+        raise InvalidTrajectoryError("Empty trajectory received.")
+    for name in names:
+        if name not in rules.joints:
+            raise InvalidTrajectoryError(
+                f"Incoming joint {name} doesn't match the controller's joints."
+            )
+    if len(set(names)) != len(names):
+        raise InvalidTrajectoryError("Duplicate joint names on incoming trajectory.")
+
+
+def _check_end(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
+    last = trajectory.points[-1]
+    if not rules.final_velocity:
+        for name, velocity in zip(trajectory.joint_names, last.velocities, strict=False):
+            if abs(velocity) > _STILL:
+                raise InvalidTrajectoryError(
+                    f"Velocity of last trajectory point of joint {name} is not zero: {velocity:f}"
+                )
+    start_ns = to_nanoseconds(trajectory.header.stamp)
+    end_ns = start_ns + to_nanoseconds(last.time_from_start)
+    if start_ns != 0 and end_ns < now_ns:
+        raise InvalidTrajectoryError(
+            f"Received trajectory with non-zero start time ({start_ns / NANOSECONDS:f}) "
+            f"that ends in the past ({end_ns / NANOSECONDS:f})"
+        )
+
+
+def _check_times(trajectory: TrajectoryLike) -> None:
+    previous = to_nanoseconds(trajectory.points[0].time_from_start)
+    if previous < 0:
+        raise InvalidTrajectoryError("Time of point 0 is negative")
+    for index, point in enumerate(trajectory.points[1:], start=1):
+        time = to_nanoseconds(point.time_from_start)
+        if time <= previous:
+            raise InvalidTrajectoryError(
+                f"Time between points {index - 1} and {index} is not strictly increasing, "
+                f"it is {previous / NANOSECONDS:f} and {time / NANOSECONDS:f} respectively"
+            )
+        previous = time
+
+
+def _check_point(point: PointLike, index: int, names: list[str], rules: Rules) -> None:
+    fields = {
+        "positions": point.positions,
+        "velocities": point.velocities,
+        "accelerations": point.accelerations,
+        "effort": point.effort,
+    }
+    for field, values in fields.items():
+        if len(values) not in (0, len(names)):
+            raise InvalidTrajectoryError(
+                f"Mismatch between joint_names size ({len(names)}) and {field} ({len(values)}) "
+                f"at point #{index}."
+            )
+        for name, value in zip(names, values, strict=False):
+            if not math.isfinite(value):
+                raise InvalidTrajectoryError(
+                    f"Value {value} in {field} of joint {name} at point #{index} is not finite."
+                )
+    if not len(point.positions):
+        if not rules.integration:
+            raise InvalidTrajectoryError(
+                f"Mismatch between joint_names size ({len(names)}) and positions (0) "
+                f"at point #{index}."
+            )
+        if not len(point.velocities) and not len(point.accelerations):
+            raise InvalidTrajectoryError(
+                "The given trajectory has no position, velocity, or acceleration points."
+            )
+    if len(point.effort) and not rules.effort:
+        raise InvalidTrajectoryError(
+            f"Effort given at point #{index}, but the controller has no effort command interface."
+        )
+
+
+def to_points(
+    trajectory: TrajectoryLike, joints: Sequence[str], hold: Sequence[float]
+) -> list[TrajectoryPoint]:
+    """The points in the controller's joint order; joints that are not named stay where they are.
+
+    Args:
+        trajectory: A valid trajectory.
+        joints: The controller's joints.
+        hold: Positions of the controller's joints, for those that the trajectory leaves out.
+    """
+    names = list(trajectory.joint_names)
+    if len(names) == len(joints):
+        order = [names.index(joint) for joint in joints]
+        return [TrajectoryPoint.from_message(point, order) for point in trajectory.points]
+    points = []
+    for message in trajectory.points:
+        given = TrajectoryPoint.from_message(message)
+        points.append(
+            TrajectoryPoint(
+                _spread(given.positions, names, joints, hold),
+                _spread(given.velocities, names, joints, None),
+                _spread(given.accelerations, names, joints, None),
+                _spread(given.effort, names, joints, None),
+                given.time_ns,
+            )
+        )
+    return points
+
+
+def _spread(
+    values: list[float], names: list[str], joints: Sequence[str], rest: Sequence[float] | None
+) -> list[float]:
+    if not values:
+        return []
+    by_name = dict(zip(names, values, strict=True))
+    resting = [0.0] * len(joints) if rest is None else rest
+    return [by_name.get(joint, default) for joint, default in zip(joints, resting, strict=True)]

@@ -1,0 +1,17 @@
+"""``python -m teleopctl.launch PLAN``: the supervisor of a launch in the background."""
+
+import sys
+from pathlib import Path
+
+from teleopctl.launch.plan import load_plan
+from teleopctl.launch.supervisor import Supervisor
+
+
+def main() -> int:
+    """Carry out the plan in the file that the command line names."""
+    plan = load_plan(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    return Supervisor(plan, in_background=True).run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

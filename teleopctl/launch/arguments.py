@@ -1,0 +1,89 @@
+"""What ``launch --show-args`` prints: the arguments of a launch file and of those it includes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.context import LaunchContext
+from teleopctl.launch.descriptions import Action, DeclareArgument, Group, Include, Let, Timer
+from teleopctl.launch.evaluation import included_path
+from teleopctl.launch.parser import parse_file
+from teleopctl.launch.substitutions import render
+from teleopctl.launch.template import Template
+
+_MAX_DEPTH = 30
+
+
+def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines that ``ros2 launch --show-args`` prints.
+
+    Raises:
+        TeleopctlError: When the file cannot be read.
+    """
+    yield "Arguments (pass arguments as '<name>:=<value>'):"
+    context = LaunchContext(arguments, Path())
+    seen: set[str] = set()
+    for argument in _declared(file, context, 0):
+        if argument.name in seen:
+            continue
+        seen.add(argument.name)
+        yield ""
+        yield f"    '{argument.name}':"
+        description = argument.description or "no description given"
+        if argument.choices:
+            description += f" Valid choices are: {list(argument.choices)}"
+        yield f"        {description}"
+        if argument.default is not None:
+            yield f"        (default: {_describe(argument.default)})"
+    if not seen:
+        yield ""
+        yield "  No arguments."
+
+
+def _describe(default: Template) -> str:
+    if default.is_literal:
+        return f"'{default.render(lambda _: '')}'"
+    return default.source
+
+
+def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[DeclareArgument]:
+    if depth > _MAX_DEPTH:
+        return
+    with context.inside(file):
+        yield from _declared_in(parse_file(file).actions, context, depth)
+
+
+def _declared_in(
+    actions: tuple[Action, ...], context: LaunchContext, depth: int
+) -> Iterator[DeclareArgument]:
+    variables = context.scope.variables
+    for action in actions:
+        if isinstance(action, DeclareArgument):
+            yield action
+            if action.default is not None and action.name not in variables:
+                _try_to_set(context, action.name, action.default)
+        elif isinstance(action, Let):
+            if action.name.is_literal:
+                _try_to_set(context, action.name.source, action.value)
+        elif isinstance(action, Group | Timer):
+            yield from _declared_in(action.actions, context, depth)
+        elif isinstance(action, Include):
+            try:
+                path = included_path(render(action.file, context), context.file)
+            except TeleopctlError:
+                continue  # which file it is depends on what is known only at the start
+            given = {name.source for name, _ in action.arguments}
+            for argument in _declared(path, context, depth + 1):
+                if argument.name not in given:
+                    yield argument
+
+
+def _try_to_set(context: LaunchContext, name: str, value: Template) -> None:
+    if "$(xacro" in value.source or "$(command" in value.source:
+        return  # too costly for a default that only names a file elsewhere
+    try:
+        context.scope.variables[name] = render(value, context)
+    except TeleopctlError:
+        return

@@ -1,0 +1,152 @@
+"""One process of a launch: started, listened to, signalled, awaited."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+from teleopctl.launch.plan import ProcessPlan
+from teleopctl.launch.screen import Screen, Stream
+
+# How long to go on reading what a process left behind when a descendant keeps its output open.
+_LAST_WORDS_S = 1.0
+# Exit statuses of a process that ended because it was asked to.
+_ENDED_BY_INTERRUPT = frozenset({128 + signal.SIGINT, -signal.SIGINT, 0xC000013A})
+_ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
+
+
+class Child:
+    """A process of a launch.
+
+    Args:
+        plan: What to start.
+        log_file: Where its output is kept.
+        screen: Where its output is shown.
+        on_exit: Called with the child, on another thread, when the process has ended and
+            everything that it wrote has been read.
+    """
+
+    def __init__(
+        self, plan: ProcessPlan, log_file: Path, screen: Screen, on_exit: Callable[[Child], None]
+    ) -> None:
+        self.plan = plan
+        self.log_file = log_file
+        self.retries = 0
+        self._screen = screen
+        self._on_exit = on_exit
+        self._process: subprocess.Popen[bytes] | None = None
+        self._signals_sent: set[int] = set()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id, also of one that has ended; None before the first start."""
+        return None if self._process is None else self._process.pid
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process was started and has not ended."""
+        return self._process is not None and self._process.returncode is None
+
+    @property
+    def exit_status(self) -> int | None:
+        """What the process ended with, negative for a signal; None while it runs."""
+        return None if self._process is None else self._process.returncode
+
+    @property
+    def was_signalled(self) -> bool:
+        """Whether the launch asked the process to end."""
+        return bool(self._signals_sent)
+
+    @property
+    def ended_well(self) -> bool:
+        """Whether the process ended with status 0, or because somebody asked it to."""
+        status = self.exit_status
+        if status == 0 or status in _ENDED_BY_INTERRUPT:
+            return True
+        return self.was_signalled and status in _ENDED_BY_TERMINATION
+
+    def start(self) -> None:
+        """Start the process; nothing is read from it before :meth:`attend`.
+
+        Raises:
+            OSError: It cannot be started.
+        """
+        plan = self.plan
+        environment = dict(os.environ)
+        # Without it, what a node prints appears only when a buffer is full.
+        environment["PYTHONUNBUFFERED"] = "1"
+        for name, value in plan.environment.items():
+            if value is None:
+                environment.pop(name, None)
+            else:
+                environment[name] = value
+        self._signals_sent.clear()
+        self._process = subprocess.Popen(
+            plan.command[0] if plan.shell else plan.command,
+            shell=plan.shell,
+            cwd=plan.working_directory,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            **_own_group(),
+        )
+
+    def attend(self) -> None:
+        """Relay what the started process writes, until it ends, on another thread."""
+        threading.Thread(
+            target=self._attend, args=(self._process,), name=self.plan.name, daemon=True
+        ).start()
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process and to what it started."""
+        process = self._process
+        if process is None or process.poll() is not None:
+            return
+        self._signals_sent.add(number)
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            if sys.platform == "win32":
+                if number == signal.SIGINT:
+                    process.send_signal(signal.CTRL_BREAK_EVENT)
+                else:
+                    process.kill()
+            else:
+                os.killpg(process.pid, number)
+
+    def _attend(self, process: subprocess.Popen[bytes]) -> None:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        with self.log_file.open("ab", buffering=0) as log:
+            readers = [
+                threading.Thread(target=self._relay, args=(stream, pipe, log), daemon=True)
+                for stream, pipe in (("stdout", process.stdout), ("stderr", process.stderr))
+            ]
+            for reader in readers:
+                reader.start()
+            process.wait()
+            for reader in readers:
+                reader.join(_LAST_WORDS_S)
+        self._on_exit(self)
+
+    def _relay(self, stream: Stream, pipe: IO[bytes], log: IO[bytes]) -> None:
+        shown = stream == "stderr" or self.plan.show_stdout
+        # The log is closed under a reader whose pipe a descendant of the process keeps open.
+        with contextlib.suppress(ValueError, OSError), pipe:
+            for line in pipe:
+                log.write(line)
+                if shown:
+                    self._screen.relay(stream, self.plan.name, line)
+
+
+def _own_group() -> dict[str, Any]:
+    """What keeps the terminal's Ctrl-C away: the launch sends signals itself, in order."""
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    return {"process_group": 0}

@@ -1,0 +1,126 @@
+"""The state of an evaluation: launch variables, environment, namespace, current file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from teleopctl.launch.descriptions import Parameter
+
+
+@dataclass(slots=True)
+class Scope:
+    """What a scoped group restores when it ends.
+
+    Attributes:
+        variables: Launch variables (arguments and ``let``) by name.
+        environment: Variables set for the processes; None removes one.
+        namespace: Namespace of the following nodes, ``/`` at the top.
+        parameters: Parameters of every following node.
+        remaps: Remappings of every following node.
+    """
+
+    variables: dict[str, str] = field(default_factory=dict)
+    environment: dict[str, str | None] = field(default_factory=dict)
+    namespace: str = "/"
+    parameters: tuple[Parameter, ...] = ()
+    remaps: tuple[tuple[str, str], ...] = ()
+
+    def copy(self) -> Scope:
+        """Return an independent copy."""
+        return replace(self, variables=dict(self.variables), environment=dict(self.environment))
+
+
+class LaunchContext:
+    """Everything that substitutions may look at.
+
+    Args:
+        arguments: Launch arguments from the command line.
+        log_directory: The launch's folder for logs.
+    """
+
+    def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
+        self.scope = Scope(variables=dict(arguments))
+        self.log_directory = log_directory
+        self.file = Path()
+        self.start_delay = 0.0
+        self.warnings: list[str] = []
+        self._live_nodes: frozenset[str] | None = None
+        self._robots: dict[tuple[str, tuple[tuple[str, str], ...]], str] = {}
+        self._anonymous: dict[str, str] = {}
+
+    @contextmanager
+    def scoped(self) -> Iterator[None]:
+        """Restore variables, environment, namespace and so on at the end of the block."""
+        outer = self.scope
+        self.scope = outer.copy()
+        try:
+            yield
+        finally:
+            self.scope = outer
+
+    @contextmanager
+    def inside(self, file: Path) -> Iterator[None]:
+        """Make a file the current one for the block."""
+        outer, self.file = self.file, file
+        try:
+            yield
+        finally:
+            self.file = outer
+
+    @contextmanager
+    def delayed(self, seconds: float) -> Iterator[None]:
+        """Start the block's processes later."""
+        self.start_delay += seconds
+        try:
+            yield
+        finally:
+            self.start_delay -= seconds
+
+    def environment_value(self, name: str) -> str | None:
+        """Return an environment variable as the processes will see it."""
+        if name in self.scope.environment:
+            return self.scope.environment[name]
+        return os.environ.get(name)
+
+    def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
+        """Expand a xacro file; each combination of file and arguments only once.
+
+        Raises:
+            TeleopctlError: When the file is missing or does not parse.
+        """
+        key = (str(file), tuple(sorted(mappings.items())))
+        if key not in self._robots:
+            from teleopctl.robot import xacro_file
+
+            self._robots[key] = xacro_file.expand(file, dict(mappings))
+        return self._robots[key]
+
+    def node_is_running(self, name: str) -> bool:
+        """Ask the live graph, once for the whole launch, whether a node of that name is there."""
+        if self._live_nodes is None:
+            self._live_nodes = _query_nodes()
+        return name in self._live_nodes
+
+    def anonymous_name(self, name: str) -> str:
+        """Return a name that no other launch uses; the same one for the same word."""
+        if name not in self._anonymous:
+            self._anonymous[name] = f"{name}_{os.getpid()}_{len(self._anonymous)}"
+        return self._anonymous[name]
+
+
+def _query_nodes() -> frozenset[str]:
+    from teleopctl.wire.graph import query_graph
+    from teleopctl.wire.session import RouterNotRunning, open_session
+
+    try:
+        session = open_session("client")
+    except RouterNotRunning:
+        return frozenset()  # where no router is, no node is known to anybody
+    try:
+        return frozenset(query_graph(session).node_names(include_hidden=True))
+    finally:
+        session.close()

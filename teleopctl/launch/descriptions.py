@@ -1,0 +1,239 @@
+"""What a launch file says, read but not yet evaluated: plain data with unevaluated texts."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from teleopctl.launch.template import Template
+
+Output = Literal["screen", "log", "both"]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where in a file something stands.
+
+    Attributes:
+        file: The launch file.
+        line: Line number, counted from 1.
+    """
+
+    file: Path
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """``if:`` or ``unless:``.
+
+    Attributes:
+        text: Has to evaluate to ``true``, ``1``, ``false`` or ``0``.
+        expected: What the action needs the text to be.
+    """
+
+    text: Template
+    expected: bool
+
+
+# A parameter's value: texts are evaluated and then typed, other scalars are what they are.
+ParameterTree = Template | bool | int | float | list["ParameterTree"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """``param: - name: …, value: …``.
+
+    Attributes:
+        name: Dotted name.
+        value: Its value.
+        type_name: The type that ``type:`` demands, or None to read the text as YAML does.
+    """
+
+    name: Template
+    value: ParameterTree
+    type_name: str | None
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterFile:
+    """``param: - from: FILE``."""
+
+    path: Template
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class NodePart:
+    """What a ``node`` has beyond an ``executable``.
+
+    Attributes:
+        package: Package that offers the program.
+        executable: The program's name.
+        name: Node name, or None for the one in the source.
+        namespace: Namespace below the pushed ones, or None.
+        parameters: Inline parameters and files, in order.
+        remaps: Pairs from, to.
+        ros_arguments: Further arguments behind ``--ros-args``.
+    """
+
+    package: Template
+    executable: Template
+    name: Template | None
+    namespace: Template | None
+    parameters: tuple[Parameter | ParameterFile, ...]
+    remaps: tuple[tuple[Template, Template], ...]
+    ros_arguments: Template | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Action:
+    """One entry of a launch file.
+
+    Attributes:
+        place: Where it stands.
+        conditions: All have to hold.
+    """
+
+    place: Place
+    conditions: tuple[Condition, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeclareArgument(Action):
+    """``arg``: an argument of the file."""
+
+    name: str
+    default: Template | None
+    description: str | None
+    choices: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Let(Action):
+    """``let``: sets a launch variable."""
+
+    name: Template
+    value: Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetEnvironment(Action):
+    """``set_env``, ``unset_env`` (no value), ``append_env`` (with a separator before the value)."""
+
+    name: Template
+    value: Template | None
+    append: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Include(Action):
+    """``include``: another launch file, with arguments."""
+
+    file: Template
+    arguments: tuple[tuple[Template, Template], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group(Action):
+    """``group``: actions under one condition and, where scoped, with settings of their own."""
+
+    scoped: bool
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timer(Action):
+    """``timer``: actions that start later.
+
+    Attributes:
+        period: Seconds after the start of the launch.
+    """
+
+    period: Template
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PushNamespace(Action):
+    """``push_ros_namespace``: puts the following nodes into a namespace."""
+
+    namespace: Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetParameter(Action):
+    """``set_parameter``: a parameter of every following node."""
+
+    parameter: Parameter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetRemap(Action):
+    """``set_remap``: a remapping of every following node."""
+
+    source: Template
+    target: Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Log(Action):
+    """``log``: a line for the person in front of the terminal."""
+
+    level: Template
+    message: Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartProcess(Action):
+    """``node`` and ``executable``: a process.
+
+    Attributes:
+        node: The node's part, or None for an ``executable``.
+        command: The command line of an ``executable``; None for a node.
+        arguments: Arguments behind the program's name, split as a shell splits them.
+        process_name: Name in the output in place of the program's, or None.
+        working_directory: Folder to start in, or None for the current one.
+        environment: Variables added for this process.
+        prefix: Words put before the command line.
+        output: ``screen``, ``log`` or ``both``; ``log`` still shows stderr, as in ROS 2.
+        shell: Whether a shell reads the command line.
+        respawn: Whether to start it again when it ends.
+        respawn_delay: Seconds to wait before that.
+        respawn_max_retries: How often, -1 for any number of times.
+        shutdown_on_exit: Whether its end ends the launch.
+        sigterm_timeout: Seconds from SIGINT to SIGTERM, or None for 5.
+        sigkill_timeout: Seconds from SIGTERM to SIGKILL, or None for 5.
+    """
+
+    node: NodePart | None = None
+    command: Template | None = None
+    arguments: Template | None = None
+    process_name: Template | None = None
+    working_directory: Template | None = None
+    environment: tuple[tuple[Template, Template], ...] = ()
+    prefix: Template | None = None
+    output: Template | None = None
+    shell: Template | None = None
+    respawn: Template | None = None
+    respawn_delay: Template | None = None
+    respawn_max_retries: Template | None = None
+    shutdown_on_exit: Template | None = None
+    sigterm_timeout: Template | None = None
+    sigkill_timeout: Template | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFile:
+    """A launch file.
+
+    Attributes:
+        path: The file.
+        actions: Its entries in order.
+    """
+
+    path: Path
+    actions: tuple[Action, ...] = field(default_factory=tuple)

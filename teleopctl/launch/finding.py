@@ -1,0 +1,65 @@
+"""Where launch files are: given by path, in a package, or among those that teleopctl brings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import find_package, suggest
+
+_BUILTIN = Path(__file__).parent / "files"
+_SUFFIXES = (".yaml", ".yml")
+
+
+def builtin_files() -> list[str]:
+    """Return the names of the launch files that teleopctl brings."""
+    return sorted(path.name for path in _BUILTIN.glob("*.yaml"))
+
+
+def find_launch_file(package: str | None, name: str) -> Path:
+    """Find a launch file.
+
+    Args:
+        package: Package to look in, or None for a path or a built-in file.
+        name: A path, or the name of a file in the package's ``launch`` folder, or of a built-in
+            one; the ending ``.yaml`` may be left out.
+
+    Raises:
+        TeleopctlError: When there is no such package or file, or it is not a YAML file.
+    """
+    candidates = [*_in_package(package, name)] if package is not None else [Path(name).expanduser()]
+    candidates += [_BUILTIN / name, _BUILTIN / f"{name}.yaml"]
+    for path in candidates:
+        if path.is_file():
+            if path.suffix not in _SUFFIXES:
+                raise TeleopctlError(
+                    f"{path} is not a YAML launch file",
+                    hint="teleopctl reads ROS 2's YAML launch files; built in are "
+                    f"{', '.join(builtin_files())}.",
+                )
+            return path.absolute()
+    where = f" in package '{package}'" if package is not None else ""
+    known = {*builtin_files(), *(_names_in_package(package) if package is not None else ())}
+    stem = Path(name).name.split(".", maxsplit=1)[0]
+    guess = suggest(name, known) or suggest(stem, {file.split(".")[0] for file in known})
+    listed = f"There are {', '.join(sorted(known))}, and any YAML file by its path."
+    raise TeleopctlError(
+        f"Launch file '{name}' not found{where}",
+        hint=f"{guess} {listed}" if guess else listed,
+    )
+
+
+def _in_package(package: str, name: str) -> Iterator[Path]:
+    share = find_package(package).share
+    for folder in (share / "launch", share):
+        yield folder / name
+        yield folder / f"{name}.yaml"
+    # Some packages sort their launch files into folders.
+    if Path(name).name == name:
+        yield from sorted((share / "launch").rglob(name))
+
+
+def _names_in_package(package: str) -> list[str]:
+    folder = find_package(package).share / "launch"
+    return [path.name for suffix in _SUFFIXES for path in folder.glob(f"*{suffix}")]

@@ -1,0 +1,109 @@
+"""Parameters of a launched node: their types, and the file in which the node reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import yaml
+
+from teleopctl import ros_yaml
+from teleopctl.errors import TeleopctlError
+
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+_TRUE = frozenset({"true", "yes", "on"})
+_FALSE = frozenset({"false", "no", "off"})
+
+
+class _QuotingDumper(_DUMPER):  # type: ignore[misc]
+    """Quotes every text, so that no reader takes ``1e3`` or ``on`` for something else."""
+
+
+def _represent_text(dumper: Any, text: str) -> yaml.ScalarNode:
+    node: yaml.ScalarNode = dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"')
+    return node
+
+
+_QuotingDumper.add_representer(str, _represent_text)
+
+
+def infer(text: str) -> object:
+    """Give a text the type that YAML gives it; what is no scalar or list of scalars stays text.
+
+    ``24`` is an integer, ``1e-3`` a float, ``true`` a boolean, ``[1, 2]`` a list, ``'24'`` a text.
+    """
+    value = _scalars(text)
+    return unify(value) if isinstance(value, list) else value
+
+
+def _scalars(text: str) -> object:
+    """Return the scalar, or list of scalars, that a text is in YAML, else the text."""
+    # A robot description is long and never a scalar: it is not worth a parser's time.
+    if "\n" in text.strip() or text.lstrip().startswith("<"):
+        return text
+    try:
+        value = ros_yaml.load(text)
+    except yaml.YAMLError:
+        return text
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list) and all(
+        isinstance(item, bool | int | float | str) for item in value
+    ):
+        return value
+    return text
+
+
+def convert(text: str, type_name: str) -> object:
+    """Read a text as the type that ``type:`` demands.
+
+    Args:
+        text: What the launch file says.
+        type_name: ``bool``, ``int``, ``float``, ``str``, or ``list_of_`` one of these.
+
+    Raises:
+        TeleopctlError: When the text is not of that type.
+    """
+    if type_name.startswith("list_of_"):
+        items = _scalars(text)
+        if not isinstance(items, list):
+            raise TeleopctlError(f"expected a list like [a, b], got '{text}'")
+        return [convert(str(item), type_name.removeprefix("list_of_")) for item in items]
+    if type_name == "str":
+        return text
+    word = text.strip()
+    try:
+        if type_name == "int":
+            return int(word, 0)
+        if type_name == "float":
+            return float(word)
+    except ValueError:
+        pass
+    if type_name == "bool" and word.lower() in _TRUE | _FALSE:
+        return word.lower() in _TRUE
+    raise TeleopctlError(f"expected a value of type {type_name}, got '{text}'")
+
+
+def unify(values: list[Any]) -> list[Any]:
+    """Give a list the single type that a parameter needs: integers beside floats become floats.
+
+    Raises:
+        TeleopctlError: When the items have types that do not go together.
+    """
+    kinds = {type(value) for value in values}
+    if kinds == {int, float}:
+        return [float(value) for value in values]
+    if len(kinds) > 1:
+        names = ", ".join(sorted(kind.__name__ for kind in kinds))
+        raise TeleopctlError(f"the items of a list parameter have one type, these have {names}")
+    return values
+
+
+def parameter_file(parameters: Iterable[tuple[str, object]]) -> str:
+    """Return a ROS parameter file that applies to any node; later values win."""
+    document = {"/**": {"ros__parameters": dict(parameters)}}
+    text: str = yaml.dump(
+        document, Dumper=_QuotingDumper, sort_keys=False, allow_unicode=True, width=2**20
+    )
+    return text

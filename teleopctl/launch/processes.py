@@ -1,0 +1,236 @@
+"""From a ``node`` or an ``executable`` to the process to start."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.context import LaunchContext
+from teleopctl.launch.descriptions import (
+    NodePart,
+    Parameter,
+    ParameterFile,
+    ParameterTree,
+    StartProcess,
+)
+from teleopctl.launch.parameters import convert, infer, parameter_file, unify
+from teleopctl.launch.plan import ProcessPlan
+from teleopctl.launch.substitutions import parse_condition, render
+from teleopctl.launch.template import Template
+from teleopctl.packages import find_executable, resolve_uri
+
+# Programs that do their work and end: a launch is up when they have finished.
+_PROGRAMS_THAT_END = frozenset(
+    {("controller_manager", "spawner"), ("controller_manager", "unspawner")}
+)
+_OUTPUTS = ("screen", "log", "both", "own_log", "full")
+_UNSAFE = re.compile(r"[^\w.\-]")
+
+
+def join_namespace(outer: str, inner: str) -> str:
+    """Return a namespace below another one; an absolute one stands for itself."""
+    if inner.startswith("/"):
+        return "/" + inner.strip("/")
+    return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")
+
+
+class ProcessBuilder:
+    """Collects the processes of a launch.
+
+    Args:
+        context: What substitutions look at.
+        show_all_output: Whether stdout of every process appears on the screen.
+        prefix: Words put before every command line, or None.
+
+    Attributes:
+        plans: The processes so far.
+        files: Parameter files to write, as path and content.
+    """
+
+    def __init__(
+        self, context: LaunchContext, *, show_all_output: bool, prefix: str | None
+    ) -> None:
+        self.plans: list[ProcessPlan] = []
+        self.files: dict[str, str] = {}
+        self._context = context
+        self._show_all_output = show_all_output
+        self._prefix = prefix
+
+    def add(self, action: StartProcess) -> None:
+        """Evaluate a ``node`` or an ``executable`` and add its process.
+
+        Raises:
+            TeleopctlError: When the package, the program or a parameter file does not exist, or
+                a value cannot be read.
+        """
+        shell = self._flag(action.shell, "shell")
+        program: str
+        if action.node is not None:
+            package = self._text(action.node.package)
+            program = self._text(action.node.executable)
+            find_executable(package, program)
+            command = [sys.executable, "-m", "teleopctl.nodes", package, program]
+        else:
+            package = ""
+            assert action.command is not None
+            text = self._text(action.command)
+            command = [text] if shell else _split(text, "cmd")
+            if not command:
+                raise TeleopctlError("'cmd': the command is empty")
+            program = Path((text.split() or [""])[0] if shell else command[0]).name
+        if action.arguments is not None:
+            words = self._text(action.arguments)
+            command = [f"{command[0]} {words}"] if shell else [*command, *_split(words, "args")]
+        name = self._optional(action.process_name) or program
+        name = f"{_UNSAFE.sub('_', name)}-{len(self.plans) + 1}"
+        node_name = None
+        if action.node is not None:
+            ros_arguments, node_name = self._ros_arguments(action.node, name)
+            command += ros_arguments
+        command = self._with_prefix(command, action.prefix, shell=shell)
+        environment = dict(self._context.scope.environment)
+        environment.update(
+            (self._text(variable), self._text(value)) for variable, value in action.environment
+        )
+        self.plans.append(
+            ProcessPlan(
+                name=name,
+                command=command,
+                environment=environment,
+                working_directory=self._optional(action.working_directory),
+                shell=shell,
+                show_stdout=self._shows_stdout(action.output),
+                is_node=action.node is not None,
+                node_name=node_name,
+                ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
+                start_delay=self._context.start_delay,
+                respawn=self._flag(action.respawn, "respawn"),
+                respawn_delay=self._seconds(action.respawn_delay, "respawn_delay", 0.0),
+                respawn_max_retries=int(
+                    self._seconds(action.respawn_max_retries, "respawn_max_retries", -1)
+                ),
+                shutdown_on_exit=self._flag(action.shutdown_on_exit, "required"),
+                sigterm_timeout=self._seconds(action.sigterm_timeout, "sigterm_timeout", 5.0),
+                sigkill_timeout=self._seconds(action.sigkill_timeout, "sigkill_timeout", 5.0),
+            )
+        )
+
+    def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
+        scope = self._context.scope
+        words: list[str] = []
+        name = self._optional(node.name)
+        namespace = scope.namespace
+        inner = self._optional(node.namespace)
+        if inner:
+            namespace = join_namespace(namespace, inner)
+        if name:
+            words += ["-r", f"__node:={name}"]
+        if namespace != "/":
+            words += ["-r", f"__ns:={namespace}"]
+        words += self._parameter_arguments((*scope.parameters, *node.parameters), process_name)
+        remaps = [
+            *scope.remaps,
+            *((self._text(source), self._text(target)) for source, target in node.remaps),
+        ]
+        for source, target in remaps:
+            words += ["-r", f"{source}:={target}"]
+        if node.ros_arguments is not None:
+            words += _split(self._text(node.ros_arguments), "ros_args")
+        full_name = f"{namespace.rstrip('/')}/{name}" if name else None
+        return (["--ros-args", *words] if words else []), full_name
+
+    def _parameter_arguments(
+        self, entries: tuple[Parameter | ParameterFile, ...], process_name: str
+    ) -> list[str]:
+        """Return ``--params-file`` arguments; parameters between two files share a file."""
+        words: list[str] = []
+        inline: list[tuple[str, object]] = []
+        count = 0
+
+        def write_inline() -> None:
+            nonlocal count
+            if inline:
+                count += 1
+                suffix = f"-{count}" if count > 1 else ""
+                path = self._context.log_directory / f"{process_name}-parameters{suffix}.yaml"
+                self.files[str(path)] = parameter_file(inline)
+                words.extend(["--params-file", str(path)])
+                inline.clear()
+
+        for entry in entries:
+            if isinstance(entry, Parameter):
+                inline.append((self._text(entry.name), self._parameter_value(entry)))
+                continue
+            write_inline()
+            path = resolve_uri(self._text(entry.path)).absolute()
+            if not path.is_file():
+                raise TeleopctlError(f"'param.from': there is no parameter file {path}")
+            words.extend(["--params-file", str(path)])
+        write_inline()
+        return words
+
+    def _parameter_value(self, entry: Parameter) -> object:
+        try:
+            return self._tree_value(entry.value, entry.type_name)
+        except TeleopctlError as error:
+            raise TeleopctlError(
+                f"parameter '{entry.name.source}': {error.message}", hint=error.hint
+            ) from error
+
+    def _tree_value(self, tree: ParameterTree, type_name: str | None) -> object:
+        if isinstance(tree, list):
+            item_type = type_name.removeprefix("list_of_") if type_name else None
+            return unify([self._tree_value(item, item_type) for item in tree])
+        if isinstance(tree, Template):
+            text = self._text(tree)
+            return infer(text) if type_name is None else convert(text, type_name)
+        if type_name is None:
+            return tree
+        return convert(str(tree).lower() if isinstance(tree, bool) else str(tree), type_name)
+
+    def _with_prefix(
+        self, command: list[str], prefix: Template | None, *, shell: bool
+    ) -> list[str]:
+        text = self._optional(prefix) or self._prefix
+        if not text:
+            return command
+        return [f"{text} {command[0]}"] if shell else [*_split(text, "launch-prefix"), *command]
+
+    def _shows_stdout(self, output: Template | None) -> bool:
+        text = self._optional(output) or "log"
+        if text not in _OUTPUTS:
+            raise TeleopctlError(f"'output': expected screen, log or both, got '{text}'")
+        return self._show_all_output or text not in ("log", "own_log")
+
+    def _text(self, text: Template) -> str:
+        return render(text, self._context)
+
+    def _optional(self, text: Template | None) -> str | None:
+        return None if text is None else self._text(text)
+
+    def _flag(self, text: Template | None, key: str) -> bool:
+        if text is None:
+            return False
+        try:
+            return parse_condition(self._text(text))
+        except TeleopctlError as error:
+            raise TeleopctlError(f"'{key}': {error.message}") from error
+
+    def _seconds(self, text: Template | None, key: str, default: float) -> float:
+        if text is None:
+            return default
+        value = self._text(text)
+        try:
+            return float(value)
+        except ValueError:
+            raise TeleopctlError(f"'{key}': expected a number, got '{value}'") from None
+
+
+def _split(text: str, key: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise TeleopctlError(f"'{key}': {error}: {text}") from error

@@ -1,0 +1,98 @@
+"""Everything that runs in the background: single nodes, launches, and what the launches started."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from teleopctl import background
+from teleopctl.background import ProcessRecord
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import status
+from teleopctl.packages import suggest
+
+
+class Running(NamedTuple):
+    """A process in the background.
+
+    Attributes:
+        record: Name, pid, start time, command and log file.
+        launch: The launch that started it, or None.
+        node_name: Full name of its node where a launch file gives it, or None.
+        is_alive: Whether it still runs; what a launch started is kept while the launch runs.
+    """
+
+    record: ProcessRecord
+    launch: ProcessRecord | None = None
+    node_name: str | None = None
+    is_alive: bool = True
+
+    @property
+    def qualified_name(self) -> str:
+        """``launch/exec-N`` for what a launch started, else the name."""
+        return f"{self.launch.name}/{self.record.name}" if self.launch else self.record.name
+
+
+def running(*, include_ended: bool = False) -> list[Running]:
+    """Return the background processes, each launch before what it started.
+
+    Args:
+        include_ended: Whether to include processes of running launches that have ended.
+    """
+    found: list[Running] = []
+    for record in background.records():
+        found.append(Running(record))
+        if record.kind == "launch":
+            found.extend(
+                Running(process.record(), record, process.node_name, process.state == "running")
+                for process in status.read(status.folder_of(record))
+                if process.state == "running" or include_ended
+            )
+    return found
+
+
+def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
+    """Find background processes by what people call them.
+
+    A name is that of a record, ``exec-N`` or ``launch/exec-N`` of what a launch started, its
+    executable's, or its node's.
+
+    Raises:
+        TeleopctlError: Nothing of that name runs; the message lists what does.
+    """
+    everything = running(include_ended=include_ended)
+    for names in (_exact_names, _node_names, _executable_names):
+        found = [entry for entry in everything if name in names(entry)]
+        if found:
+            return found
+    known = [entry.record.name for entry in everything if entry.is_alive]
+    raise TeleopctlError(
+        f"Nothing named '{name}' runs in the background",
+        hint=suggest(name, known) or _listing(known),
+    )
+
+
+def newest_log(name: str) -> Path | None:
+    """Return the last log of a background process that has ended, or None."""
+    if not name or any(character in name for character in "/\\*?["):
+        return None
+    logs = background.logs_dir().glob(f"{name}-[0-9]*.log")
+    return max(logs, key=lambda path: path.stat().st_mtime, default=None)
+
+
+def _exact_names(entry: Running) -> Iterable[str]:
+    return entry.record.name, entry.qualified_name
+
+
+def _node_names(entry: Running) -> Iterable[str]:
+    name = entry.node_name
+    return () if name is None else (name, name.lstrip("/"), name.rpartition("/")[2])
+
+
+def _executable_names(entry: Running) -> Iterable[str]:
+    return (entry.record.name.rpartition("-")[0],) if entry.launch else ()
+
+
+def _listing(known: list[str]) -> str:
+    return f"Running: {', '.join(known)}" if known else "Nothing runs there; see `teleopctl ps`."

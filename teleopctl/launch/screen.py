@@ -1,0 +1,59 @@
+"""What a launch writes to the terminal: its own lines, and those of its processes with a prefix."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+Stream = Literal["stdout", "stderr"]
+
+
+class Screen:
+    """Writes whole lines, from any thread.
+
+    Args:
+        log_file: Where the launch's own lines are kept as well, or None.
+        on_closed: Called once when the reader of the terminal has gone, as after ``| head``.
+    """
+
+    def __init__(self, log_file: Path | None, on_closed: Callable[[], None]) -> None:
+        self._lock = threading.Lock()
+        self._log: BinaryIO | None = None if log_file is None else log_file.open("ab", buffering=0)
+        self._on_closed = on_closed
+        self._closed = False
+
+    def say(self, level: str, name: str, text: str) -> None:
+        """Write one of the launch's own lines, ``[INFO] [launch]: …``."""
+        line = f"[{level}] [{name}]: {text}\n".encode(errors="replace")
+        if self._log is not None:
+            self._log.write(line)
+        self._write("stdout", line)
+
+    def relay(self, stream: Stream, name: str, line: bytes) -> None:
+        """Write a line of a process to the stream that it came from."""
+        ending = b"" if line.endswith(b"\n") else b"\n"
+        self._write(stream, b"[" + name.encode() + b"] " + line + ending)
+
+    def close(self) -> None:
+        """Close the log file."""
+        if self._log is not None:
+            self._log.close()
+            self._log = None
+
+    def _write(self, stream: Stream, data: bytes) -> None:
+        target = sys.stdout.buffer if stream == "stdout" else sys.stderr.buffer
+        with self._lock:
+            if self._closed:
+                return
+            try:
+                target.write(data)
+                target.flush()
+                return
+            except (BrokenPipeError, ValueError):
+                self._closed = True
+        with contextlib.suppress(OSError):
+            self._on_closed()

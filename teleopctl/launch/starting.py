@@ -1,0 +1,107 @@
+"""A launch from the command's point of view: evaluate, then run it here or in the background."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+
+from teleopctl import background
+from teleopctl.background import ProcessRecord
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.evaluation import evaluate
+from teleopctl.launch.parser import parse_file
+from teleopctl.launch.plan import LaunchPlan
+from teleopctl.launch.status import PLAN_FILE, ProcessStatus
+
+
+def new_log_directory() -> Path:
+    """Return the folder of a launch that starts now: date, host and process, as in ROS 2."""
+    stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
+    return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
+
+
+def make_plan(
+    file: Path,
+    arguments: Mapping[str, str],
+    *,
+    show_all_output: bool = False,
+    prefix: str | None = None,
+) -> LaunchPlan:
+    """Read and evaluate a launch file; nothing is started or written.
+
+    Raises:
+        TeleopctlError: The file cannot be read, does not follow the vocabulary, or something in it
+            cannot be evaluated.
+    """
+    return evaluate(
+        parse_file(file),
+        arguments,
+        new_log_directory(),
+        show_all_output=show_all_output,
+        prefix=prefix,
+    )
+
+
+def run_here(plan: LaunchPlan) -> int:
+    """Carry out a plan in the foreground and return the exit status."""
+    from teleopctl.launch.supervisor import Supervisor
+
+    _prepare(plan)
+    return Supervisor(plan).run()
+
+
+def start_in_background(
+    plan: LaunchPlan, name: str, on_up: Callable[[ProcessStatus, str | None], None]
+) -> ProcessRecord:
+    """Carry out a plan in a process of its own, and return once everything is up.
+
+    Args:
+        plan: What to start.
+        name: What the launch is to be called; a number is added where the name is taken.
+        on_up: Called for each process once it is up.
+
+    Raises:
+        TeleopctlError: A process died, or did not come up in time.
+    """
+    from teleopctl.launch.readiness import NewNodes, wait_for_launch
+
+    _prepare(plan)
+    plan_file = plan.log_directory / PLAN_FILE
+    plan_file.write_text(plan.dump(), encoding="utf-8")
+    with NewNodes() as new_nodes:
+        record = background.start(
+            free_name(name),
+            [sys.executable, "-m", "teleopctl.launch", str(plan_file)],
+            kind="launch",
+        )
+        wait_for_launch(new_nodes, record, on_up)
+    return record
+
+
+def free_name(name: str) -> str:
+    """Return a name that no background process has: the given one, or one with a number."""
+    taken = {record.name for record in background.records()}
+    if name not in taken:
+        return name
+    return next(
+        candidate
+        for number in range(2, len(taken) + 3)
+        if (candidate := f"{name}-{number}") not in taken
+    )
+
+
+def _prepare(plan: LaunchPlan) -> None:
+    from teleopctl.wire.router import ensure_router
+
+    ensure_router()
+    try:
+        plan.write_files()
+    except OSError as error:
+        raise TeleopctlError(
+            f"Cannot write to the log folder {plan.log_directory}: {error.strerror}",
+            hint="ROS_LOG_DIR names another one.",
+        ) from error

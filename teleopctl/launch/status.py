@@ -1,0 +1,121 @@
+"""The file by which a launch in the background tells what became of its processes.
+
+It lies beside the launch's plan. ``ps``, ``logs`` and ``stop`` read it, and so does the command
+that started the launch while it waits for the nodes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from teleopctl.background import ProcessRecord
+from teleopctl.launch.child import Child
+
+PLAN_FILE = "plan.json"
+_STATUS_FILE = "processes.json"
+_STOP_PREFIX = "stop-"
+
+State = Literal["waiting", "running", "finished", "died"]
+
+
+class ProcessStatus(NamedTuple):
+    """What became of one process of a launch.
+
+    Attributes:
+        name: ``exec-N``.
+        pid: Process id, 0 before the start.
+        start_time: Seconds since the epoch, 0 before the start.
+        state: Whether it waits for its start, runs, has ended well, or has died.
+        exit_status: What it ended with; negative for a signal.
+        log_file: Its output.
+        command: Its command line.
+        node_name: Full name of its node where the launch file gives it.
+        is_node: Whether it is to appear in the graph.
+        ends_by_itself: Whether it does its work and ends.
+    """
+
+    name: str
+    pid: int
+    start_time: float
+    state: State
+    exit_status: int | None
+    log_file: str
+    command: list[str]
+    node_name: str | None
+    is_node: bool
+    ends_by_itself: bool
+
+    def record(self) -> ProcessRecord:
+        """Return the process as a background record."""
+        return ProcessRecord(
+            self.name,
+            self.pid,
+            self.start_time,
+            tuple(self.command),
+            Path(self.log_file),
+            "node" if self.is_node else "process",
+        )
+
+
+def status_of(child: Child, start_time: float) -> ProcessStatus:
+    """Return what became of a child so far."""
+    state: State = "waiting"
+    if child.is_running:
+        state = "running"
+    elif child.exit_status is not None:
+        state = "finished" if child.ended_well else "died"
+    return ProcessStatus(
+        name=child.plan.name,
+        pid=child.pid or 0,
+        start_time=start_time,
+        state=state,
+        exit_status=child.exit_status,
+        log_file=str(child.log_file),
+        command=child.plan.command,
+        node_name=child.plan.node_name,
+        is_node=child.plan.is_node,
+        ends_by_itself=child.plan.ends_by_itself,
+    )
+
+
+def write(folder: Path, statuses: Iterable[ProcessStatus]) -> None:
+    """Replace the status file of a launch; nobody reads half of it."""
+    text = json.dumps([status._asdict() for status in statuses], ensure_ascii=False)
+    new = folder / f"{_STATUS_FILE}.new"
+    new.write_text(text, encoding="utf-8")
+    new.replace(folder / _STATUS_FILE)
+
+
+def read(folder: Path) -> list[ProcessStatus]:
+    """Read the status file of a launch; empty while it has none."""
+    try:
+        entries = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
+        return [ProcessStatus(**entry) for entry in entries]
+    except (OSError, ValueError, TypeError):
+        return []
+
+
+def folder_of(launch: ProcessRecord) -> Path:
+    """Return the log folder of a launch in the background."""
+    return Path(launch.command[-1]).parent
+
+
+def mark_stopped(folder: Path, name: str) -> None:
+    """Note that a person stopped a process, so that it is not started again."""
+    with contextlib.suppress(OSError):
+        (folder / f"{_STOP_PREFIX}{name}").touch()
+
+
+def is_marked_stopped(folder: Path, name: str) -> bool:
+    """Tell whether a person stopped a process."""
+    return (folder / f"{_STOP_PREFIX}{name}").exists()
+
+
+def command_text(command: Iterable[str]) -> str:
+    """Return a command line as one would type it."""
+    return shlex.join(command)

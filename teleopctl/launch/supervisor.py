@@ -1,0 +1,253 @@
+"""Starts the processes of a plan, relays what they write, and stops them in order.
+
+One thread decides: everything that happens reaches it through a queue, in the order in which it
+happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL after another 5 s.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import os
+import queue
+import signal
+import time
+from collections.abc import Callable
+from functools import partial
+from types import FrameType
+
+from teleopctl.launch import status
+from teleopctl.launch.child import Child
+from teleopctl.launch.plan import LaunchPlan
+from teleopctl.launch.screen import Screen
+
+EXIT_INTERRUPTED = 130
+_LAUNCH = "launch"
+# Windows lets no signal handler run while the main thread waits without end.
+_LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
+# Signals that come in one bunch, as from `timeout`, are one request to end.
+_SAME_REQUEST_S = 1.0
+_STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
+
+
+class Supervisor:
+    """Carries out one plan.
+
+    Args:
+        plan: What to start; its log folder and files have been written.
+        in_background: Whether to keep the status file that ``ps`` reads. The launch's own lines
+            then go to the log of the background process alone.
+    """
+
+    def __init__(self, plan: LaunchPlan, *, in_background: bool = False) -> None:
+        self._plan = plan
+        self._in_background = in_background
+        # SimpleQueue may be filled from a signal handler, other queues may not.
+        self._events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._timers: list[tuple[float, int, Callable[[], None]]] = []
+        self._timer_ids = itertools.count()
+        log_file = None if in_background else plan.log_directory / "launch.log"
+        self._screen = Screen(log_file, lambda: self._events.put(self._shut_down))
+        self._children = [
+            Child(
+                process,
+                plan.log_directory / f"{process.name}.log",
+                self._screen,
+                lambda child: self._events.put(lambda: self._exited(child)),
+            )
+            for process in plan.processes
+        ]
+        # Those of which something is still to come, and of these those whose process was started.
+        self._expected = set(range(len(self._children)))
+        self._live: set[int] = set()
+        self._start_times: dict[int, float] = {}
+        self._shutting_down = False
+        self._interrupted = False
+        self._step = 0
+        self._asked_at = 0.0
+        self._died = False
+
+    def run(self) -> int:
+        """Run until every process has ended.
+
+        Returns:
+            The exit status: 130 after Ctrl-C, 1 when a process died, otherwise 0.
+        """
+        handled = [signal.SIGINT, signal.SIGTERM]
+        handled += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []
+        previous = {number: signal.signal(number, self._on_signal) for number in handled}
+        try:
+            self._start()
+            while self._expected:
+                self._handle_next()
+        finally:
+            for number, handler in previous.items():
+                signal.signal(number, handler)
+            self._screen.close()
+        if self._interrupted:
+            return EXIT_INTERRUPTED
+        return 1 if self._died else 0
+
+    def _start(self) -> None:
+        self._say("INFO", f"All log files can be found below {self._plan.log_directory}")
+        self._say("INFO", "Default logging verbosity is set to INFO")
+        for warning in self._plan.warnings:
+            self._say("WARNING", warning)
+        for level, message in self._plan.messages:
+            self._screen.say(level, "launch.user", message)
+        for index, child in enumerate(self._children):
+            if child.plan.start_delay > 0:
+                self._after(child.plan.start_delay, partial(self._start_child, index))
+            else:
+                self._start_child(index, publish=False)
+        self._publish_status()
+
+    def _start_child(self, index: int, *, publish: bool = True) -> None:
+        child = self._children[index]
+        if self._shutting_down:
+            self._expected.discard(index)
+            return
+        try:
+            child.start()
+        except OSError as error:
+            self._died = True
+            self._expected.discard(index)
+            reason = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+            self._screen.say("ERROR", child.plan.name, f"process failed to start: {reason}")
+            if child.plan.shutdown_on_exit:
+                self._required_ended(child)
+        else:
+            self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
+            child.attend()
+            self._live.add(index)
+            self._note_start_time(index)
+        if publish:
+            self._publish_status()
+
+    def _exited(self, child: Child) -> None:
+        index = self._children.index(child)
+        self._live.discard(index)
+        if child.ended_well:
+            self._screen.say(
+                "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
+            )
+        else:
+            self._died = True
+            self._screen.say(
+                "ERROR",
+                child.plan.name,
+                f"process has died [pid {child.pid}, exit code {child.exit_status}, "
+                f"cmd '{' '.join(child.plan.command)}'].",
+            )
+        if self._respawns(child):
+            child.retries += 1
+            self._after(child.plan.respawn_delay, partial(self._start_child, index))
+        else:
+            self._expected.discard(index)
+            if child.plan.shutdown_on_exit and not self._shutting_down:
+                self._required_ended(child)
+        self._publish_status()
+
+    def _respawns(self, child: Child) -> bool:
+        plan = child.plan
+        if not plan.respawn or self._shutting_down:
+            return False
+        if 0 <= plan.respawn_max_retries <= child.retries:
+            return False
+        return not (
+            self._in_background and status.is_marked_stopped(self._plan.log_directory, plan.name)
+        )
+
+    def _required_ended(self, child: Child) -> None:
+        self._say("INFO", f"process[{child.plan.name}] was required: shutting down launched system")
+        self._shut_down()
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        self._events.put(lambda: self._signalled(signal.Signals(number)))
+
+    def _signalled(self, number: signal.Signals) -> None:
+        reason = "user interrupted with ctrl-c (SIGINT)"
+        if number == signal.SIGINT:
+            self._interrupted = True
+        else:
+            reason = f"asked to end by {number.name}"
+        now = time.monotonic()
+        if not self._shutting_down:
+            self._asked_at = now
+            self._say("WARNING", reason)
+            self._shut_down()
+        elif now - self._asked_at < _SAME_REQUEST_S:
+            return
+        elif self._step + 1 < len(_STEPS):
+            # Whoever asks again does not want to wait for the deadlines.
+            self._step += 1
+            self._say("WARNING", f"{reason} again, sending {_STEPS[self._step].name}")
+            for child in self._children:
+                child.signal(_STEPS[self._step])
+
+    def _shut_down(self) -> None:
+        """Ask every process to end, and arrange for harder ways."""
+        if self._shutting_down:
+            return
+        self._shutting_down = True
+        # What waits for its start, or for its next one, is not started any more.
+        self._expected &= self._live
+        for index in sorted(self._live):
+            child = self._children[index]
+            child.signal(_STEPS[0])
+            self._after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
+        self._publish_status()
+
+    def _escalate(self, child: Child, step: int) -> None:
+        if not child.is_running:
+            return
+        waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
+        self._screen.say(
+            "ERROR",
+            child.plan.name,
+            f"process[{child.plan.name}] failed to terminate '{waited:g}' seconds after receiving "
+            f"'{_STEPS[step - 1].name}', escalating to '{_STEPS[step].name}'",
+        )
+        child.signal(_STEPS[step])
+        if step + 1 < len(_STEPS):
+            self._after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
+
+    def _handle_next(self) -> None:
+        """Wait for the next event or timer and handle it."""
+        timeout = _LONGEST_WAIT_S
+        if self._timers:
+            left = max(0.0, self._timers[0][0] - time.monotonic())
+            timeout = left if timeout is None else min(left, timeout)
+        try:
+            event = self._events.get(timeout=timeout)
+        except queue.Empty:
+            while self._timers and self._timers[0][0] <= time.monotonic():
+                heapq.heappop(self._timers)[2]()
+        else:
+            event()
+
+    def _after(self, seconds: float, action: Callable[[], None]) -> None:
+        heapq.heappush(self._timers, (time.monotonic() + seconds, next(self._timer_ids), action))
+
+    def _say(self, level: str, text: str) -> None:
+        self._screen.say(level, _LAUNCH, text)
+
+    def _note_start_time(self, index: int) -> None:
+        if self._in_background:
+            import psutil
+
+            pid = self._children[index].pid
+            try:
+                self._start_times[index] = psutil.Process(pid).create_time()
+            except psutil.NoSuchProcess:
+                self._start_times[index] = time.time()
+
+    def _publish_status(self) -> None:
+        if self._in_background:
+            status.write(
+                self._plan.log_directory,
+                (
+                    status.status_of(child, self._start_times.get(index, 0.0))
+                    for index, child in enumerate(self._children)
+                ),
+            )

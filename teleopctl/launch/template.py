@@ -1,0 +1,173 @@
+r"""Text with substitutions, ``$(name argument …)``, in the grammar of ROS 2's launch front ends.
+
+A substitution's arguments are separated by blanks. An argument is bare, ``'quoted'`` or
+``"quoted"``, and may hold substitutions again. A backslash takes the meaning from ``$``, quotes,
+parentheses, blanks and itself; before any other character it stands for itself, so that Windows
+paths survive.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+_ESCAPABLE = frozenset("$'\"\\() \t\n")
+_QUOTES = frozenset("'\"")
+
+
+class TemplateError(ValueError):
+    """A text whose substitutions do not follow the grammar."""
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a substitution.
+
+    Attributes:
+        template: Its text.
+        quote: The quotation mark around it, or an empty string.
+    """
+
+    template: "Template"
+    quote: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One substitution.
+
+    Attributes:
+        name: The word after ``$(``.
+        arguments: What follows.
+        source: The whole substitution as written, for messages.
+    """
+
+    name: str
+    arguments: tuple[Argument, ...]
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """A text in which substitutions stand.
+
+    Attributes:
+        parts: Literal texts and substitutions, in order.
+        source: The text as written.
+    """
+
+    parts: tuple[str | Call, ...]
+    source: str
+
+    def render(self, substitute: Callable[[Call], str]) -> str:
+        """Return the text with every substitution replaced by what the function returns."""
+        return "".join(part if isinstance(part, str) else substitute(part) for part in self.parts)
+
+    @property
+    def is_literal(self) -> bool:
+        """Whether the text holds no substitution."""
+        return all(isinstance(part, str) for part in self.parts)
+
+
+def parse(text: str) -> Template:
+    """Parse a text.
+
+    Raises:
+        TemplateError: When a substitution is not closed, has no name, or a quote is left open.
+    """
+    return _Parser(text).whole()
+
+
+def literal(text: str) -> Template:
+    """Return a template that stands for exactly this text."""
+    return Template(parts=(text,) if text else (), source=text)
+
+
+class _Parser:
+    """Recursive descent over one text."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+
+    def whole(self) -> Template:
+        return self._template(lambda _: False)
+
+    def _peek(self) -> str:
+        return self._text[self._at] if self._at < len(self._text) else ""
+
+    def _template(self, ends: Callable[[str], bool]) -> Template:
+        start = self._at
+        parts: list[str | Call] = []
+        literal_text: list[str] = []
+        while self._at < len(self._text) and not ends(self._peek()):
+            character = self._peek()
+            following = self._text[self._at + 1 : self._at + 2]
+            if character == "\\" and following in _ESCAPABLE and following:
+                literal_text.append(following)
+                self._at += 2
+            elif character == "$" and following == "(":
+                if literal_text:
+                    parts.append("".join(literal_text))
+                    literal_text.clear()
+                parts.append(self._call())
+            else:
+                literal_text.append(character)
+                self._at += 1
+        if literal_text:
+            parts.append("".join(literal_text))
+        return Template(parts=tuple(parts), source=self._text[start : self._at])
+
+    def _call(self) -> Call:
+        start = self._at
+        self._at += 2
+        self._skip_blanks()
+        name_start = self._at
+        while self._peek().isalnum() or self._peek() in ("-", "_"):
+            if not self._peek():
+                break
+            self._at += 1
+        name = self._text[name_start : self._at]
+        if not name:
+            raise TemplateError(f"'{self._text[start:]}' has no name after '$('")
+        arguments: list[Argument] = []
+        while True:
+            blanks = self._skip_blanks()
+            if not self._peek():
+                raise TemplateError(f"'{self._text[start:]}' has no closing ')'")
+            if self._peek() == ")":
+                self._at += 1
+                return Call(name, tuple(arguments), self._text[start : self._at])
+            if not blanks:
+                raise TemplateError(
+                    f"'{self._text[start : self._at + 1]}': expected a blank or ')' "
+                    f"before '{self._peek()}'"
+                )
+            arguments.append(self._argument())
+
+    def _argument(self) -> Argument:
+        quote = self._peek()
+        if quote in _QUOTES:
+            start = self._at
+            self._at += 1
+            template = self._template(lambda character: character == quote)
+            if self._peek() != quote:
+                raise TemplateError(f"{self._text[start:]} has no closing {quote}")
+            self._at += 1
+            return Argument(template, quote)
+        depth = 0
+
+        def ends(character: str) -> bool:
+            # Parentheses may be nested in an argument, as in $(eval (1 + 2) * 3).
+            nonlocal depth
+            if character == "(":
+                depth += 1
+            elif character == ")":
+                depth -= 1
+            return depth < 0 or (depth == 0 and character.isspace())
+
+        return Argument(self._template(ends))
+
+    def _skip_blanks(self) -> bool:
+        start = self._at
+        while self._peek().isspace():
+            self._at += 1
+        return self._at > start

@@ -1,0 +1,43 @@
+"""``python -m teleopctl.nodes [PACKAGE] EXECUTABLE [ARGS…]``: one node, one process.
+
+This is what ``teleopctl launch`` and ``--detach`` start, so it imports nothing that the node
+does not need. A first argument that is a path stands for itself; otherwise the package comes first.
+"""
+
+import os
+import signal
+import sys
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.nodes.execute import EXIT_INTERRUPTED, run_executable
+from teleopctl.packages import is_path
+
+
+def main() -> int:
+    """Run the executable that the command line names and return its exit status."""
+    # A shell starts its background jobs with SIGINT ignored, which whoever supervises this process
+    # relies on; and `-m` puts the current folder on the import path, which no node asked for.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.path and sys.path[0] == os.getcwd():  # noqa: PTH109 -- compared as it was made
+        del sys.path[0]
+    arguments = sys.argv[1:]
+    if arguments and is_path(arguments[0]):
+        package, executable, rest = None, arguments[0], arguments[1:]
+    elif len(arguments) > 1:
+        package, executable, rest = arguments[0], arguments[1], arguments[2:]
+    else:
+        sys.stderr.write("usage: python -m teleopctl.nodes [PACKAGE] EXECUTABLE [ARGS...]\n")
+        return 2
+    try:
+        return run_executable(package, executable, rest)
+    except TeleopctlError as error:
+        sys.stderr.write(f"{error.message}\n")
+        if error.hint:
+            sys.stderr.write(f"{error.hint}\n")
+        return error.exit_status
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

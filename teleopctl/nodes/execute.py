@@ -1,0 +1,149 @@
+"""Run one executable in this process, as ``ros2 run`` would run it.
+
+The program may be one of ours, a user's installed entry point, a program of a source package that
+was never built, or a plain file. It may import ``rclpy`` and message packages: a meta-path finder
+serves them where the real ones are not installed.
+"""
+
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import Executable, find_executable
+
+EXIT_INTERRUPTED = 130
+
+
+def run_executable(package: str | None, executable: str, args: Sequence[str]) -> int:
+    """Find a program and run it to its end in this process.
+
+    Args:
+        package: The program's package, or None when ``executable`` is a path or a unique name.
+        executable: The program's name, or the path of a file.
+        args: Its arguments, ``--ros-args`` among them; they are handed over as they are.
+
+    Returns:
+        The exit status: what the program returned, 130 when Ctrl-C ended it, 0 when its context
+        was shut down from outside, 1 after an exception, whose traceback has been printed.
+
+    Raises:
+        TeleopctlError: When there is no such program, or it raised one itself.
+        SystemExit: When the program called ``sys.exit``.
+    """
+    return execute(find_executable(package, executable), args)
+
+
+def execute(executable: Executable, args: Sequence[str]) -> int:
+    """Run a program that was found, see :func:`run_executable`."""
+    from teleopctl.compat import finder
+
+    finder.install()
+    if executable.import_root is not None:
+        root = str(executable.import_root)
+        sys.path.insert(0, root)
+        # What the program starts has to find the package as well.
+        inherited = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = f"{root}{os.pathsep}{inherited}" if inherited else root
+    try:
+        if executable.file is not None:
+            return _run_file(executable.file, args)
+        return _call(executable, args)
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except TeleopctlError:
+        raise
+    except Exception as error:  # noqa: BLE001 -- the program's own, whatever it is
+        if _is_external_shutdown(error):
+            return 0
+        _print_traceback(error)
+        return 1
+
+
+def _call(executable: Executable, args: Sequence[str]) -> int:
+    module_name, _, function_name = executable.target.partition(":")
+    sys.argv = [executable.name, *args]
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name != module_name:
+            raise
+        raise TeleopctlError(
+            f"Executable '{executable.name}' of package '{executable.package}' names the module "
+            f"{module_name}, which does not exist"
+        ) from error
+    if module.__file__:
+        sys.argv[0] = module.__file__
+    function = module
+    for part in function_name.split("."):
+        function = getattr(function, part, None)  # type: ignore[assignment]
+    if not callable(function):
+        raise TeleopctlError(
+            f"Executable '{executable.name}' of package '{executable.package}' names "
+            f"{executable.target}, which is not a function"
+        )
+    return _status(function())
+
+
+def _run_file(file: Path, args: Sequence[str]) -> int:
+    if file.suffix != ".py" and not _is_python(file):
+        return _run_program(file, args)
+    import runpy
+
+    sys.argv = [str(file), *args]
+    runpy.run_path(str(file), run_name="__main__")
+    return 0
+
+
+def _is_python(file: Path) -> bool:
+    with file.open("rb") as stream:
+        first_line = stream.readline(200)
+    return first_line.startswith(b"#!") and b"python" in first_line
+
+
+def _run_program(file: Path, args: Sequence[str]) -> int:
+    """Run a program that is not Python; Ctrl-C reaches it through the terminal, or from us."""
+    import subprocess
+
+    try:
+        process = subprocess.Popen([str(file), *args])
+    except OSError as error:
+        raise TeleopctlError(f"Cannot run {file}: {error.strerror}") from error
+    signal.signal(signal.SIGINT, lambda number, _: process.send_signal(number))
+    signal.signal(signal.SIGTERM, lambda number, _: process.send_signal(number))
+    status = process.wait()
+    return status if status >= 0 else 128 - status
+
+
+def _status(returned: object) -> int:
+    """Turn what ``main`` returned into an exit status, by the rules of ``sys.exit``."""
+    if returned is None:
+        return 0
+    if isinstance(returned, int):
+        return int(returned)
+    sys.stderr.write(f"{returned}\n")
+    return 1
+
+
+def _is_external_shutdown(error: Exception) -> bool:
+    # The class lives in a module that a program without nodes never imports.
+    module = sys.modules.get("teleopctl.node.exceptions")
+    expected = getattr(module, "ExternalShutdownException", None)
+    return expected is not None and isinstance(error, expected)
+
+
+def _print_traceback(error: Exception) -> None:
+    """Print a traceback that begins in the user's program rather than in this module."""
+    import traceback
+
+    ours = (__file__, importlib.__file__)
+    innermost = error.__traceback__
+    while innermost is not None and (
+        innermost.tb_frame.f_code.co_filename in ours
+        or innermost.tb_frame.f_code.co_filename.startswith("<frozen ")
+    ):
+        innermost = innermost.tb_next
+    traceback.print_exception(type(error), error, innermost or error.__traceback__)

@@ -1,0 +1,301 @@
+"""ROS packages: which there are, where their files lie and which programs they offer.
+
+A package is a name that ``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve.
+Three sources form one overlay, the first one that knows a name wins:
+
+1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH`` and below the current folder,
+   ordinary ROS 2 source packages that need no build,
+2. the packages that teleopctl brings itself,
+3. installed distributions with the entry-point group ``teleopctl.nodes``, whose entries are named
+   ``package/executable``.
+
+As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
+that is used in it, while executables that it does not define still come from the others.
+"""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from teleopctl.errors import TeleopctlError
+
+PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
+ENTRY_POINT_GROUP = "teleopctl.nodes"
+
+_HERE = Path(__file__).resolve().parent
+
+# Packages that consist of files: name → folder at the root of a source checkout.
+_DATA_PACKAGES = {"teleop_description": "robot", "teleop_controller": "config"}
+
+_TUTORIAL_NODES = {
+    "simple_parameter": "simple_parameter",
+    "simple_publisher": "simple_publisher",
+    "simple_subscriber": "simple_subscriber",
+}
+
+# Packages that consist of programs: package → executable → module below teleopctl.nodes.
+_NODE_PACKAGES: dict[str, dict[str, str]] = {
+    "camera": {"camera": "camera"},
+    "controller_manager": {
+        "ros2_control_node": "controller_manager",
+        "spawner": "spawner",
+        "unspawner": "unspawner",
+    },
+    "joint_state_publisher": {"joint_state_publisher": "joint_state_publisher"},
+    "mujoco_sim": {"mujoco_sim": "mujoco_sim"},
+    "robot_state_publisher": {"robot_state_publisher": "robot_state_publisher"},
+    "teleop_py_pkg": _TUTORIAL_NODES,
+    "teleop_robot_py_pkg": _TUTORIAL_NODES,
+    "tf2_ros": {
+        "static_transform_publisher": "static_transform_publisher",
+        "tf2_echo": "tf2_echo",
+    },
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Executable:
+    """A program of a package: a function to call, or a file to run.
+
+    Attributes:
+        name: What ``teleopctl run`` calls it.
+        package: The package that offers it, or an empty string for a file given by path.
+        target: ``module:function``, or an empty string when ``file`` is set.
+        file: The program's file, or None when ``target`` is set.
+        import_root: Folder to put on the import path first, or None when it is installed.
+    """
+
+    name: str
+    package: str = ""
+    target: str = ""
+    file: Path | None = None
+    import_root: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Package:
+    """A ROS package.
+
+    Attributes:
+        name: The package's name.
+        share: The folder of its files; ``launch/``, ``urdf/`` and so on are looked for in it.
+        executables: Its programs by name.
+    """
+
+    name: str
+    share: Path
+    executables: dict[str, Executable]
+
+
+def find_package(name: str) -> Package:
+    """Find a package by its name.
+
+    Raises:
+        TeleopctlError: When no source knows the name.
+    """
+    # Entry points are read from the metadata of every installed distribution, which takes tens
+    # of milliseconds: they are asked only when nothing else knows the package.
+    layers = [
+        package
+        for package in (_folder_packages().get(name), _builtin_package(name))
+        if package is not None
+    ]
+    if not layers:
+        layers = [package for package in (_installed_packages().get(name),) if package is not None]
+    if not layers:
+        raise TeleopctlError(
+            f"Package '{name}' not found",
+            hint=suggest(name, (package.name for package in list_packages()))
+            or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
+            "and among the installed distributions.",
+        )
+    return _overlay(layers)
+
+
+def list_packages() -> list[Package]:
+    """Return every package that can be found, sorted by name."""
+    builtin = {name: _builtin_package(name) for name in (*_DATA_PACKAGES, *_NODE_PACKAGES)}
+    sources = (_folder_packages(), builtin, _installed_packages())
+    names = sorted({name for source in sources for name in source})
+    return [
+        _overlay([package for source in sources if (package := source.get(name)) is not None])
+        for name in names
+    ]
+
+
+def package_share(name: str) -> Path:
+    """Return the folder of a package's files.
+
+    Raises:
+        TeleopctlError: When there is no such package.
+    """
+    return find_package(name).share
+
+
+def find_executable(package: str | None, name: str) -> Executable:
+    """Find a program by package and name, by its name alone, or by its path.
+
+    Args:
+        package: The package, or None when ``name`` is a path or unique among all packages.
+        name: The program's name, or the path of a file.
+
+    Raises:
+        TeleopctlError: When the package or the program is not found, or when several packages
+            offer different programs of that name.
+    """
+    if package is not None:
+        found = find_package(package)
+        if name not in found.executables:
+            installed = _installed_packages().get(package)
+            if installed is not None and name in installed.executables:
+                return installed.executables[name]
+            raise TeleopctlError(
+                "No executable found",
+                hint=suggest(name, found.executables) or _offered(package, found.executables),
+            )
+        return found.executables[name]
+    if is_path(name):
+        file = Path(name).expanduser().absolute()
+        if not file.is_file():
+            raise TeleopctlError("No executable found", hint=f"There is no file {file}.")
+        return Executable(name=file.name, file=file, import_root=file.parent)
+    packages = list_packages()
+    found_in = [entry.executables[name] for entry in packages if name in entry.executables]
+    if not found_in:
+        every = {executable for entry in packages for executable in entry.executables}
+        raise TeleopctlError("No executable found", hint=suggest(name, every))
+    if len({(entry.target, entry.file, entry.import_root) for entry in found_in}) > 1:
+        owners = ", ".join(entry.package for entry in found_in)
+        raise TeleopctlError(
+            f"Several packages have an executable '{name}': {owners}",
+            hint=f"Name one: teleopctl run {found_in[0].package} {name}",
+            exit_status=2,
+        )
+    return found_in[0]
+
+
+def is_path(text: str) -> bool:
+    """Tell whether the name of a program is meant as the path of a file."""
+    return "/" in text or os.sep in text or text.endswith(".py")
+
+
+def resolve_uri(uri: str) -> Path:
+    """Turn ``package://PACKAGE/path``, ``file:///path`` or a plain path into a path.
+
+    The file need not exist.
+
+    Raises:
+        TeleopctlError: When the package is unknown or the scheme is another one.
+    """
+    scheme, separator, rest = uri.partition("://")
+    if not separator:
+        return Path(uri).expanduser()
+    from urllib.parse import unquote
+
+    rest = unquote(rest)
+    if scheme == "package":
+        package, _, relative = rest.partition("/")
+        return package_share(package) / relative
+    if scheme == "file":
+        # file:///C:/x has a slash before the drive letter
+        is_drive = len(rest) > 2 and rest[0] == "/" and rest[2] == ":"
+        return Path(rest[1:] if is_drive else rest)
+    raise TeleopctlError(f"Cannot open '{uri}': expected package://, file:// or a path")
+
+
+def suggest(name: str, known: Iterable[str]) -> str | None:
+    """Return a hint that names what a misspelled name may have meant, or None."""
+    from difflib import get_close_matches
+
+    matches = get_close_matches(name, list(known), n=3)
+    return f"Did you mean {' or '.join(matches)}?" if matches else None
+
+
+def _offered(package: str, executables: Iterable[str]) -> str:
+    names = ", ".join(sorted(executables))
+    return f"{package} has {names}." if names else f"{package} has no executables."
+
+
+def _overlay(layers: list[Package]) -> Package:
+    executables: dict[str, Executable] = {}
+    for layer in reversed(layers):
+        executables.update(layer.executables)
+    return Package(name=layers[0].name, share=layers[0].share, executables=executables)
+
+
+def _builtin_package(name: str) -> Package | None:
+    if name in _DATA_PACKAGES:
+        installed = _HERE / "share" / name
+        share = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]
+        return Package(name=name, share=share, executables={})
+    if name in _NODE_PACKAGES:
+        return Package(
+            name=name,
+            share=_HERE,
+            executables={
+                executable: Executable(
+                    name=executable, package=name, target=f"teleopctl.nodes.{module}:main"
+                )
+                for executable, module in _NODE_PACKAGES[name].items()
+            },
+        )
+    return None
+
+
+def _folder_packages() -> dict[str, Package]:
+    roots = [
+        os.path.abspath(os.path.expanduser(folder))  # noqa: PTH100, PTH111 -- os.path needs no Path
+        for folder in os.environ.get(PACKAGE_PATH_VARIABLE, "").split(os.pathsep)
+        if folder
+    ]
+    return _packages_below((*roots, os.getcwd()))  # noqa: PTH109 -- a string is the cache's key
+
+
+@lru_cache(maxsize=16)
+def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
+    # The files of a package change rarely while one command runs: each set of roots is read once.
+    from teleopctl import ament
+
+    packages: dict[str, Package] = {}
+    for root in roots:
+        for name, folder in ament.find_package_folders(Path(root)):
+            if name not in packages:
+                packages[name] = Package(
+                    name=name,
+                    share=folder,
+                    executables={
+                        script: Executable(
+                            name=script,
+                            package=name,
+                            target=target,
+                            import_root=ament.import_root(folder, target),
+                        )
+                        for script, target in ament.console_scripts(folder).items()
+                    },
+                )
+    return packages
+
+
+@lru_cache(maxsize=1)
+def _installed_packages() -> dict[str, Package]:
+    from importlib.metadata import entry_points
+    from importlib.util import find_spec
+
+    executables: dict[str, dict[str, Executable]] = {}
+    for entry in entry_points(group=ENTRY_POINT_GROUP):
+        package, _, name = entry.name.rpartition("/")
+        if package:
+            executables.setdefault(package, {})[name] = Executable(
+                name=name, package=package, target=entry.value
+            )
+    packages: dict[str, Package] = {}
+    for package, found in executables.items():
+        # The files of an installed package lie beside the code of its first executable.
+        module = next(iter(found.values())).target.partition(":")[0].partition(".")[0]
+        spec = find_spec(module)
+        origin = spec.origin if spec is not None else None
+        share = Path(origin).parent if origin else _HERE
+        packages[package] = Package(name=package, share=share, executables=found)
+    return packages

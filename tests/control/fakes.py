@@ -1,0 +1,60 @@
+"""Controllers that do what a test tells them, and remember what was asked of them."""
+
+from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+TYPE = "tests.control.fakes:Recorder"
+
+
+class Recorder(ControllerInterface):
+    """Counts its updates; ``failing`` names callbacks and what they shall do."""
+
+    def __init__(self, name, env):
+        super().__init__(name, env)
+        self.calls = []
+        self.periods = []
+        self.failing = dict(self.parameter("failing", {}))
+        self.shutdowns = 0
+
+    def _do(self, name):
+        self.calls.append(name)
+        what = self.failing.get(name)
+        if what == "raise":
+            raise RuntimeError(f"{name} on purpose")
+        return what
+
+    def on_init(self):
+        return self._do("init")
+
+    def on_configure(self):
+        return self._do("configure")
+
+    def on_activate(self):
+        return self._do("activate")
+
+    def on_deactivate(self):
+        return self._do("deactivate")
+
+    def on_cleanup(self):
+        return self._do("cleanup")
+
+    def on_shutdown(self):
+        return self._do("shutdown")
+
+    def wanted_commands(self):
+        return InterfaceSelection(self.parameter("commands", []))
+
+    def wanted_states(self):
+        return InterfaceSelection(self.parameter("states", []))
+
+    @property
+    def updates(self):
+        return len(self.periods)
+
+    def update(self, time_ns, period):
+        self.periods.append(period)
+        return self._do("update")
+
+
+FAILURE, ERROR = CallbackReturn.FAILURE, CallbackReturn.ERROR
+UPDATE_ERROR = ReturnType.ERROR

@@ -1,0 +1,154 @@
+"""The joint state broadcaster and the forward command controllers."""
+
+import math
+
+import pytest
+
+from teleopctl.control.lifecycle import State
+from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.interfaces.store import get_message
+from tests.control.stack import Stack, urdf
+
+BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
+FORWARD = "forward_command_controller/ForwardCommandController"
+MULTI = "forward_command_controller/MultiInterfaceForwardCommandController"
+JOINTS = ["joint1", "joint2", "joint3"]
+Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
+
+
+def up(stack, name, kind, **parameters):
+    controller = stack.add(name, kind, **parameters)
+    assert stack.manager.configure(name)
+    ok, message = switch(stack.manager, SwitchRequest([name], []))
+    assert ok, message
+    return controller
+
+
+class TestBroadcaster:
+    def published(self, *, topic="joint_states", robot=None, **parameters):
+        stack = Stack(robot or urdf())
+        up(stack, "broadcaster", BROADCASTER, **parameters)
+        stack.step()
+        return stack, stack.nodes["broadcaster"].endpoints[topic].messages[-1]
+
+    def test_a_quantity_that_is_not_measured_is_nan(self):
+        stack, message = self.published()
+        assert list(message.name) == JOINTS
+        assert list(message.position) == [1.1, 2.1, 3.1]
+        assert all(map(math.isnan, [*message.velocity, *message.effort]))
+        assert message.header.frame_id == "base_link"
+        stamp = message.header.stamp
+        assert stamp.sec * 10**9 + stamp.nanosec == stack.time_ns
+
+    def test_every_cycle_is_published_in_order(self):
+        stack, _ = self.published()
+        stack.step(5)
+        messages = stack.nodes["broadcaster"].endpoints["joint_states"].messages
+        stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
+        assert len(stamps) == 6
+        assert stamps == sorted(stamps)
+
+    def test_a_selection_needs_joints_and_interfaces(self):
+        selected = {"joints": ["joint2"], "interfaces": ["position"]}
+        _, message = self.published(**selected)
+        assert list(message.name) == ["joint2"]
+        _, message = self.published(joints=["joint2"])
+        assert list(message.name) == JOINTS
+
+    def test_extra_joints_stand_at_zero(self):
+        _, message = self.published(extra_joints=["wheel"])
+        assert list(message.name) == [*JOINTS, "wheel"]
+        assert message.position[3] == message.velocity[3] == message.effort[3] == 0.0
+
+    def test_another_interface_can_fill_a_field(self):
+        robot = urdf(states=("position", "torque"))
+        robot = robot.replace('"torque">', '"torque"><param name="initial_value">7</param>')
+        _, message = self.published(robot=robot, map_interface_to_joint_state__effort="torque")
+        assert list(message.effort) == [7.0, 7.0, 7.0]
+
+    def test_local_topics(self):
+        _, message = self.published(topic="~/joint_states", use_local_topics=True)
+        assert list(message.name) == JOINTS
+
+    def test_dynamic_joint_states_hold_every_interface(self):
+        robot = urdf(2, states=("position", "velocity"))
+        _, message = self.published(topic="dynamic_joint_states", robot=robot)
+        assert list(message.joint_names) == ["joint1", "joint2"]
+        first = message.interface_values[0]
+        assert list(first.interface_names) == ["position", "velocity"]
+        assert list(first.values) == [1.1, 0.0]
+
+    def test_without_any_state_it_cannot_be_activated(self):
+        stack = Stack(urdf(states=()))
+        stack.add("broadcaster", BROADCASTER)
+        assert stack.manager.configure("broadcaster")
+        assert not switch(stack.manager, SwitchRequest(["broadcaster"], []))[0]
+
+
+class TestForwardCommands:
+    @pytest.fixture
+    def stack(self):
+        stack = Stack(urdf(), enforce_limits=False)
+        for value, command in zip((1.1, 2.1, 3.1), stack.resources.commands.values(), strict=True):
+            command.value = value
+        up(stack, "forward", FORWARD, joints=JOINTS, interface_name="position")
+        return stack
+
+    def send(self, stack, *data):
+        stack.nodes["forward"].receive("~/commands", Float64MultiArray(data=list(data)))
+
+    def test_commands_are_written_at_once(self, stack):
+        stack.step()
+        assert stack.commands() == [1.1, 2.1, 3.1]
+        self.send(stack, 10, 20, 30)
+        stack.step()
+        assert stack.commands() == [10, 20, 30]
+
+    def test_a_wrong_length_stops_the_controller(self, stack):
+        self.send(stack, 10, 20)
+        stack.step()
+        assert stack.commands() == [1.1, 2.1, 3.1]
+        assert stack.manager.controllers["forward"].state is State.INACTIVE
+        assert stack.nodes["forward"].log.texts("error") == [
+            "command size (2) does not match number of interfaces (3)"
+        ]
+
+    def test_infinity_is_dropped(self, stack):
+        self.send(stack, 10, 20, math.inf)
+        stack.step()
+        assert stack.commands() == [1.1, 2.1, 3.1]
+        assert stack.manager.controllers["forward"].state is State.ACTIVE
+
+    def test_an_old_command_is_not_repeated_after_activation(self, stack):
+        self.send(stack, 10, 20, 30)
+        stack.step()
+        switch(stack.manager, SwitchRequest([], ["forward"]))
+        for command in stack.resources.commands.values():
+            command.value = 0.0
+        switch(stack.manager, SwitchRequest(["forward"], []))
+        stack.step()
+        assert stack.commands() == [0.0, 0.0, 0.0]
+
+    @pytest.mark.parametrize(
+        ("kind", "parameters"),
+        [
+            (FORWARD, {"interface_name": "position"}),
+            (FORWARD, {"joints": JOINTS}),
+            (MULTI, {"joint": "joint1"}),
+            (MULTI, {"interface_names": ["position"]}),
+        ],
+    )
+    def test_empty_names_cannot_be_configured(self, kind, parameters):
+        stack = Stack(urdf())
+        stack.add("forward", kind, **parameters)
+        assert not stack.manager.configure("forward")
+
+    def test_group_controllers_stop_what_moves(self):
+        stack = Stack(urdf(commands=("velocity",)))
+        kind = "velocity_controllers/JointGroupVelocityController"
+        up(stack, "forward", kind, joints=JOINTS)
+        self.send(stack, 1, 2, 3)
+        stack.step()
+        assert stack.commands("velocity") == [1, 2, 3]
+        switch(stack.manager, SwitchRequest([], ["forward"]))
+        assert stack.commands("velocity") == [0, 0, 0]

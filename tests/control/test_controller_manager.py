@@ -1,0 +1,308 @@
+"""Loading, configuring, switching and updating controllers."""
+
+import pytest
+
+from teleopctl.control.lifecycle import State
+from teleopctl.control.switching import Strictness, SwitchRequest, switch
+from teleopctl.errors import TeleopctlError
+from tests.control.fakes import ERROR, FAILURE, TYPE, UPDATE_ERROR
+from tests.control.stack import Stack, urdf
+
+POSITION = "joint1/position"
+
+
+@pytest.fixture
+def stack():
+    return Stack(urdf())
+
+
+def add(stack, name, *, configured=True, **parameters):
+    controller = stack.add(name, TYPE, **parameters)
+    if configured:
+        assert stack.manager.configure(name)
+    return controller
+
+
+def do_switch(stack, activate=(), deactivate=(), strictness=Strictness.STRICT, *, asap=True):
+    return switch(stack.manager, SwitchRequest(activate, deactivate, strictness, asap))
+
+
+def states(stack):
+    return {name: loaded.state for name, loaded in stack.manager.controllers.items()}
+
+
+class TestLifeCycle:
+    def test_from_load_to_unload(self, stack):
+        controller = add(stack, "a", configured=False)
+        assert states(stack) == {"a": State.UNCONFIGURED}
+        assert stack.manager.configure("a")
+        assert states(stack) == {"a": State.INACTIVE}
+        stack.step()
+        assert controller.updates == 0
+        assert do_switch(stack, ["a"])[0]
+        assert states(stack) == {"a": State.ACTIVE}
+        assert controller.updates == 0
+        stack.step(3)
+        assert controller.updates == 3
+        assert do_switch(stack, [], ["a"])[0]
+        stack.step()
+        assert controller.updates == 3
+        assert stack.manager.unload("a")
+        assert states(stack) == {}
+        assert controller.calls[-2:] == ["cleanup", "shutdown"]
+        assert "a" not in stack.nodes
+
+    def test_a_name_is_loaded_once(self, stack):
+        add(stack, "a")
+        assert not stack.manager.load("a")
+        assert "A controller named 'a' was already loaded" in stack.log.texts("error")[-1]
+
+    def test_a_type_is_needed(self, stack):
+        assert not stack.manager.load("a")
+        assert stack.log.texts("error") == ["The 'type' param was not defined for 'a'."]
+
+    def test_an_unknown_type_lists_the_known_ones(self, stack):
+        stack.node.parameters["a.type"] = "strange/Strange"
+        assert not stack.manager.load("a")
+        assert "Loader for controller 'a' (type 'strange/Strange') not found." in stack.log.texts()
+        assert any(
+            "joint_trajectory_controller/JointTrajectoryController" in text
+            for text in stack.log.texts("info")
+        )
+
+    @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
+    def test_a_controller_that_cannot_be_initialised_is_not_loaded(self, stack, how):
+        stack.node.parameters["a.type"] = TYPE
+        stack.controller_parameters["a"] = {"failing": {"init": how}}
+        assert not stack.manager.load("a")
+        assert states(stack) == {}
+        assert stack.nodes == {}
+
+    @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
+    def test_a_controller_that_cannot_be_configured_is_unconfigured(self, stack, how):
+        add(stack, "a", configured=False, failing={"configure": how})
+        assert not stack.manager.configure("a")
+        assert states(stack) == {"a": State.UNCONFIGURED}
+
+    def test_configuring_again_cleans_up_first(self, stack):
+        controller = add(stack, "a")
+        assert stack.manager.configure("a")
+        assert controller.calls == ["init", "configure", "cleanup", "configure"]
+
+    def test_an_active_controller_is_neither_configured_nor_unloaded(self, stack):
+        add(stack, "a")
+        do_switch(stack, ["a"])
+        assert not stack.manager.configure("a")
+        assert not stack.manager.cleanup("a")
+        assert not stack.manager.unload("a")
+        assert states(stack) == {"a": State.ACTIVE}
+
+    def test_an_interface_asked_for_twice_is_refused(self, stack):
+        add(stack, "a", configured=False, commands=[POSITION, POSITION])
+        assert not stack.manager.configure("a")
+
+    def test_a_controller_is_no_fallback_of_itself(self, stack):
+        stack.node.parameters.update({"a.type": TYPE, "a.fallback_controllers": ["a"]})
+        assert not stack.manager.load("a")
+
+
+class TestSwitching:
+    @pytest.mark.parametrize(
+        "strictness", [Strictness.DEFAULT, Strictness.BEST_EFFORT, Strictness.STRICT]
+    )
+    def test_nothing_to_switch_is_fine_and_unknown_names_are_not(self, stack, strictness):
+        assert do_switch(stack, strictness=strictness)[0]
+        ok, message = do_switch(stack, ["x"], strictness=strictness)
+        assert not ok
+        assert "'x' because no controller with this name exists" in message
+        assert not do_switch(stack, [], ["x"], strictness=strictness)[0]
+
+    def test_known_and_unknown_names(self, stack):
+        add(stack, "a")
+        assert not do_switch(stack, ["a", "x"])[0]
+        assert states(stack)["a"] is State.INACTIVE
+        ok, message = do_switch(stack, ["a", "x"], strictness=Strictness.BEST_EFFORT)
+        assert ok
+        assert message.splitlines() == [
+            "Successfully switched controllers!",
+            "Activated controllers: [ a ]",
+        ]
+
+    def test_an_unconfigured_controller(self, stack):
+        add(stack, "a", configured=False)
+        ok, message = do_switch(stack, ["a"])
+        assert not ok
+        assert "is in 'unconfigured' state" in message
+        ok, message = do_switch(stack, ["a"], strictness=Strictness.BEST_EFFORT)
+        assert ok
+        assert "no controllers need to be activated or deactivated" in message
+
+    def test_active_and_inactive_ones(self, stack):
+        add(stack, "a")
+        do_switch(stack, ["a"])
+        assert "is already active" in do_switch(stack, ["a"])[1]
+        add(stack, "b")
+        assert "since it is not active" in do_switch(stack, [], ["b"])[1]
+
+    def test_without_a_robot_description_nothing_is_switched(self):
+        ok, message = do_switch(Stack(), ["a"])
+        assert not ok
+        assert "Resource Manager is not initialized yet!" in message
+
+    def test_an_interface_has_one_owner(self, stack):
+        add(stack, "a", commands=[POSITION])
+        add(stack, "b", commands=[POSITION])
+        ok, message = do_switch(stack, ["a", "b"])
+        assert not ok
+        assert "will be used by another controller that is being activated" in message
+        assert set(states(stack).values()) == {State.INACTIVE}
+        assert do_switch(stack, ["a"])[0]
+        ok, message = do_switch(stack, ["b"])
+        assert not ok
+        assert "is currently claimed by another controller" in message
+        assert "'a'" in message
+        assert states(stack)["a"] is State.ACTIVE
+        assert do_switch(stack, ["b"], ["a"])[0]
+        assert states(stack) == {"a": State.INACTIVE, "b": State.ACTIVE}
+        assert stack.resources.commands[POSITION].owner == "b"
+
+    def test_a_controller_can_be_restarted(self, stack):
+        controller = add(stack, "a", commands=[POSITION])
+        do_switch(stack, ["a"])
+        assert do_switch(stack, ["a"], ["a"])[0]
+        assert controller.calls[-2:] == ["deactivate", "activate"]
+        assert states(stack) == {"a": State.ACTIVE}
+
+    def test_interfaces_that_do_not_exist(self, stack):
+        add(stack, "a", commands=["joint9/position"])
+        add(stack, "b", states=["joint9/position"])
+        assert (
+            "the command interface 'joint9/position' is not available" in do_switch(stack, ["a"])[1]
+        )
+        assert (
+            "the state interface 'joint9/position' is not available" in do_switch(stack, ["b"])[1]
+        )
+
+    @pytest.mark.parametrize("asap", [True, False])
+    @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
+    def test_a_failing_activation_frees_what_was_claimed(self, stack, how, asap):
+        add(stack, "good", commands=["joint2/position"])
+        add(stack, "bad", commands=[POSITION], failing={"activate": how})
+        ok, message = do_switch(stack, ["good", "bad"], asap=asap)
+        assert not ok
+        assert "Unable to activate controllers: [ bad ]" in message
+        assert states(stack)["good"] is State.INACTIVE
+        assert not any(command.claimed for command in stack.resources.commands.values())
+        ok, _ = do_switch(stack, ["good"], strictness=Strictness.BEST_EFFORT, asap=asap)
+        assert ok
+
+    def test_best_effort_keeps_the_others(self, stack):
+        add(stack, "good")
+        add(stack, "bad", failing={"activate": FAILURE})
+        ok, _ = do_switch(stack, ["good", "bad"], strictness=Strictness.BEST_EFFORT)
+        assert not ok
+        assert states(stack) == {"good": State.ACTIVE, "bad": State.INACTIVE}
+
+    @pytest.mark.parametrize("perform", [False, True])
+    def test_hardware_may_refuse(self, stack, perform):
+        add(stack, "a", commands=[POSITION])
+        hardware = stack.resources.components["Hardware"].hardware
+        name = "perform_command_mode_switch" if perform else "prepare_command_mode_switch"
+        setattr(hardware, name, lambda start, stop: ERROR)
+        ok, message = do_switch(stack, ["a"])
+        assert not ok
+        assert states(stack) == {"a": State.INACTIVE}
+        if not perform:
+            assert message == (
+                "Could not switch controllers since prepare command mode switch was rejected."
+            )
+
+    def test_inactive_hardware_takes_no_commands(self, stack):
+        add(stack, "a", commands=[POSITION])
+        stack.resources.components["Hardware"].change_state(State.INACTIVE)
+        ok, message = do_switch(stack, ["a"])
+        assert not ok
+        assert "is in 'inactive' state" in message
+        stack.node.parameters["defaults.allow_controller_activation_with_inactive_hardware"] = True
+        assert do_switch(stack, ["a"])[0]
+
+
+class TestUpdates:
+    def test_the_first_period_is_the_nominal_one(self, stack):
+        controller = add(stack, "a")
+        stack.step(5)
+        do_switch(stack, ["a"])
+        stack.step(1, period_ns=70_000_000)
+        stack.step(1, period_ns=30_000_000)
+        assert controller.periods == pytest.approx([0.01, 0.03])
+
+    @pytest.mark.parametrize("rate", [10, 12, 16, 23, 37, 40, 50, 63, 71, 85, 90])
+    def test_slower_controllers(self, stack, rate):
+        controller = add(stack, "a", update_rate=rate)
+        do_switch(stack, ["a"])
+        stack.step(100)
+        assert abs(controller.updates - 1 / (round(100 / rate) / 100)) <= 1
+        assert controller.periods[0] == pytest.approx(1 / rate, abs=1e-6)
+        assert min(controller.periods) > 0
+
+    @pytest.mark.parametrize("rate", [100, 232, 400])
+    def test_no_controller_is_faster_than_the_manager(self, stack, rate):
+        controller = add(stack, "a", update_rate=rate)
+        do_switch(stack, ["a"])
+        stack.step(50)
+        assert controller.updates == 50
+
+    @pytest.mark.parametrize("how", [UPDATE_ERROR, "raise"])
+    def test_a_failing_update_stops_only_that_controller(self, stack, how):
+        bad = add(stack, "bad", commands=[POSITION], failing={"update": how})
+        good = add(stack, "good")
+        do_switch(stack, ["bad", "good"])
+        stack.step(3)
+        assert (bad.updates, good.updates) == (1, 3)
+        assert states(stack) == {"bad": State.INACTIVE, "good": State.ACTIVE}
+        assert stack.resources.commands[POSITION].owner is None
+        expected = "Deactivating controllers : [ bad ] as their update resulted in an error!"
+        assert expected in stack.log.texts("error")
+
+    def test_a_fallback_takes_over_in_the_same_cycle(self, stack):
+        stack.node.parameters["bad.fallback_controllers"] = ["fallback"]
+        add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
+        fallback = add(stack, "fallback", configured=False, commands=[POSITION])
+        assert "fallback" in do_switch(stack, ["bad"])[1]
+        stack.manager.configure("fallback")
+        assert do_switch(stack, ["bad"])[0]
+        stack.step()
+        assert states(stack) == {"bad": State.INACTIVE, "fallback": State.ACTIVE}
+        stack.step()
+        assert fallback.updates == 1
+
+    def test_hardware_that_fails_to_read_stops_its_controllers(self, stack):
+        add(stack, "user", states=[POSITION])
+        add(stack, "other")
+        do_switch(stack, ["user", "other"])
+        hardware = stack.resources.components["Hardware"].hardware
+        hardware.read = lambda time_ns, period: UPDATE_ERROR
+        stack.step()
+        assert states(stack) == {"user": State.INACTIVE, "other": State.ACTIVE}
+        assert stack.resources.components["Hardware"].state is State.UNCONFIGURED
+
+
+class TestHardwareLoading:
+    def test_an_unknown_plugin_is_named(self):
+        with pytest.raises(TeleopctlError, match="plugin 'no/Such' not found"):
+            Stack(urdf(plugin="no/Such"))
+
+    def test_a_plugin_of_the_user_by_class(self):
+        stack = Stack(urdf(plugin="teleopctl.control.hardware.mock:GenericSystem"))
+        assert stack.resources.components["Hardware"].state is State.ACTIVE
+
+    def test_availability_follows_the_life_cycle(self, stack):
+        component = stack.resources.components["Hardware"]
+        interface = stack.resources.commands[POSITION]
+        assert interface.available
+        component.change_state(State.INACTIVE)
+        assert interface.available
+        component.change_state(State.UNCONFIGURED)
+        assert not interface.available
+        component.change_state(State.FINALIZED)
+        assert not component.change_state(State.ACTIVE)

@@ -1,0 +1,555 @@
+"""The joint trajectory controller: three joints at (1.1, 2.1, 3.1), 100 Hz."""
+
+import math
+
+import pytest
+
+from teleopctl.control.lifecycle import State
+from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.interfaces.store import get_message, get_service
+from tests.control.stack import START, Stack, urdf
+
+TYPE = "joint_trajectory_controller/JointTrajectoryController"
+JOINTS = ["joint1", "joint2", "joint3"]
+
+JointTrajectory = get_message("trajectory_msgs/msg/JointTrajectory")
+JointTrajectoryPoint = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
+Duration = get_message("builtin_interfaces/msg/Duration")
+Time = get_message("builtin_interfaces/msg/Time")
+Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
+
+
+def near(values, tolerance=1e-3):
+    return pytest.approx(values, abs=tolerance)
+
+
+def duration(seconds):
+    sec, nanosec = divmod(round(seconds * 1e9), 10**9)
+    return Duration(sec=sec, nanosec=nanosec)
+
+
+def point(seconds, positions=(), velocities=(), accelerations=(), effort=()):
+    return JointTrajectoryPoint(
+        positions=list(positions),
+        velocities=list(velocities),
+        accelerations=list(accelerations),
+        effort=list(effort),
+        time_from_start=duration(seconds),
+    )
+
+
+def trajectory(*points, joints=JOINTS, stamp_ns=0):
+    message = JointTrajectory(joint_names=list(joints), points=list(points))
+    sec, nanosec = divmod(stamp_ns, 10**9)
+    message.header.stamp = Time(sec=sec, nanosec=nanosec)
+    return message
+
+
+class Arm:
+    """An active trajectory controller on mock hardware."""
+
+    def __init__(self, *, robot=None, **parameters):
+        self.stack = Stack(robot or urdf())
+        options = {
+            "joints": JOINTS,
+            "command_interfaces": ["position"],
+            "state_interfaces": ["position"],
+            **parameters,
+        }
+        self.controller = self.stack.add("arm", TYPE, **options)
+        self.node = self.stack.nodes["arm"]
+
+    def configure(self):
+        return self.stack.manager.configure("arm")
+
+    def activate(self):
+        ok, message = switch(self.stack.manager, SwitchRequest(["arm"], []))
+        assert ok, message
+        return self
+
+    def deactivate(self):
+        ok, message = switch(self.stack.manager, SwitchRequest([], ["arm"]))
+        assert ok, message
+
+    def up(self):
+        assert self.configure(), self.node.log.lines
+        return self.activate()
+
+    def send(self, message):
+        self.node.receive("~/joint_trajectory", message)
+
+    def command(self, *positions):
+        self.node.receive("~/commands", Float64MultiArray(data=list(positions)))
+
+    def step(self, seconds):
+        self.stack.step(round(seconds * 100))
+
+    def freeze(self, **values):
+        """Measure other values than the commanded ones, for good."""
+        hardware = self.stack.resources.components["Hardware"].hardware
+        hardware._pairs = []
+        for name, value in values.items():
+            self.stack.resources.states[name.replace("_", "/")].value = value
+
+    @property
+    def commands(self):
+        return self.stack.commands()
+
+    @property
+    def state_messages(self):
+        return self.node.endpoints["~/controller_state"].messages
+
+    def rejections(self):
+        return self.node.log.texts("error")
+
+
+@pytest.fixture
+def arm():
+    return Arm().up()
+
+
+class TestConfiguration:
+    @pytest.mark.parametrize(
+        "interfaces",
+        [
+            [],
+            ["strange"],
+            ["effort", "velocity"],
+            ["effort", "velocity", "acceleration"],
+            ["velocity", "acceleration"],
+            ["acceleration"],
+        ],
+    )
+    def test_command_interfaces_that_make_no_sense_are_refused(self, interfaces):
+        assert not Arm(command_interfaces=interfaces).configure()
+
+    @pytest.mark.parametrize(
+        "interfaces",
+        [[], ["strange"], ["effort"], ["velocity"], ["velocity", "acceleration"], ["acceleration"]],
+    )
+    def test_state_interfaces_that_make_no_sense_are_refused(self, interfaces):
+        assert not Arm(state_interfaces=interfaces).configure()
+
+    @pytest.mark.parametrize("commands", [["velocity"], ["effort"], ["position", "effort"]])
+    def test_velocity_is_needed_for_commands_by_velocity_or_effort(self, commands):
+        arm = Arm(command_interfaces=commands)
+        assert arm.controller.state is State.UNCONFIGURED
+        assert not arm.configure()
+
+    def test_interfaces_are_claimed_joint_by_joint(self):
+        states = ["position", "velocity"]
+        robot = urdf(commands=("position", "velocity"), states=states)
+        arm = Arm(robot=robot, command_interfaces=states, state_interfaces=states)
+        assert arm.configure()
+        loaded = arm.stack.manager.controllers["arm"]
+        expected = tuple(f"{joint}/{name}" for joint in JOINTS for name in states)
+        assert loaded.command_names == expected
+        assert loaded.state_names == expected
+
+    @pytest.mark.parametrize("command_joints", [["a", "b", "c", "d"], ["joint1", "strange"]])
+    def test_command_joints_must_fit_the_joints(self, command_joints):
+        assert not Arm(command_joints=command_joints).configure()
+
+    def test_other_command_joints_are_claimed(self):
+        arm = Arm(command_joints=["joint2", "joint1"])
+        assert arm.configure()
+        assert arm.stack.manager.controllers["arm"].command_names == (
+            "joint2/position",
+            "joint1/position",
+        )
+
+    @pytest.mark.parametrize(("timeout", "kept"), [(3.0, 3.0), (1.0, 0.0)])
+    def test_a_command_timeout_shorter_than_the_goal_time_is_dropped(self, timeout, kept):
+        arm = Arm(cmd_timeout=timeout, constraints__goal_time=2.0)
+        assert arm.configure()
+        assert arm.controller._settings.cmd_timeout == kept
+
+    def test_the_old_name_of_open_loop_is_known_and_warned_of(self):
+        arm = Arm(open_loop_control=True)
+        assert arm.configure()
+        assert arm.controller._settings.open_loop
+        assert any("deprecated" in text for text in arm.node.log.texts("warning"))
+
+    def test_tolerances_changed_while_running_count_from_the_next_update(self, arm):
+        arm.node.set(constraints__joint1__trajectory=0.25)
+        arm.step(0.01)
+        assert arm.controller._tolerances.path[0].position == 0.25
+
+
+class TestHold:
+    def test_activation_holds_what_is_measured(self, arm):
+        arm.step(0.05)
+        assert arm.commands == near([1.1, 2.1, 3.1])
+
+    def test_activation_continues_from_the_last_command(self):
+        arm = Arm()
+        assert arm.configure()
+        for joint, value in zip(JOINTS, (3.1, 4.1, 5.1), strict=True):
+            arm.stack.resources.commands[f"{joint}/position"].value = value
+        arm.activate().step(0.05)
+        assert arm.commands == near([3.1, 4.1, 5.1])
+
+    def test_activation_can_be_told_to_hold_what_is_measured(self):
+        arm = Arm(set_last_command_interface_value_as_state_on_activation=False)
+        assert arm.configure()
+        for joint in JOINTS:
+            arm.stack.resources.commands[f"{joint}/position"].value = 9.0
+        arm.activate().step(0.05)
+        assert arm.commands == near([1.1, 2.1, 3.1])
+
+    def test_an_unknown_position_is_held_once_it_is_known(self):
+        arm = Arm()
+        assert arm.configure()
+        arm.stack.resources.states["joint1/position"].value = math.nan
+        arm.activate().step(0.05)
+        assert all(map(math.isnan, arm.commands))
+        arm.stack.resources.states["joint1/position"].value = 0.7
+        arm.step(0.05)
+        assert arm.commands == near([0.7, 2.1, 3.1])
+
+
+class TestMotion:
+    def test_all_joints_reach_the_points_in_time(self, arm):
+        arm.send(trajectory(point(0.25, [1, 2, 3]), point(0.5, [2, 3, 4])))
+        arm.step(0.25)
+        # Commands lead by one period, so this one is the point itself.
+        assert arm.commands == near([1, 2, 3])
+        arm.step(0.26)
+        assert arm.commands == near([2, 3, 4])
+        arm.step(1.0)
+        assert arm.commands == near([2, 3, 4])
+
+    def test_half_way_between_points(self, arm):
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        assert arm.commands == near([1.6, 2.6, 3.6])
+
+    def test_joint_order_does_not_matter(self, arm):
+        arm.send(trajectory(point(0.1, [2, 3, 1]), joints=["joint2", "joint3", "joint1"]))
+        arm.step(0.2)
+        assert arm.commands == near([1, 2, 3])
+
+    def test_a_partial_goal_moves_only_its_joints(self):
+        arm = Arm(allow_partial_joints_goal=True).up()
+        arm.step(0.05)
+        arm.send(trajectory(point(0.1, [1.0, 2.0]), joints=["joint2", "joint1"]))
+        arm.step(0.2)
+        assert arm.commands == near([2.0, 1.0, 3.1])
+        arm.send(trajectory(point(0.1, [1.5]), joints=["joint1"]))
+        arm.step(0.2)
+        assert arm.commands == near([1.5, 1.0, 3.1])
+
+    def test_a_partial_goal_is_refused_by_default(self, arm):
+        arm.step(0.05)
+        arm.send(trajectory(point(0.1, [1.0, 2.0]), joints=["joint2", "joint1"]))
+        arm.step(0.2)
+        assert arm.commands == near([1.1, 2.1, 3.1])
+        assert arm.rejections() == [
+            "Joints on incoming trajectory don't match the controller joints."
+        ]
+
+    def test_a_trajectory_of_the_past_leaves_the_running_one_alone(self, arm):
+        arm.send(trajectory(point(0.5, [2, 3, 4])))
+        arm.step(0.1)
+        late = arm.stack.time_ns - 2 * 10**9
+        arm.send(trajectory(point(1.0, [9, 9, 9]), stamp_ns=late))
+        arm.step(0.5)
+        assert arm.commands == near([2, 3, 4])
+
+    def test_a_trajectory_that_has_begun_heads_for_its_next_point(self, arm):
+        begun = arm.stack.time_ns - 10**9
+        points = (point(0.5, [9, 9, 9]), point(1.5, [2, 3, 4]))
+        arm.send(trajectory(*points, stamp_ns=begun))
+        arm.step(0.6)
+        assert arm.commands == near([2, 3, 4])
+
+    def test_a_trajectory_of_the_future_begins_at_once_and_slowly(self, arm):
+        future = arm.stack.time_ns + 10**9
+        arm.send(trajectory(point(1.0, [3.1, 4.1, 5.1]), stamp_ns=future))
+        arm.step(1.0)
+        assert arm.commands == near([2.1, 3.1, 4.1], 0.02)
+        arm.step(1.0)
+        assert arm.commands == near([3.1, 4.1, 5.1])
+
+    def test_velocities_alone_are_integrated_where_allowed(self):
+        arm = Arm(allow_integration_in_goal_trajectories=True).up()
+        arm.send(trajectory(point(1.0, (), [1, 1, 1]), point(2.0, (), [0, 0, 0])))
+        arm.step(2.1)
+        assert arm.commands == near([2.1, 3.1, 4.1])
+
+    def test_speed_scaling_slows_the_trajectory(self, arm):
+        factor = get_message("control_msgs/msg/SpeedScalingFactor")
+        arm.node.receive("~/speed_scaling_input", factor(factor=0.5))
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(1.0)
+        assert arm.commands == near([1.6, 2.6, 3.6], 0.01)
+        arm.node.receive("~/speed_scaling_input", factor(factor=-0.12))
+        arm.step(0.01)
+        assert arm.state_messages[-1].speed_scaling_factor == 0.5
+        arm.node.receive("~/speed_scaling_input", factor(factor=0.0))
+        arm.step(0.5)
+        assert arm.commands == near([1.6, 2.6, 3.6], 0.02)
+
+    def test_after_a_clock_that_went_back_the_arm_holds(self, arm):
+        arm.send(trajectory(point(10.0, [2, 3, 4])))
+        arm.step(1.0)
+        before = arm.commands
+        arm.stack.time_ns = START - 10**9
+        arm.step(0.5)
+        assert arm.commands == near(before, 0.02)
+
+
+class TestOpenAndClosedLoop:
+    def test_closed_loop_starts_where_the_arm_is_measured(self):
+        arm = Arm().up()
+        arm.step(0.05)
+        arm.freeze(joint1_position=1.4)
+        arm.send(trajectory(point(1.0, [1.4, 2.1, 3.1])))
+        arm.step(0.01)
+        assert arm.commands[0] == near(1.4)
+
+    def test_open_loop_continues_from_the_last_command(self):
+        arm = Arm(interpolate_from_desired_state=True).up()
+        arm.step(0.05)
+        arm.freeze(joint1_position=1.4)
+        arm.send(trajectory(point(1.0, [1.1, 2.1, 3.1])))
+        arm.step(0.01)
+        assert arm.commands[0] == near(1.1)
+
+
+class TestRejection:
+    @pytest.mark.parametrize(
+        ("message", "reason"),
+        [
+            (trajectory(joints=[]), "Joints on incoming trajectory don't match"),
+            (trajectory(), "Empty trajectory received."),
+            (
+                trajectory(point(1, [1, 2, 3]), joints=["joint1", "joint2", "other"]),
+                "Incoming joint other doesn't match the controller's joints.",
+            ),
+            (
+                trajectory(point(1, [1, 2, 3], [0, 1, 0])),
+                "Velocity of last trajectory point of joint joint2 is not zero: 1.000000",
+            ),
+            (
+                trajectory(point(0.25, [1, 2, 3]), stamp_ns=1),
+                "Received trajectory with non-zero start time (0.000000) that ends in the past",
+            ),
+            (
+                trajectory(point(1, [1, 2, 3]), point(1, [1, 2, 3])),
+                "Time between points 0 and 1 is not strictly increasing, "
+                "it is 1.000000 and 1.000000 respectively",
+            ),
+            (
+                trajectory(point(1, [1, 2])),
+                "Mismatch between joint_names size (3) and positions (2) at point #0.",
+            ),
+            (
+                trajectory(point(1, [1, 2, 3], [0, 0])),
+                "Mismatch between joint_names size (3) and velocities (2) at point #0.",
+            ),
+            (trajectory(point(1, [1, 2, math.nan])), "not finite"),
+            (trajectory(point(1, [1, 2, 3], effort=[1, 1, 1])), "no effort command interface"),
+            (trajectory(point(1, (), [0, 0, 0])), "positions (0)"),
+        ],
+    )
+    def test_invalid_trajectories_are_named_and_ignored(self, arm, message, reason):
+        arm.send(message)
+        arm.step(0.1)
+        assert arm.commands == near([1.1, 2.1, 3.1])
+        (said,) = arm.rejections()
+        assert reason in said
+
+    def test_a_stamp_of_now_is_accepted(self, arm):
+        arm.send(trajectory(point(10, [1, 2, 3]), stamp_ns=arm.stack.time_ns))
+        assert not arm.rejections()
+
+    def test_with_integration_something_must_still_be_given(self):
+        arm = Arm(allow_integration_in_goal_trajectories=True).up()
+        arm.send(trajectory(point(1, (), (), [0, 0, 0])))
+        assert not arm.rejections()
+        arm.send(trajectory(point(1)))
+        arm.send(trajectory(point(1, (), [0, 0])))
+        assert len(arm.rejections()) == 2
+
+    def test_a_final_velocity_is_accepted_where_allowed(self):
+        arm = Arm(allow_nonzero_velocity_at_trajectory_end=True).up()
+        arm.send(trajectory(point(1, [1, 2, 3], [1, 1, 1])))
+        assert not arm.rejections()
+
+    def test_an_inactive_controller_says_that_it_ignores(self, arm):
+        arm.deactivate()
+        arm.send(trajectory(point(1, [1, 2, 3])))
+        assert any("not active" in text for text in arm.node.log.texts("warning"))
+
+
+class TestTolerances:
+    def test_leaving_the_path_holds_the_measured_position(self):
+        arm = Arm(constraints__joint1__trajectory=0.0001).up()
+        arm.step(0.05)
+        arm.freeze()
+        arm.send(trajectory(point(1.0, [2, 3, 4])))
+        arm.step(0.5)
+        assert arm.commands == near([1.1, 2.1, 3.1], 0.02)
+        assert any("State tolerances failed for joint joint1" in t for t in arm.rejections())
+
+    def test_a_late_goal_holds_the_measured_position(self):
+        arm = Arm(constraints__joint1__goal=0.1, constraints__goal_time=1e-6).up()
+        arm.step(0.05)
+        arm.freeze()
+        arm.send(trajectory(point(0.2, [2, 3, 4])))
+        arm.step(0.5)
+        assert arm.commands == near([1.1, 2.1, 3.1])
+        count = len(arm.rejections())
+        arm.freeze(joint1_position=5.0)
+        arm.step(0.2)
+        assert len(arm.rejections()) == count
+
+    def test_the_last_point_is_kept_without_a_timeout(self, arm):
+        arm.send(trajectory(point(0.1, [2, 3, 4])))
+        arm.step(5.0)
+        assert arm.commands == near([2, 3, 4])
+
+    def test_a_timeout_leads_to_a_hold(self):
+        arm = Arm(cmd_timeout=0.1).up()
+        arm.send(trajectory(point(0.1, [2, 3, 4])))
+        arm.step(0.5)
+        assert "Aborted due to command timeout" in arm.node.log.texts("warning")
+        assert len(arm.controller._trajectory.points) == 1
+
+
+class TestState:
+    def test_state_message(self, arm):
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        message = arm.state_messages[-1]
+        assert list(message.joint_names) == JOINTS
+        assert list(message.reference.positions) == near([1.59, 2.59, 3.59], 2e-3)
+        assert len(message.feedback.positions) == len(message.error.positions) == 3
+        assert len(message.feedback.velocities) == len(message.feedback.accelerations) == 0
+        assert list(message.output.positions) == near(arm.commands)
+        assert len(message.output.velocities) == 0
+        seconds = message.reference.time_from_start.nanosec / 1e9
+        assert seconds == near(0.49)
+        stamp = message.header.stamp
+        assert stamp.sec * 10**9 + stamp.nanosec == arm.stack.time_ns
+
+    def test_a_revolute_error_is_not_wrapped(self, arm):
+        arm.freeze()
+        arm.send(trajectory(point(0.02, [1.1, 2.1, 9.1])))
+        arm.step(0.1)
+        assert arm.state_messages[-1].error.positions[2] == near(6.0)
+
+    def test_a_continuous_error_is_the_shortest_angle(self):
+        arm = Arm(robot=urdf(kind="continuous")).up()
+        arm.freeze()
+        arm.send(trajectory(point(0.02, [1.1, 2.1, 6.6])))
+        arm.step(0.1)
+        assert arm.state_messages[-1].error.positions[2] == near(6.6 - 3.1 - 2 * math.pi)
+
+    def test_the_trajectory_can_be_queried(self, arm):
+        query = arm.node.endpoints["~/query_state"].callback
+        service = get_service("control_msgs/srv/QueryTrajectoryState")
+
+        def ask(time_ns):
+            sec, nanosec = divmod(time_ns, 10**9)
+            request = service.Request(time=Time(sec=sec, nanosec=nanosec))
+            return query(request, service.Response())
+
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.01)
+        start = arm.stack.time_ns
+        answer = ask(start + 500_000_000)
+        assert answer.success
+        assert list(answer.position) == near([1.6, 2.6, 3.6])
+        assert not ask(start + 2 * 10**9).success
+        assert not ask(start - 10**9).success
+
+
+class TestOtherInterfaces:
+    STATES = ("position", "velocity")
+
+    def test_velocity_commands_come_from_the_pid_and_the_feed_forward(self):
+        robot = urdf(commands=("velocity",), states=self.STATES)
+        gains = {f"gains__{joint}__p": 1.0 for joint in JOINTS}
+        gains["gains__joint1__ff_velocity_scale"] = 1.0
+        arm = Arm(
+            robot=robot,
+            command_interfaces=["velocity"],
+            state_interfaces=list(self.STATES),
+            **gains,
+        ).up()
+        arm.freeze()
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        error = arm.state_messages[-1].error.positions
+        first, second, _ = arm.stack.commands("velocity")
+        assert second == near(error[1])
+        assert first == near(error[0] + 1.0)
+
+    def test_deactivation_stops_velocities_and_keeps_positions(self):
+        robot = urdf(commands=self.STATES, states=self.STATES)
+        arm = Arm(
+            robot=robot, command_interfaces=list(self.STATES), state_interfaces=list(self.STATES)
+        ).up()
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        before = arm.stack.commands("position")
+        assert arm.stack.commands("velocity") == near([1.0, 1.0, 1.0])
+        arm.deactivate()
+        assert arm.stack.commands("position") == before
+        assert arm.stack.commands("velocity") == [0.0, 0.0, 0.0]
+        assert arm.stack.manager.cleanup("arm")
+        arm.up()
+
+
+class TestPositionCommands:
+    """The extension ~/commands."""
+
+    def limited(self):
+        limits = 'lower="-4" upper="4" effort="10" velocity="2"'
+        return Arm(robot=urdf(initial=(0.0,), limits=limits)).up()
+
+    def test_positions_are_reached_and_the_velocity_limit_is_kept(self):
+        arm = self.limited()
+        arm.step(0.05)
+        arm.command(1.0, 0.0, -1.0)
+        previous = arm.commands
+        while arm.commands != near([1.0, 0.0, -1.0], 1e-9):
+            arm.step(0.01)
+            speeds = [
+                abs(now - then) / 0.01 for now, then in zip(arm.commands, previous, strict=True)
+            ]
+            assert max(speeds) <= 2.0 + 1e-6
+            previous = arm.commands
+        assert arm.stack.time_ns < START + 10**9
+
+    def test_a_position_outside_the_limits_is_clamped_and_reported_once(self):
+        arm = self.limited()
+        arm.command(9.0, 0.0, 0.0)
+        arm.step(5.0)
+        assert arm.commands == near([4.0, 0.0, 0.0])
+        warnings = [*arm.node.log.texts("warning"), *arm.stack.log.texts("warning")]
+        (report,) = [text for text in warnings if "limits" in text]
+        assert "'joint1'" in report
+        assert "position 9 is clamped to 4" in report
+        assert "[-4, 4]" in report
+
+    @pytest.mark.parametrize("positions", [(1.0, 2.0), (1.0, math.nan, 0.0), ()])
+    def test_what_does_not_fit_is_named_and_ignored(self, positions):
+        arm = self.limited()
+        arm.command(*positions)
+        arm.step(0.2)
+        assert arm.commands == near([0.0, 0.0, 0.0])
+        assert len(arm.rejections()) == 1
+        assert arm.controller.state is State.ACTIVE
+
+
+def test_commands_outside_the_limits_are_clamped_and_reported_once():
+    arm = Arm(robot=urdf(initial=(0.0,), limits='lower="-1" upper="1" effort="1" velocity="99"'))
+    arm.up()
+    arm.send(trajectory(point(0.5, [3.0, 0.0, 0.0])))
+    arm.step(1.0)
+    assert arm.commands == near([1.0, 0.0, 0.0])
+    reports = [text for text in arm.stack.log.texts("warning") if "outside its limits" in text]
+    assert len(reports) == 1

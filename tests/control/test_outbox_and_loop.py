@@ -1,0 +1,106 @@
+"""Publishing outside the control cycle, and cycles on the wall clock."""
+
+import threading
+
+from teleopctl.control.cycle import WallClockLoop
+from teleopctl.control.outbox import Outbox
+from tests.control.stack import Log, Stack, urdf
+
+LONGEST_WAIT_S = 20.0
+
+
+def test_in_lockstep_every_value_leaves_in_order_at_the_end_of_the_cycle():
+    sent = []
+    outbox = Outbox(sent.append)
+    first, second = outbox.channel(sent.append), outbox.channel(lambda v: sent.append(-v))
+    first.offer(1)
+    second.offer(2)
+    first.offer(3)
+    assert sent == []
+    outbox.flush()
+    assert sent == [1, -2, 3]
+
+
+def test_on_the_wall_clock_a_slow_publisher_skips_to_the_latest_value():
+    sent = []
+    entered, go_on, done = threading.Event(), threading.Event(), threading.Event()
+
+    def publish(value):
+        sent.append(value)
+        entered.set()
+        assert go_on.wait(LONGEST_WAIT_S)
+        if value == 9:
+            done.set()
+
+    outbox = Outbox(sent.append)
+    channel = outbox.channel(publish)
+    outbox.start_thread()
+    channel.offer(0)
+    outbox.flush()
+    assert entered.wait(LONGEST_WAIT_S)
+    for value in range(1, 10):
+        channel.offer(value)
+        outbox.flush()
+    go_on.set()
+    assert done.wait(LONGEST_WAIT_S)
+    outbox.close()
+    assert sent == [0, 9]
+
+
+def test_a_publisher_that_fails_does_not_stop_the_others():
+    reports, sent = [], []
+
+    def fail(value):
+        raise ValueError(value)
+
+    outbox = Outbox(reports.append)
+    outbox.channel(fail).offer(1)
+    outbox.channel(sent.append).offer(2)
+    outbox.flush()
+    assert sent == [2]
+    assert len(reports) == 1
+
+
+def test_the_loop_runs_cycles_until_it_is_stopped():
+    stack = Stack(urdf())
+    times = []
+    enough = threading.Event()
+
+    class Recording:
+        def run(self, time_ns):
+            times.append(time_ns)
+            if len(times) == 5:
+                enough.set()
+
+    loop = WallClockLoop(Recording(), 200, Log())
+    loop.start()
+    assert enough.wait(LONGEST_WAIT_S)
+    loop.stop()
+    count = len(times)
+    assert times == sorted(times)
+    assert len(times) == count
+    assert stack.cycle.time_ns == 0
+
+
+def test_missed_cycles_are_skipped_and_reported():
+    log = Log()
+    enough = threading.Event()
+
+    class Slow:
+        count = 0
+
+        def run(self, time_ns):
+            del time_ns
+            self.count += 1
+            threading.Event().wait(0.03)
+            if self.count == 3:
+                enough.set()
+
+    loop = WallClockLoop(Slow(), 100, log)
+    loop.start()
+    assert enough.wait(LONGEST_WAIT_S)
+    loop.stop()
+    (report,) = log.texts("warning")
+    assert report.startswith(
+        "Overrun detected! The controller manager missed its desired rate of 100 Hz."
+    )

@@ -1,0 +1,118 @@
+"""Hardware behind topics: one cycle and one answer for every state, with its stamp."""
+
+import math
+
+import pytest
+
+from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.interfaces.store import get_message
+from tests.control.stack import Stack, urdf
+
+PLUGIN = "gazebo_ros2_control/GazeboSystem"
+FORWARD = "forward_command_controller/ForwardCommandController"
+BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
+JOINTS = ["joint1", "joint2", "joint3"]
+PERIOD_NS = 10_000_000
+JointState = get_message("sensor_msgs/msg/JointState")
+Time = get_message("builtin_interfaces/msg/Time")
+Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
+
+
+class Simulator(Stack):
+    """The other side of the topics."""
+
+    def __init__(self, **options):
+        super().__init__(urdf(plugin=PLUGIN, **options))
+        (component,) = self.resources.components.values()
+        self.hardware = component.hardware
+        self.hardware.set_cycle(self.cycle.run)
+
+    def tick(self, time_ns, positions, names=tuple(JOINTS)):
+        sec, nanosec = divmod(time_ns, 10**9)
+        message = JointState(name=list(names), position=[float(value) for value in positions])
+        message.header.stamp = Time(sec=sec, nanosec=nanosec)
+        self.node.receive("/robot_joint_states", message)
+        return self.answers[-1]
+
+    @property
+    def answers(self):
+        return self.node.endpoints["/robot_joint_commands"].messages
+
+
+@pytest.fixture
+def simulator():
+    return Simulator()
+
+
+def stamp_ns(message):
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def test_every_state_is_answered_with_its_stamp_also_without_controllers(simulator):
+    assert simulator.hardware.drives_cycle
+    for tick in range(1, 4):
+        answer = simulator.tick(tick * PERIOD_NS, [0, 0, 0])
+        assert stamp_ns(answer) == tick * PERIOD_NS
+        assert list(answer.name) == []
+    assert len(simulator.answers) == 3
+
+
+def test_states_are_found_by_name(simulator):
+    simulator.tick(PERIOD_NS, [3, 9, 1, 2], ["joint3", "other", "joint1", "joint2"])
+    values = [state.value for state in simulator.resources.states.values()]
+    assert values == [1, 2, 3]
+
+
+def test_commands_go_out_with_the_state_that_they_answer(simulator):
+    simulator.add("forward", FORWARD, joints=["joint1", "joint3"], interface_name="position")
+    assert simulator.manager.configure("forward")
+    assert switch(simulator.manager, SwitchRequest(["forward"], []))[0]
+    message = Float64MultiArray(data=[0.5, 0.7])
+    simulator.nodes["forward"].receive("~/commands", message)
+    answer = simulator.tick(PERIOD_NS, [0, 0, 0])
+    assert list(answer.name) == JOINTS
+    assert list(answer.position)[::2] == [0.5, 0.7]
+    assert math.isnan(answer.position[1])
+    assert list(answer.velocity) == list(answer.effort) == []
+
+
+def test_a_switch_works_while_no_state_arrives(simulator):
+    simulator.tick(PERIOD_NS, [0, 0, 0])
+    simulator.add("forward", FORWARD, joints=JOINTS, interface_name="position")
+    assert simulator.manager.configure("forward")
+    assert switch(simulator.manager, SwitchRequest(["forward"], []))[0]
+    assert simulator.resources.commands["joint1/position"].owner == "forward"
+
+
+def test_joint_states_carry_the_stamp_of_the_state(simulator):
+    simulator.add("broadcaster", BROADCASTER)
+    assert simulator.manager.configure("broadcaster")
+    assert switch(simulator.manager, SwitchRequest(["broadcaster"], []))[0]
+    for tick in range(1, 4):
+        simulator.tick(tick * PERIOD_NS, [tick, 0, 0])
+    published = simulator.nodes["broadcaster"].endpoints["joint_states"].messages
+    assert [stamp_ns(message) for message in published] == [
+        PERIOD_NS,
+        2 * PERIOD_NS,
+        3 * PERIOD_NS,
+    ]
+    assert [message.position[0] for message in published] == [1, 2, 3]
+
+
+def test_topics_can_be_named():
+    parameters = (
+        '<param name="joint_states_topic">/s</param><param name="joint_commands_topic">/c</param>'
+    )
+    stack = Simulator(parameters=parameters)
+    assert {"/s", "/c"} <= set(stack.node.endpoints)
+
+
+def test_without_lockstep_the_latest_state_counts():
+    stack = Simulator(parameters='<param name="lockstep">false</param>')
+    assert not stack.hardware.drives_cycle
+    message = JointState(name=JOINTS, position=[1.0, 2.0, 3.0])
+    stack.node.receive("/robot_joint_states", message)
+    assert stack.answers == []
+    stack.step()
+    assert [state.value for state in stack.resources.states.values()] == [1, 2, 3]
+    assert len(stack.answers) == 1

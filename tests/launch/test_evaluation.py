@@ -1,0 +1,294 @@
+"""From launch files to plans: arguments, scopes, conditions, nodes and their command lines."""
+
+import os
+import sys
+
+import pytest
+import yaml
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.evaluation import evaluate
+from teleopctl.launch.parser import parse_file
+from teleopctl.launch.plan import load_plan
+
+
+@pytest.fixture
+def plan(tmp_path):
+    def plan(text, **arguments):
+        settings = {
+            key: arguments.pop(key) for key in ("show_all_output", "prefix") if key in arguments
+        }
+        path = tmp_path / "main.yaml"
+        path.write_text(text, encoding="utf-8")
+        return evaluate(parse_file(path), arguments, tmp_path / "log", **settings)
+
+    return plan
+
+
+def echo(*words):
+    return "\n".join(f"- executable: {{cmd: 'echo {word}'}}" for word in words)
+
+
+def words(plan):
+    return [process.command[1] for process in plan.processes]
+
+
+def test_an_argument_has_its_default_unless_it_is_given(plan):
+    text = "launch:\n- arg: {name: who, default: world}\n" + echo("$(var who)")
+    assert words(plan(text)) == ["world"]
+    assert words(plan(text, who="me")) == ["me"]
+
+
+def test_a_required_argument_that_is_missing_is_named_with_its_description(plan):
+    with pytest.raises(
+        TeleopctlError,
+        match=r"main.yaml:2: Required launch argument 'x' \(description: 'how many'\) was not",
+    ):
+        plan("launch:\n- arg: {name: x, description: how many}")
+
+
+def test_an_argument_outside_its_choices_is_refused(plan):
+    text = "launch:\n- arg: {name: x, default: a, choice: [{value: a}, {value: b}]}\n"
+    assert plan(text, x="b")
+    with pytest.raises(TeleopctlError, match=r"Valid options are: \['a', 'b'\]"):
+        plan(text, x="c")
+
+
+def test_an_argument_that_nobody_declares_is_warned_about(plan):
+    (warning,) = plan("launch:\n- arg: {name: x, default: a}", y="1").warnings
+    assert "'y'" in warning
+    assert "x" in warning
+
+
+@pytest.mark.parametrize(
+    ("condition", "runs"),
+    [
+        ("true", True),
+        ("1", True),
+        ("True", True),
+        ("false", False),
+        ("0", False),
+        ("$(eval 1 > 2)", False),
+    ],
+)
+def test_conditions_decide(plan, condition, runs):
+    for key, expected in (("if", runs), ("unless", not runs)):
+        text = f"launch:\n- executable: {{cmd: 'echo a', {key}: '{condition}'}}"
+        assert bool(plan(text).processes) is expected
+
+
+def test_a_condition_that_is_neither_is_an_error(plan):
+    with pytest.raises(
+        TeleopctlError, match=r"main.yaml:2: expected true, 1, false or 0, got 'maybe'"
+    ):
+        plan("launch:\n- executable: {cmd: 'echo a', if: maybe}")
+
+
+def test_a_group_keeps_its_settings_to_itself_unless_it_is_not_scoped(plan):
+    text = """launch:
+- let: {name: a, value: outer}
+- group:
+    scoped: %s
+    children:
+    - let: {name: a, value: inner}
+    - set_env: {name: A_VARIABLE, value: x}
+    - executable: {cmd: "echo $(var a) $(env A_VARIABLE)"}
+- executable: {cmd: "echo $(var a) $(env A_VARIABLE none)"}
+"""
+    scoped = plan(text % "true").processes
+    assert [process.command[1:] for process in scoped] == [["inner", "x"], ["outer", "none"]]
+    assert [process.environment for process in scoped] == [{"A_VARIABLE": "x"}, {}]
+    assert plan(text % "false").processes[1].command[1:] == ["inner", "x"]
+
+
+def test_the_environment_can_be_set_extended_and_cleared(plan, monkeypatch):
+    monkeypatch.setenv("A_PATH", "one")
+    processes = plan(
+        """launch:
+- append_env: {name: A_PATH, value: two}
+- unset_env: {name: OTHER}
+- executable: {cmd: "echo a", env: [{name: OWN, value: 3}]}
+"""
+    ).processes
+    assert processes[0].environment == {"A_PATH": f"one{os.pathsep}two", "OTHER": None, "OWN": "3"}
+
+
+def test_an_included_file_gets_arguments_and_its_own_folder(plan, tmp_path):
+    (tmp_path / "below").mkdir()
+    (tmp_path / "below" / "inner.yaml").write_text(
+        "launch:\n- arg: {name: x}\n" + echo("$(var x)", "$(dirname)")
+    )
+    text = """launch:
+- include: {file: $(dirname)/below/inner.yaml, arg: [{name: x, value: given}]}
+""" + echo("$(dirname)")
+    assert words(plan(text)) == ["given", str(tmp_path / "below"), str(tmp_path)]
+
+
+def test_an_error_in_an_included_file_names_the_place_in_that_file(plan, tmp_path):
+    (tmp_path / "inner.yaml").write_text("launch:\n- arg: {name: x}")
+    with pytest.raises(TeleopctlError, match=r"inner.yaml:2: Required"):
+        plan("launch:\n- include: {file: inner.yaml}")
+
+
+def test_a_file_that_includes_itself_is_an_error(plan):
+    with pytest.raises(TeleopctlError, match="levels deep"):
+        plan("launch:\n- include: {file: main.yaml}")
+
+
+def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
+    given = tmp_path / "given.yaml"
+    given.write_text("/**: {ros__parameters: {a: 1}}")
+    result = plan(
+        f"""launch:
+- push_ros_namespace: {{namespace: fleet}}
+- set_parameter: {{name: use_sim_time, value: true}}
+- set_remap: {{from: a, to: b}}
+- node:
+    pkg: teleop_py_pkg
+    exec: simple_publisher
+    name: talker
+    namespace: robot
+    args: --loud 'two words'
+    ros_args: --log-level debug
+    output: screen
+    remap:
+    - {{from: chatter, to: /said}}
+    param:
+    - {{name: rate, value: 2.5}}
+    - {{name: text, value: "24", type: str}}
+    - {{name: list, value: [1, 2]}}
+    - name: nested
+      param:
+      - {{name: inner, value: "$(eval 1 + 1)"}}
+    - {{from: {given}}}
+    - {{name: last, value: 1}}
+"""
+    )
+    (process,) = result.processes
+    first, second = result.files
+    assert process.name == "simple_publisher-1"
+    assert process.node_name == "/fleet/robot/talker"
+    assert process.show_stdout
+    assert process.command == [
+        *[sys.executable, "-m", "teleopctl.nodes", "teleop_py_pkg", "simple_publisher"],
+        *["--loud", "two words", "--ros-args", "-r", "__node:=talker", "-r", "__ns:=/fleet/robot"],
+        *["--params-file", first, "--params-file", str(given), "--params-file", second],
+        *["-r", "a:=b", "-r", "chatter:=/said", "--log-level", "debug"],
+    ]
+    assert yaml.safe_load(result.files[first]) == {
+        "/**": {
+            "ros__parameters": {
+                "use_sim_time": True,
+                "rate": 2.5,
+                "text": "24",
+                "list": [1, 2],
+                "nested.inner": 2,
+            }
+        }
+    }
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ("pkg: nope, exec: x", "main.yaml:2: Package 'nope' not found"),
+        ("pkg: camera, exec: x", "main.yaml:2: No executable found"),
+        ("pkg: camera, exec: camera, param: [{from: nope.yaml}]", "no parameter file .*nope.yaml"),
+        ("pkg: camera, exec: camera, output: loud", "expected screen, log or both, got 'loud'"),
+        ("pkg: camera, exec: camera, respawn: maybe", "'respawn': expected true, 1, false or 0"),
+        ("pkg: camera, exec: camera, respawn_delay: long", "'respawn_delay': expected a number"),
+        (
+            "pkg: camera, exec: camera, name: $(var who)",
+            "launch configuration 'who' does not exist",
+        ),
+        ("pkg: camera, exec: camera, name: $(vra who)", "unknown substitution 'vra'"),
+        ("pkg: camera, exec: camera, name: $(var)", "expected 1 to 2 argument"),
+        ("pkg: camera, exec: camera, name: $(eval 1 +)", "is not an expression"),
+        ('pkg: camera, exec: camera, args: "\'"', "'args'"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_an_error_before_anything_starts(plan, node, message):
+    with pytest.raises(TeleopctlError, match=message):
+        plan(f"launch:\n- node: {{{node}}}")
+
+
+def test_prefixes_and_shells(plan):
+    text = """launch:
+- executable: {cmd: "echo a", launch-prefix: nice -n 5}
+- executable: {cmd: "echo $HOME | cat", shell: true}
+"""
+    first, second = plan(text).processes
+    assert first.command == ["nice", "-n", "5", "echo", "a"]
+    assert second.command == ["echo $HOME | cat"]
+    assert second.name == "echo-2"
+    assert plan("launch:\n" + echo("a"), prefix="time -p").processes[0].command[:2] == [
+        "time",
+        "-p",
+    ]
+
+
+def test_a_timer_delays_what_is_in_it(plan):
+    text = "launch:\n- timer: {period: 1.5, children: [{executable: {cmd: echo a}}]}\n" + echo("b")
+    assert [process.start_delay for process in plan(text).processes] == [1.5, 0.0]
+
+
+def test_log_lines_are_kept_in_order(plan):
+    text = "launch:\n- log: {message: one}\n- log: {message: two, level: warn}"
+    assert plan(text).messages == [("INFO", "one"), ("WARNING", "two")]
+
+
+def test_the_logical_substitutions(plan):
+    text = "launch:\n" + echo(
+        "$(not true)",
+        "$(and true 1)",
+        "$(or false 0)",
+        "$(equals a a)",
+        "$(not-equals a a)",
+        "$(if true yes no)",
+        "$(any false true)",
+        "$(all true false)",
+    )
+    assert words(plan(text)) == ["false", "true", "false", "true", "false", "yes", "true", "false"]
+
+
+def test_commands_give_their_output_or_the_reason_of_their_failure(plan):
+    assert words(plan("launch:\n" + echo('$(command "echo hello")'))) == ["hello"]
+    with pytest.raises(TeleopctlError, match="ended with status 1"):
+        plan("launch:\n" + echo("$(command false)"))
+    with pytest.raises(TeleopctlError, match="nosuchprogram"):
+        plan("launch:\n" + echo("$(command nosuchprogram)"))
+
+
+def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monkeypatch):
+    from teleopctl.robot import xacro_file
+
+    calls = []
+    monkeypatch.setattr(
+        xacro_file, "expand", lambda path, mappings: calls.append((path, mappings)) or "<robot/>"
+    )
+    node = (
+        "- node: {pkg: camera, exec: camera, param: "
+        "[{name: robot_description, value: \"$(xacro 'my arm.xacro' speed:=2)\"}]}\n"
+    )
+    result = plan("launch:\n" + node + node)
+    assert [mappings for _, mappings in calls] == [{"speed": "2"}]
+    assert all("<robot/>" in text for text in result.files.values())
+
+
+def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
+    from teleopctl.robot import xacro_file
+
+    monkeypatch.setattr(xacro_file, "expand", lambda path, mappings: "robot")
+    monkeypatch.setenv("PATH", "")
+    assert words(plan("launch:\n" + echo('$(command "xacro a.xacro b:=1")'))) == ["robot"]
+
+
+def test_a_plan_survives_the_way_to_another_process(plan, tmp_path):
+    original = plan(
+        "launch:\n- log: {message: hé}\n- node: {pkg: camera, exec: camera, respawn: true}", x="1"
+    )
+    original.write_files()
+    copy = load_plan(original.dump())
+    assert copy.processes == original.processes
+    assert copy.messages == original.messages
+    assert copy.warnings == original.warnings

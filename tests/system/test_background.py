@@ -1,0 +1,132 @@
+"""``--detach``, ``ps``, ``logs`` and ``stop``."""
+
+import json
+
+import psutil
+import pytest
+
+from tests.processes import eventually
+
+TWO_NODES = """launch:
+- node: {pkg: teleop_py_pkg, exec: simple_publisher, name: mouth}
+- node: {pkg: teleop_py_pkg, exec: simple_subscriber, respawn: true}
+"""
+
+
+def processes(ros):
+    return {entry["name"]: entry for entry in json.loads(ros.run("ps --json").stdout)}
+
+
+def runs(pid):
+    """Whether a process lives; one that nobody has reaped yet does not."""
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def test_a_detached_node_is_up_when_the_command_returns(ros):
+    started = ros.run("run -d simple_publisher")
+    assert started.returncode == 0, started.stderr
+    assert started.stdout.startswith("simple_publisher is up: /simple_publisher [pid ")
+    assert "/simple_publisher" in ros.run("node list").stdout
+    entry = processes(ros)["simple_publisher"]
+    assert entry["kind"] == "node"
+    assert runs(entry["pid"])
+    assert "Publishing at 1 Hz" in ros.run("logs simple_publisher").stdout
+    stopped = ros.run("stop simple_publisher")
+    assert (stopped.returncode, stopped.stdout) == (0, "simple_publisher has been stopped\n")
+    assert "simple_publisher" not in processes(ros)
+    assert ros.run("node list").stdout == ""
+    # The log is there for who wants to know what was.
+    assert "Publishing at 1 Hz" in ros.run("logs simple_publisher").stdout
+
+
+def test_a_detached_node_that_dies_is_reported_with_the_end_of_its_log(ros):
+    (ros.folder / "dies.py").write_text("print('my last words')\nraise SystemExit(3)\n")
+    result = ros.run("run -d ./dies.py")
+    assert result.returncode == 1
+    assert "my last words" in result.stderr
+
+
+def test_two_of_a_name_are_told_apart(ros):
+    ros.run("run -d simple_publisher")
+    second = ros.run("run -d simple_publisher --ros-args -r __node:=two")
+    assert second.stdout.startswith("simple_publisher-2 is up: /two")
+
+
+def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_listed(ros):
+    (ros.folder / "two.yaml").write_text(TWO_NODES)
+    started = ros.run("launch -d two.yaml")
+    assert started.returncode == 0, started.stderr
+    assert "simple_publisher-1 is up: /mouth [pid " in started.stdout
+    assert ros.run("node list").stdout == "/mouth\n/simple_subscriber\n"
+    listed = processes(ros)
+    assert listed["two"]["kind"] == "launch"
+    assert listed["simple_publisher-1"]["launch"] == "two"
+    assert listed["simple_publisher-1"]["node"] == "/mouth"
+    lines = ros.run("ps").stdout.splitlines()
+    assert lines[0].split() == ["NAME", "PID", "KIND", "UPTIME", "COMMAND"]
+    assert any(line.startswith("  simple_publisher-1 ") for line in lines)
+    for name in ("simple_publisher-1", "two/simple_publisher-1", "mouth", "/mouth"):
+        assert "[mouth]: Publishing at 1 Hz" in ros.run(["logs", name]).stdout
+    assert "[INFO] [simple_publisher-1]: process started with pid" in ros.run("logs two").stdout
+
+    # One that was stopped stays stopped, even where it would be started again.
+    assert ros.run("stop simple_subscriber-2").returncode == 0
+    eventually(lambda: ros.run("node list").stdout == "/mouth\n")
+    eventually(lambda: "process has finished cleanly" in ros.run("logs two").stdout)
+    assert "simple_subscriber-2" not in processes(ros)
+
+    pids = [processes(ros)[name]["pid"] for name in ("two", "simple_publisher-1")]
+    assert ros.run("stop two").stdout == "two has been stopped\n"
+    assert not any(runs(pid) for pid in pids)
+
+
+def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
+    (ros.folder / "dies.yaml").write_text(
+        "launch:\n"
+        "- node: {pkg: teleop_py_pkg, exec: simple_publisher}\n"
+        "- executable: {cmd: \"sh -c 'echo my last words; exit 3'\"}\n"
+    )
+    result = ros.run("launch -d dies.yaml")
+    assert result.returncode == 1
+    assert "sh-2 died with exit code 3" in result.stderr
+    assert "my last words" in result.stderr
+
+
+def test_logs_follow_until_the_process_ends(ros):
+    (ros.folder / "counts.py").write_text(
+        "import rclpy, sys\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('counts')\n"
+        "node.create_timer(0.1, lambda: print('tick', flush=True))\n"
+        "rclpy.spin(node)\n"
+    )
+    assert ros.run("run -d ./counts.py").returncode == 0
+    follower = ros.spawn("logs -f counts")
+    follower.wait_for_line("tick")
+    follower.wait_for_line("tick")
+    assert ros.run("stop counts").returncode == 0
+    assert follower.wait() == 0
+    assert len(ros.run("logs -n 1 counts").stdout.splitlines()) == 1
+
+
+@pytest.mark.parametrize("verb", ["stop", "logs"])
+def test_an_unknown_name_is_an_error_that_lists_what_runs(ros, verb):
+    ros.run("run -d simple_publisher")
+    result = ros.run(f"{verb} nothing_like_it")
+    assert result.returncode == 1
+    assert "Nothing named 'nothing_like_it' runs in the background" in result.stderr
+    assert "simple_publisher" in result.stderr
+
+
+def test_stop_ends_the_nodes_and_all_the_router_too(ros):
+    ros.run("run -d simple_publisher")
+    assert ros.run("stop").stdout == "simple_publisher has been stopped\n"
+    assert list(processes(ros)) == ["router"]
+    assert ros.run("stop --all").stdout == "router has been stopped\n"
+    nothing = ros.run("ps")
+    assert (nothing.returncode, nothing.stdout) == (0, "")
+    assert "Nothing runs in the background" in nothing.stderr
+    assert ros.run("ps --json").stdout == "[]\n"

@@ -1,0 +1,318 @@
+"""The controller manager, its spawners and ``teleopctl control``, as real processes."""
+
+import json
+import queue
+import re
+
+import pytest
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node import Context, Node, qos_profile_latched
+from teleopctl.packages import package_share
+from teleopctl.robot.xacro_file import expand
+from tests.processes import LONGEST_WAIT_S
+
+MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
+ALL = ["joint_state_broadcaster", "arm_controller", "gripper_controller"]
+CHAIN = f"controller_manager spawner {' '.join(ALL)}"
+
+String = get_message("std_msgs/msg/String")
+JointState = get_message("sensor_msgs/msg/JointState")
+
+
+class Robot(Node):
+    """Publishes the robot description and listens, in this process."""
+
+    def __init__(self):
+        self._own = Context()
+        self._own.init([])
+        super().__init__("robot", context=self._own, start_parameter_services=False)
+        self._description = self.create_publisher(String, "/robot_description", qos_profile_latched)
+        self.states = queue.Queue()
+
+    def describe(self, text):
+        self._description.publish(String(data=text))
+
+    def listen(self):
+        self.create_subscription(JointState, "/joint_states", self.states.put, 10, immediate=True)
+
+    def wait_for_positions(self, **wanted):
+        """Wait until joints are measured near the wanted positions, rad."""
+        while True:
+            state = self.states.get(timeout=LONGEST_WAIT_S)
+            measured = dict(zip(state.name, state.position, strict=True))
+            if all(abs(measured[name] - value) < 1e-3 for name, value in wanted.items()):
+                return state
+
+    def close(self):
+        self._own.try_shutdown()
+
+
+@pytest.fixture(scope="module")
+def mock_urdf():
+    return expand(MODEL, {"hardware": "mock"})
+
+
+def start_manager(ros, *arguments):
+    return ros.spawn_module(
+        "teleopctl.nodes",
+        [
+            "controller_manager",
+            "ros2_control_node",
+            "--ros-args",
+            "--params-file",
+            str(CONTROLLERS),
+            *arguments,
+        ],
+    )
+
+
+def spawn(ros, arguments):
+    return ros.run_module("teleopctl.nodes", f"controller_manager spawner {arguments}")
+
+
+def lines(result):
+    return result.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def looked_at(shared_ros, mock_urdf):
+    """A running chain for tests that only look."""
+    robot = Robot()
+    robot.describe(mock_urdf)
+    manager = start_manager(shared_ros)
+    result = spawn(shared_ros, " ".join(ALL))
+    assert result.returncode == 0, result.stderr
+    yield shared_ros, manager, result
+    robot.close()
+
+
+@pytest.fixture
+def robot(ros, mock_urdf):
+    """A described robot whose controller manager runs and has no controllers yet."""
+    node = Robot()
+    node.describe(mock_urdf)
+    node.manager = start_manager(ros)
+    node.manager.wait_for_line("Starting Controller Manager services")
+    yield node
+    node.close()
+
+
+class TestLooking:
+    def test_the_spawner_says_what_it_did(self, looked_at):
+        _, _, spawner = looked_at
+        said = [line.partition("]: ")[2] for line in spawner.stderr.splitlines()]
+        for name in ALL:
+            assert f"Loaded {name}" in said
+            assert f"Configured and activated {name}" in said
+
+    def test_the_manager_says_what_it_did(self, looked_at):
+        _, manager, _ = looked_at
+        said = manager.stderr
+        for text in (
+            "update rate is 10 Hz",
+            "Received robot description from topic.",
+            "Loaded hardware 'RobotSystem' from plugin 'mock_components/GenericSystem'",
+            "Successful initialization of hardware 'RobotSystem'",
+            "Successful 'configure' of hardware 'RobotSystem'",
+            "Successful 'activate' of hardware 'RobotSystem'",
+            "Loading controller 'arm_controller'",
+            "Configuring controller: 'arm_controller'",
+            "Activating controllers: [ arm_controller ]",
+            "Successfully switched controllers!",
+        ):
+            assert text in said
+
+    def test_list_controllers(self, looked_at):
+        ros, _, _ = looked_at
+        trajectory = "joint_trajectory_controller/JointTrajectoryController"
+        assert lines(ros.run("control list_controllers")) == [
+            "joint_state_broadcaster joint_state_broadcaster/JointStateBroadcaster          active",
+            f"arm_controller          {trajectory}  active",
+            f"gripper_controller      {trajectory}  active",
+        ]
+
+    def test_list_controllers_with_interfaces(self, looked_at):
+        ros, _, _ = looked_at
+        text = ros.run("control list_controllers --claimed-interfaces").stdout
+        assert "\tclaimed interfaces:\n\t\tjoint_1/position\n\t\tjoint_2/position\n" in text
+        verbose = ros.run("control list_controllers -v").stdout
+        assert "\tupdate_rate: 10 Hz\n\tis_async: False\n" in verbose
+
+    def test_list_hardware_components(self, looked_at):
+        ros, _, _ = looked_at
+        assert lines(ros.run("control list_hardware_components")) == [
+            "Hardware Component 1",
+            "\tname: RobotSystem",
+            "\ttype: system",
+            "\tplugin name: mock_components/GenericSystem",
+            "\tstate: id=3 label=active",
+            "\tread/write rate: 10 Hz",
+            "\tis_async: False",
+            "\tcommand interfaces",
+            *(f"\t\tjoint_{n}/position [available] [claimed]" for n in range(1, 5)),
+        ]
+        verbose = lines(ros.run("control list_hardware_components -v"))
+        assert "\t\tjoint_1/position [double] [available] [claimed]" in verbose
+        assert "\t\tjoint_5/position [double] [available]" in verbose
+
+    def test_list_hardware_interfaces(self, looked_at):
+        ros, _, _ = looked_at
+        assert lines(ros.run("control list_hardware_interfaces")) == [
+            "command interfaces",
+            *(f"\tjoint_{n}/position [available] [claimed]" for n in range(1, 5)),
+            "state interfaces",
+            *(f"\tjoint_{n}/position" for n in range(1, 6)),
+        ]
+
+    def test_list_controller_types(self, looked_at):
+        ros, _, _ = looked_at
+        name = "joint_trajectory_controller/JointTrajectoryController"
+        base = "controller_interface::ControllerInterface"
+        assert f"{name:70} {base}" in lines(ros.run("control list_controller_types"))
+
+    @pytest.mark.parametrize(
+        "verb", ["list_controllers", "list_hardware_components", "list_hardware_interfaces"]
+    )
+    def test_lists_as_json(self, looked_at, verb):
+        ros, _, _ = looked_at
+        assert json.loads(ros.run(f"control {verb} --json").stdout)
+
+    def test_controllers_are_nodes_with_parameters(self, looked_at):
+        ros, _, _ = looked_at
+        nodes = lines(ros.run("node list"))
+        assert {"/controller_manager", *(f"/{name}" for name in ALL)} <= set(nodes)
+        result = ros.run("param get /arm_controller joints")
+        assert result.stdout.strip() == "String values are: ['joint_1', 'joint_2', 'joint_3']"
+
+    def test_an_absent_manager_is_named_and_the_present_one_too(self, looked_at):
+        ros, _, _ = looked_at
+        result = ros.run("control list_controllers -c other")
+        assert result.returncode == 1
+        assert result.stdout == ""
+        assert "/other" in result.stderr
+        assert "/controller_manager" in result.stderr
+
+    def test_an_unknown_controller_is_named(self, looked_at):
+        ros, _, _ = looked_at
+        result = ros.run("control set_controller_state nobody active")
+        assert (result.returncode, result.stdout) == (1, "")
+        assert "controller nobody does not seem to be loaded" in result.stderr
+
+    def test_a_second_manager_of_the_same_name_is_refused(self, looked_at):
+        ros, _, _ = looked_at
+        second = start_manager(ros)
+        assert second.wait() == 1
+        assert "A node named /controller_manager is already running" in second.stderr
+
+    def test_active_controllers_are_spawned_again_only_on_request(self, looked_at):
+        ros, _, _ = looked_at
+        assert spawn(ros, "arm_controller").returncode == 1
+        again = spawn(ros, f"{' '.join(ALL)} --allow-active --param-file {CONTROLLERS}")
+        assert again.returncode == 0
+        assert "Controller already loaded, skipping load_controller" in again.stderr
+
+
+class TestMoving:
+    def test_the_gripper_opens_and_its_mimic_joint_follows(self, ros, robot):
+        assert spawn(ros, " ".join(ALL)).returncode == 0
+        robot.listen()
+        topic = "topic pub --once /gripper_controller/commands std_msgs/msg/Float64MultiArray"
+        assert ros.run([*topic.split(), "{data: [-1]}"]).returncode == 0
+        robot.wait_for_positions(joint_4=-1.0, joint_5=1.0)
+        assert ros.run([*topic.split(), "{data: [0]}"]).returncode == 0
+        robot.wait_for_positions(joint_4=0.0, joint_5=0.0)
+        assert ros.run([*topic.split(), "{data: [-2]}"]).returncode == 0
+        state = robot.wait_for_positions(joint_4=-1.5708)
+        assert min(state.position) >= -1.5708
+        said = robot.manager.stderr
+        reports = re.findall(r"Command of joint 'joint_4' is outside its limits.*", said)
+        (report,) = reports
+        assert "position -2 is clamped to -1.5708 (position limits [-1.5708, 0])" in report
+
+    def test_the_arm_follows_a_trajectory(self, ros, robot):
+        assert spawn(ros, " ".join(ALL)).returncode == 0
+        robot.listen()
+        message = (
+            "{joint_names: [joint_1, joint_2, joint_3], points: [{positions: [0.5, -0.3, 0.4], "
+            "time_from_start: {sec: 0, nanosec: 500000000}}]}"
+        )
+        kind = "trajectory_msgs/msg/JointTrajectory"
+        words = ["topic", "pub", "--once", "/arm_controller/joint_trajectory", kind, message]
+        assert ros.run(words).returncode == 0
+        robot.wait_for_positions(joint_1=0.5, joint_2=-0.3, joint_3=0.4)
+
+    def test_controllers_are_switched_from_the_command_line(self, ros, robot):
+        assert spawn(ros, " ".join(ALL)).returncode == 0
+        result = ros.run("control set_controller_state arm_controller inactive")
+        assert result.stdout == "Successfully deactivated arm_controller\n"
+        result = ros.run("control unload_controller arm_controller")
+        assert result.stdout == "Successfully unloaded controller arm_controller\n"
+        result = ros.run("control load_controller arm_controller --set-state active")
+        assert result.stdout.splitlines() == [
+            "Successfully loaded controller arm_controller",
+            "Successfully loaded controller arm_controller into state active",
+        ]
+        result = ros.run(
+            "control switch_controllers --strict --deactivate arm_controller "
+            "--deactivate gripper_controller"
+        )
+        assert result.stdout == "Successfully switched controllers!\n"
+        result = ros.run("control switch_controllers --strict --activate nobody")
+        assert result.returncode == 1
+        assert "no controller with this name exists" in result.stderr
+        result = ros.run_module("teleopctl.nodes", f"controller_manager unspawner {' '.join(ALL)}")
+        assert result.returncode == 0, result.stderr
+        result = ros.run("control list_controllers")
+        assert result.stdout == "No controllers are currently loaded!\n"
+
+
+class TestSpawner:
+    def test_no_type_fails_and_loads_nothing(self, ros, robot):
+        del robot
+        result = spawn(ros, "unheard_of")
+        assert result.returncode == 1
+        assert "Failed loading controller unheard_of" in result.stderr
+        assert "No controllers" in ros.run("control list_controllers").stdout
+
+    def test_a_missing_manager_ends_a_bounded_wait(self, ros):
+        result = spawn(ros, "arm_controller --controller-manager-timeout 0.5")
+        assert result.returncode == 1
+        assert "waiting for service /controller_manager/list_controllers" in result.stderr
+        assert "Could not contact service /controller_manager/list_controllers" in result.stderr
+
+    def test_a_spawner_waits_for_the_robot_description(self, ros, mock_urdf):
+        robot = Robot()
+        manager = start_manager(ros)
+        manager.wait_for_line("Waiting for data on 'robot_description' topic")
+        spawner = ros.spawn_module("teleopctl.nodes", CHAIN)
+        spawner.wait_for_line("waiting for service")
+        robot.describe("<robot>")
+        manager.wait_for_line("robot description file .* seems not to be genuine")
+        robot.describe(mock_urdf)
+        assert spawner.wait() == 0
+        robot.describe(mock_urdf)
+        manager.wait_for_line("has already loaded a urdf")
+        manager.interrupt()
+        assert manager.wait() == 0
+        robot.close()
+
+    @pytest.mark.parametrize("stop", ["interrupt", "terminate"])
+    def test_what_was_spawned_can_be_unloaded_with_the_spawner(self, ros, robot, stop):
+        del robot
+        spawner = ros.spawn_module("teleopctl.nodes", f"{CHAIN} --unload-on-kill")
+        spawner.wait_for_line("Waiting until interrupt to unload controllers")
+        getattr(spawner, stop)()
+        spawner.wait_for_line("Successfully unloaded controllers")
+        assert spawner.wait() == 0
+        assert "No controllers" in ros.run("control list_controllers").stdout
+
+    def test_as_a_group(self, ros, robot):
+        result = spawn(ros, f"{' '.join(ALL)} --activate-as-group")
+        assert result.returncode == 0
+        expected = f"Configured and activated all the parsed controllers list : {ALL}!"
+        assert expected in result.stderr
+        robot.manager.wait_for_line(
+            r"Activating controllers: \[ joint_state_broadcaster arm_controller "
+        )

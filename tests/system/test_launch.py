@@ -1,0 +1,291 @@
+"""``teleopctl launch`` in the foreground: output, crashes, respawning, Ctrl-C, arguments."""
+
+import signal
+
+import psutil
+import pytest
+
+from tests.processes import eventually
+
+STUBBORN = """
+import signal, sys, time
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, lambda number, frame: print("ignored", number, flush=True))
+print("deaf", flush=True)
+while True:
+    time.sleep(60)
+"""
+
+
+def write(ros, text, name="file.yaml"):
+    (ros.folder / name).write_text(text, encoding="utf-8")
+
+
+def test_nodes_run_together_with_their_output_prefixed_and_end_on_ctrl_c(ros):
+    write(
+        ros,
+        """launch:
+- node: {pkg: teleop_py_pkg, exec: simple_publisher}
+- node: {pkg: teleop_py_pkg, exec: simple_subscriber, name: ear, namespace: robot,
+         remap: [{from: chatter, to: /chatter}]}
+- node: {pkg: teleop_py_pkg, exec: simple_parameter,
+         param: [{name: simple_int_param, value: 24}]}
+""",
+    )
+    launch = ros.spawn("launch file.yaml")
+    launch.wait_for_line(
+        r"^\[INFO\] \[launch\]: All log files can be found below .", stream="stdout"
+    )
+    launch.wait_for_line(r"^\[INFO\] \[launch\]: Default logging verbosity is set to INFO$")
+    pid = int(
+        launch.wait_for_line(
+            r"^\[INFO\] \[simple_publisher-1\]: process started with pid \[(\d+)\]$"
+        )[1]
+    )
+    launch.wait_for_line(
+        r"^\[simple_subscriber-2\] \[INFO\] \[[\d.]+\] \[robot.ear\]: I heard: Hello",
+        stream="stderr",
+    )
+    eventually(lambda: "/simple_parameter" in ros.run("node list").stdout)
+    got = ros.run("param get /simple_parameter simple_int_param")
+    assert got.stdout == "Integer value is: 24\n"
+    launch.interrupt()
+    launch.wait_for_line(r"^\[WARNING\] \[launch\]: user interrupted with ctrl-c \(SIGINT\)$")
+    assert launch.wait() == 130
+    for name in ("simple_publisher-1", "simple_subscriber-2", "simple_parameter-3"):
+        assert f"[INFO] [{name}]: process has finished cleanly [pid " in launch.stdout
+    assert not psutil.pid_exists(pid)
+    assert ros.run("node list").stdout == ""
+
+
+def test_the_death_of_one_process_leaves_the_others_and_the_launch_fails(ros):
+    write(
+        ros,
+        """launch:
+- executable: {cmd: "sh -c 'exit 3'"}
+- executable: {cmd: "sh -c 'read x < fifo; echo still here'", output: screen}
+""",
+    )
+    import os
+
+    os.mkfifo(ros.folder / "fifo")
+    launch = ros.spawn("launch file.yaml")
+    launch.wait_for_line(
+        r"^\[ERROR\] \[sh-1\]: process has died \[pid \d+, exit code 3, cmd 'sh -c exit 3'\]\.$"
+    )
+    (ros.folder / "fifo").write_text("go\n")
+    launch.wait_for_line(r"^\[sh-2\] still here$", stream="stdout")
+    launch.wait_for_line(r"^\[INFO\] \[sh-2\]: process has finished cleanly \[pid \d+\]$")
+    assert launch.wait() == 1
+
+
+def test_standard_output_of_a_process_is_kept_in_its_log_and_shown_where_asked(ros):
+    write(ros, "launch:\n- executable: {cmd: \"sh -c 'echo quiet; echo loud >&2'\"}\n")
+    launch = ros.run("launch file.yaml")
+    assert launch.returncode == 0
+    assert "quiet" not in launch.stdout
+    assert launch.stderr == "[sh-1] loud\n"
+    (log,) = ros.folder.glob("log/*/sh-1.log")
+    assert sorted(log.read_text().splitlines()) == ["loud", "quiet"]
+    assert "[sh-1] quiet\n" in ros.run("launch -a file.yaml").stdout
+
+
+def test_a_process_that_should_respawn_does_so_as_often_as_allowed(ros):
+    write(
+        ros,
+        """launch:
+- executable: {cmd: "sh -c 'echo up'", output: screen, respawn: true, respawn_max_retries: 2}
+""",
+    )
+    launch = ros.run("launch file.yaml")
+    assert launch.returncode == 0
+    assert launch.stdout.count("process started with pid") == 3
+    assert launch.stdout.count("[sh-1] up\n") == 3
+
+
+@pytest.mark.parametrize("key", ["required: true", "on_exit: shutdown"])
+def test_the_end_of_a_required_process_ends_the_launch(ros, key):
+    write(
+        ros,
+        f"launch:\n- executable: {{cmd: 'sleep 100'}}\n- executable: {{cmd: 'true', {key}}}\n",
+    )
+    launch = ros.run("launch file.yaml")
+    assert "process[true-2] was required: shutting down launched system" in launch.stdout
+    assert "[INFO] [sleep-1]: process has finished cleanly" in launch.stdout
+    assert launch.returncode == 0
+
+
+def test_who_does_not_listen_is_terminated_and_then_killed(ros):
+    (ros.folder / "stubborn.py").write_text(STUBBORN)
+    write(
+        ros,
+        """launch:
+- executable:
+    cmd: python3 stubborn.py
+    output: screen
+    sigterm_timeout: 0.2
+    sigkill_timeout: 0.2
+- executable: {cmd: sleep 100}
+""",
+    )
+    launch = ros.spawn("launch file.yaml")
+    launch.wait_for_line("deaf")
+    launch.interrupt()
+    launch.wait_for_line(
+        r"^\[ERROR\] \[python3-1\]: process\[python3-1\] failed to terminate '0.2' seconds after "
+        r"receiving 'SIGINT', escalating to 'SIGTERM'$"
+    )
+    launch.wait_for_line("escalating to 'SIGKILL'")
+    launch.wait_for_line(r"\[python3-1\]: process has died \[pid \d+, exit code -9")
+    assert launch.wait() == 130
+    assert f"[python3-1] ignored {int(signal.SIGTERM)}\n" in launch.stdout
+
+
+def test_a_process_that_cannot_be_started_is_reported_and_the_rest_runs(ros):
+    write(ros, "launch:\n- executable: {cmd: nosuchprogram}\n- executable: {cmd: echo a}\n")
+    launch = ros.run("launch file.yaml")
+    assert "[ERROR] [nosuchprogram-1]: process failed to start: No such file" in launch.stdout
+    assert "[INFO] [echo-2]: process has finished cleanly" in launch.stdout
+    assert launch.returncode == 1
+
+
+def test_a_delayed_process_starts_later_and_not_at_all_after_ctrl_c(ros):
+    write(
+        ros,
+        """launch:
+- executable: {cmd: "sh -c 'echo first; exec sleep 100'", output: screen}
+- timer: {period: 0.1, children: [{executable: {cmd: echo second, output: screen}}]}
+- timer: {period: 1000, children: [{executable: {cmd: echo never, output: screen}}]}
+""",
+    )
+    launch = ros.spawn("launch file.yaml")
+    launch.wait_for_line("first")
+    launch.wait_for_line("second")
+    launch.interrupt()
+    assert launch.wait() == 130
+    assert "never" not in launch.stdout
+
+
+def test_arguments_are_passed_and_unknown_ones_warned_about(ros):
+    write(
+        ros,
+        "launch:\n- arg: {name: who, default: world}\n- log: {message: 'hello $(var who)'}\n",
+    )
+    launch = ros.run("launch file.yaml who:=me whom:=you")
+    assert "[INFO] [launch.user]: hello me\n" in launch.stdout
+    assert "[WARNING] [launch]: launch argument 'whom' is not declared" in launch.stdout
+    wrong = ros.run("launch file.yaml a b")
+    assert wrong.returncode == 2
+    assert "malformed launch argument 'b'" in wrong.stderr
+
+
+def test_show_args_and_print_start_nothing(ros):
+    write(
+        ros,
+        """launch:
+- arg: {name: who, default: world, description: Whom to greet.}
+- arg: {name: how}
+- executable: {cmd: "echo $(var who)"}
+""",
+    )
+    shown = ros.run("launch -s file.yaml")
+    assert shown.stdout == (
+        "Arguments (pass arguments as '<name>:=<value>'):\n"
+        "\n    'who':\n        Whom to greet.\n        (default: 'world')\n"
+        "\n    'how':\n        no description given\n"
+    )
+    assert ros.run("launch -p file.yaml how:=x").stdout == "echo-1:\n  echo world\n"
+    missing = ros.run("launch file.yaml")
+    assert missing.returncode == 2
+    assert "Required launch argument 'how'" in missing.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("launch sym.yaml", "Launch file 'sym.yaml' not found", "sim.yaml"),
+        ("launch nope x.yaml", "Package 'nope' not found", ""),
+        (
+            "launch teleop_description nope.yaml",
+            "not found in package 'teleop_description'",
+            "display",
+        ),
+        ("launch display.yaml model:=nope.xacro", "nope.xacro", ""),
+    ],
+)
+def test_what_does_not_exist_is_named(ros, line, message, hint):
+    result = ros.run(line)
+    assert result.returncode == 1
+    assert message in result.stderr
+    assert hint in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_launch_file_of_a_package_is_found_in_its_launch_folder(ros):
+    folder = ros.folder / "my_pkg"
+    (folder / "launch").mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>my_pkg</name></package>")
+    (folder / "launch" / "up.yaml").write_text("launch:\n- log: {message: $(dirname)}\n")
+    launch = ros.run("launch my_pkg up.yaml")
+    assert f"[INFO] [launch.user]: {folder / 'launch'}\n" in launch.stdout
+
+
+def test_display_shows_any_robot_description(ros):
+    (ros.folder / "box.urdf.xacro").write_text(
+        '<robot name="box" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:property name="n" value="3"/><link name="base"/><link name="lid_${n}"/>'
+        '<joint name="hinge" type="revolute"><parent link="base"/><child link="lid_${n}"/>'
+        '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    launch = ros.run("launch -d display.yaml model:=box.urdf.xacro")
+    assert launch.returncode == 0, launch.stderr
+    echoed = ros.run("topic echo --once /joint_states sensor_msgs/msg/JointState")
+    assert "- hinge" in echoed.stdout
+    echoed = ros.run("topic echo --once /tf tf2_msgs/msg/TFMessage")
+    assert "lid_3" in echoed.stdout
+
+
+ALL_ACTIVE = [
+    "joint_state_broadcaster joint_state_broadcaster/JointStateBroadcaster active",
+    "arm_controller joint_trajectory_controller/JointTrajectoryController active",
+    "gripper_controller joint_trajectory_controller/JointTrajectoryController active",
+]
+
+
+def controllers(ros):
+    listed = ros.run("control list_controllers").stdout
+    return [" ".join(line.split()) for line in listed.splitlines()]
+
+
+def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(ros):
+    launch = ros.spawn("launch sim.yaml camera:=false")
+    launch.wait_for_line(r"\[spawner-\d\]: process has finished cleanly")
+    assert controllers(ros) == ALL_ACTIVE
+    nodes = ros.run("node list").stdout.split()
+    assert {"/mujoco_sim", "/controller_manager", "/robot_state_publisher"} <= set(nodes)
+    assert "/camera" not in nodes
+    launch.interrupt()
+    assert launch.wait() == 130
+    assert "escalating" not in launch.stdout
+    assert "has died" not in launch.stdout
+    assert ros.run("node list").stdout == ""
+
+
+def test_the_controllers_can_be_started_on_a_simulation_that_runs(ros):
+    started = ros.run(
+        "launch -d sim.yaml camera:=false start_controllers:=false real_time_factor:=0"
+    )
+    assert started.returncode == 0, started.stderr
+    assert controllers(ros) == ["No controllers are currently loaded!"]
+    started = ros.run("launch -d controller.yaml")
+    assert started.returncode == 0, started.stderr
+    assert started.stdout == "spawner-1 has finished\ncontroller has finished\n"
+    assert controllers(ros) == ALL_ACTIVE
+    assert "gazebo_ros2_control" in ros.run("control list_hardware_components").stdout
+
+
+def test_the_controllers_run_on_mock_hardware_where_there_is_no_simulation(ros):
+    started = ros.run("launch -d controller.yaml")
+    assert started.returncode == 0, started.stderr
+    assert controllers(ros) == ALL_ACTIVE
+    assert "mock_components/GenericSystem" in ros.run("control list_hardware_components").stdout

@@ -1,0 +1,154 @@
+"""``teleopctl run``: the tutorial's nodes, users' packages and plain files, in real processes."""
+
+import signal
+
+import pytest
+
+from tests.processes import eventually
+
+TALKER = """
+import sys
+
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+
+class Talker(Node):
+    def __init__(self):
+        super().__init__("my_talker")
+        self.publisher = self.create_publisher(String, "chatter", 10)
+        self.create_timer(0.05, self.say)
+
+    def say(self):
+        self.publisher.publish(String(data="from a plain file"))
+
+
+def main(args=None):
+    rclpy.init(args=args)
+    node = Talker()
+    print("arguments", sys.argv[1:], flush=True)
+    rclpy.spin(node)
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+def test_the_tutorials_publisher_and_subscriber_talk(ros):
+    publisher = ros.spawn("run teleop_py_pkg simple_publisher")
+    publisher.wait_for_line(r"^\[INFO\] \[\d+\.\d+\] \[simple_publisher\]: Publishing at 1 Hz")
+    subscriber = ros.spawn("run teleop_py_pkg simple_subscriber")
+    subscriber.wait_for_line(
+        r"^\[INFO\] \[\d+\.\d+\] \[simple_subscriber\]: I heard: Hello ROS 2 - counter: \d+$"
+    )
+    for process in (publisher, subscriber):
+        process.interrupt()
+        assert process.wait() == 0
+        assert "Traceback" not in process.stderr
+
+
+def test_the_tutorials_parameter_node_takes_overrides_and_reports_changes(ros):
+    node = ros.spawn("run teleop_robot_py_pkg simple_parameter --ros-args -p simple_int_param:=24")
+    eventually(lambda: "/simple_parameter" in ros.run("node list").stdout)
+    got = ros.run("param get /simple_parameter simple_int_param")
+    assert got.stdout == "Integer value is: 24\n"
+    got = ros.run("param get /simple_parameter simple_string_param")
+    assert got.stdout == "String value is: Antonio\n"
+    assert ros.run("param set /simple_parameter simple_int_param 30").returncode == 0
+    node.wait_for_line("Param simple_int_param changed! New value is 30")
+    refused = ros.run("param set /simple_parameter simple_int_param text")
+    assert refused.returncode == 1
+    assert "Setting parameter failed" in refused.stderr
+
+
+def test_a_plain_file_runs_unchanged_and_gets_its_arguments_untouched(ros):
+    (ros.folder / "talker.py").write_text(TALKER)
+    subscriber = ros.spawn("run simple_subscriber")
+    talker = ros.spawn("run ./talker.py --help -d --ros-args -r __node:=other -- x")
+    talker.wait_for_line(
+        r"arguments \['--help', '-d', '--ros-args', '-r', '__node:=other', '--', 'x'\]"
+    )
+    subscriber.wait_for_line("I heard: from a plain file")
+    assert "/other" in ros.run("node list").stdout.splitlines()
+    talker.interrupt()
+    assert talker.wait() == 130
+    assert "Traceback" not in talker.stderr
+
+
+def test_sigterm_shuts_a_node_down_without_noise(ros):
+    (ros.folder / "talker.py").write_text(TALKER)
+    talker = ros.spawn("run ./talker.py")
+    talker.wait_for_line("arguments")
+    talker.terminate()
+    assert talker.wait() == 0
+    assert "Traceback" not in talker.stderr
+
+
+def test_a_source_package_runs_without_being_built(ros):
+    package = ros.folder / "src" / "my_pkg"
+    (package / "my_pkg").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_pkg</name></package>")
+    (package / "setup.py").write_text(
+        "from setuptools import setup\n"
+        "setup(entry_points={'console_scripts': ['talk = my_pkg.talk:main']})\n"
+    )
+    (package / "my_pkg" / "__init__.py").touch()
+    (package / "my_pkg" / "words.py").write_text("WORD = 'imported from beside'\n")
+    (package / "my_pkg" / "talk.py").write_text(
+        "from my_pkg.words import WORD\ndef main():\n    print(WORD)\n    return 5\n"
+    )
+    for line in ("run my_pkg talk", "run talk", "run my_pkg"):
+        result = ros.run(line)
+        assert (result.returncode, result.stdout) == (5, "imported from beside\n"), line
+
+
+def test_the_end_of_a_program_is_the_end_of_the_command(ros):
+    (ros.folder / "exits.py").write_text("import sys\nsys.exit(4)\n")
+    assert ros.run("run ./exits.py").returncode == 4
+    (ros.folder / "fails.py").write_text("def f():\n    raise ValueError('mine')\nf()\n")
+    failed = ros.run("run ./fails.py")
+    assert failed.returncode == 1
+    assert "fails.py" in failed.stderr.splitlines()[1]
+    assert failed.stderr.endswith("ValueError: mine\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("run nope x", "Package 'nope' not found", ""),
+        (
+            "run teleop_py_pgk simple_publisher",
+            "Package 'teleop_py_pgk' not found",
+            "teleop_py_pkg",
+        ),
+        ("run teleop_py_pkg simple_publishr", "No executable found", "simple_publisher"),
+        ("run ./nope.py", "No executable found", "nope.py"),
+    ],
+)
+def test_what_does_not_exist_is_named(ros, line, message, hint):
+    result = ros.run(line)
+    assert result.returncode == 1
+    assert result.stdout == ""
+    assert message in result.stderr
+    assert hint in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_the_router_is_started_where_none_answers(ros_without_router):
+    ros = ros_without_router
+    publisher = ros.spawn("run simple_publisher")
+    publisher.wait_for_line("Publishing")
+    assert ros.run("daemon status").stdout.startswith("The daemon is running\n")
+    publisher.interrupt()
+    assert publisher.wait() == 0
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs env, a program of Unix")
+def test_a_prefix_stands_before_the_command_line(ros):
+    (ros.folder / "show.py").write_text("import os\nprint(os.environ['A_WORD'])\n")
+    assert ros.run("run --prefix 'env A_WORD=prefixed' ./show.py").stdout == "prefixed\n"
+    missing = ros.run("run --prefix nosuchprogram ./show.py")
+    assert missing.returncode == 1
+    assert "nosuchprogram" in missing.stderr

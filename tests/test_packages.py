@@ -1,0 +1,199 @@
+"""Packages: which are found, what they offer, and what is said when they are not there."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teleopctl import ament, packages
+from teleopctl.errors import TeleopctlError
+
+SETUP_PY = """
+from setuptools import find_packages, setup
+package_name = "my_pkg"
+setup(
+    name=package_name,
+    entry_points={
+        "console_scripts": [
+            "talker = my_pkg.talker:main",
+            "listener = " + package_name + ".listener:main",
+            f"fancy = {package_name}.fancy:run",
+        ],
+    },
+)
+raise SystemExit("a package is read, never executed")
+"""
+
+
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("TELEOPCTL_PACKAGE_PATH", raising=False)
+    packages._packages_below.cache_clear()
+    return tmp_path
+
+
+def make_package(folder: Path, name: str, **files: str) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(
+        f"<package><!-- <name>no</name> --><name>{name}</name></package>"
+    )
+    for file, text in files.items():
+        (folder / file.replace("_dot_", ".")).write_text(text)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("package", "executable", "module"),
+    [
+        ("robot_state_publisher", "robot_state_publisher", "robot_state_publisher"),
+        ("controller_manager", "ros2_control_node", "controller_manager"),
+        ("controller_manager", "spawner", "spawner"),
+        ("tf2_ros", "tf2_echo", "tf2_echo"),
+        ("teleop_py_pkg", "simple_publisher", "simple_publisher"),
+        ("teleop_robot_py_pkg", "simple_parameter", "simple_parameter"),
+        ("mujoco_sim", "mujoco_sim", "mujoco_sim"),
+        ("camera", "camera", "camera"),
+    ],
+)
+def test_built_in_executables_are_known_by_their_ros_names(package, executable, module):
+    assert packages.find_executable(package, executable).target == f"teleopctl.nodes.{module}:main"
+
+
+def test_every_built_in_executable_has_its_module():
+    from importlib.util import find_spec
+
+    for package in packages.list_packages():
+        for executable in package.executables.values():
+            assert find_spec(executable.target.partition(":")[0]), executable
+
+
+@pytest.mark.parametrize(
+    ("package", "file"),
+    [
+        ("teleop_description", "urdf/teleop.urdf.xacro"),
+        ("teleop_controller", "teleop_controllers.yaml"),
+    ],
+)
+def test_shares_of_the_robot_hold_its_files(package, file):
+    assert (packages.package_share(package) / file).is_file()
+    assert packages.resolve_uri(f"package://{package}/{file}").is_file()
+
+
+def test_a_package_may_be_left_out_where_all_that_offer_a_name_mean_the_same_program():
+    assert packages.find_executable(None, "simple_publisher").target.endswith(":main")
+
+
+def test_an_unknown_package_is_named_with_close_matches():
+    with pytest.raises(TeleopctlError, match="Package 'tf2_ross' not found") as caught:
+        packages.find_package("tf2_ross")
+    assert "tf2_ros" in caught.value.hint
+    assert caught.value.exit_status == 1
+
+
+def test_an_unknown_executable_is_named_with_close_matches():
+    with pytest.raises(TeleopctlError, match="No executable found") as caught:
+        packages.find_executable("teleop_py_pkg", "simple_publishr")
+    assert "simple_publisher" in caught.value.hint
+
+
+def test_a_source_package_offers_its_console_scripts_without_being_executed(empty_folder):
+    make_package(empty_folder / "src" / "my_pkg", "my_pkg", setup_dot_py=SETUP_PY)
+    found = packages.find_package("my_pkg")
+    assert found.share == empty_folder / "src" / "my_pkg"
+    assert {name: executable.target for name, executable in found.executables.items()} == {
+        "talker": "my_pkg.talker:main",
+        "listener": "my_pkg.listener:main",
+        "fancy": "my_pkg.fancy:run",
+    }
+    assert found.executables["talker"].import_root == found.share
+
+
+def test_scripts_are_read_from_setup_cfg_and_pyproject_too(empty_folder):
+    folder = make_package(
+        empty_folder / "p",
+        "p",
+        setup_dot_cfg="[options.entry_points]\nconsole_scripts =\n  one = p.one:main\n",
+        pyproject_dot_toml='[project.scripts]\ntwo = "p.two:main"\n',
+    )
+    assert ament.console_scripts(folder) == {"one": "p.one:main", "two": "p.two:main"}
+
+
+def test_a_source_layout_is_imported_from_its_src_folder(empty_folder):
+    folder = make_package(empty_folder / "p", "p")
+    (folder / "src" / "p").mkdir(parents=True)
+    assert ament.import_root(folder, "p.one:main") == folder / "src"
+
+
+def test_packages_on_the_path_variable_are_found_from_anywhere(empty_folder, monkeypatch):
+    make_package(empty_folder / "elsewhere" / "deep" / "q", "q")
+    (empty_folder / "here").mkdir()
+    monkeypatch.chdir(empty_folder / "here")
+    with pytest.raises(TeleopctlError):
+        packages.find_package("q")
+    monkeypatch.setenv(
+        "TELEOPCTL_PACKAGE_PATH", os.pathsep.join(["", str(empty_folder / "elsewhere")])
+    )
+    assert packages.package_share("q").name == "q"
+
+
+@pytest.mark.parametrize("folder", [".hidden", "build", "install", "venv", "node_modules"])
+def test_outputs_and_environments_are_not_searched(empty_folder, folder):
+    make_package(empty_folder / folder / "r", "r")
+    with pytest.raises(TeleopctlError):
+        packages.find_package("r")
+
+
+def test_a_virtual_environment_of_any_name_is_not_searched(empty_folder):
+    make_package(empty_folder / "my-env" / "r", "r")
+    (empty_folder / "my-env" / "pyvenv.cfg").touch()
+    with pytest.raises(TeleopctlError):
+        packages.find_package("r")
+
+
+def test_a_users_package_overlays_a_built_in_one_and_leaves_it_its_executables(empty_folder):
+    folder = make_package(
+        empty_folder / "teleop_py_pkg",
+        "teleop_py_pkg",
+        setup_dot_py=SETUP_PY.replace("talker =", "simple_publisher ="),
+    )
+    found = packages.find_package("teleop_py_pkg")
+    assert found.share == folder
+    assert found.executables["simple_publisher"].target == "my_pkg.talker:main"
+    assert found.executables["simple_subscriber"].target.startswith("teleopctl.nodes.")
+
+
+def test_a_name_that_means_different_programs_has_to_be_qualified(empty_folder):
+    for name in ("one", "two"):
+        make_package(empty_folder / name, name, setup_dot_py=SETUP_PY)
+    with pytest.raises(
+        TeleopctlError, match="Several packages have an executable 'talker'"
+    ) as caught:
+        packages.find_executable(None, "talker")
+    assert caught.value.exit_status == 2
+
+
+def test_a_file_is_an_executable(empty_folder):
+    (empty_folder / "node.py").touch()
+    found = packages.find_executable(None, "./node.py")
+    assert found.file == empty_folder / "node.py"
+    with pytest.raises(TeleopctlError, match="No executable found"):
+        packages.find_executable(None, "./other.py")
+
+
+def test_uris_become_paths():
+    assert packages.resolve_uri("/a/b.stl") == Path("/a/b.stl")
+    assert packages.resolve_uri("file:///a/b%20c.stl") == Path("/a/b c.stl")
+    with pytest.raises(TeleopctlError, match="nope"):
+        packages.resolve_uri("package://nope/x")
+    with pytest.raises(TeleopctlError, match="https://x/y"):
+        packages.resolve_uri("https://x/y")
+
+
+@given(st.text())
+def test_no_setup_py_makes_the_reader_fail(text):
+    assert isinstance(ament._scripts_of_setup_py(text), dict)
+    assert isinstance(ament._scripts_of_setup_cfg(text), dict)
+    assert isinstance(ament._scripts_of_pyproject(text), dict)
