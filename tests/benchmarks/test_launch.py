@@ -1,0 +1,91 @@
+"""``launch sim.yaml``, from the typed command to active controllers: where the time goes.
+
+The floor is what no implementation could avoid: an interpreter that imports mujoco and zenoh and
+compiles the arm's model.
+"""
+
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from tests.processes import RosEnvironment
+
+ROUNDS = 5
+
+BARE = """
+import sys, mujoco, zenoh
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.xacro_file import expand
+from teleopctl.sim.model import build_model
+build_model(RobotDescription.from_urdf(expand(sys.argv[1], {})))
+"""
+
+# What stands in the launch's log, in the order in which it happens, and what it is the end of.
+STAGES = [
+    ("launch file read, processes started", r"\[spawner-\d+\]: process started"),
+    ("controller manager ready", r"Starting Controller Manager services"),
+    ("joint_state_broadcaster active", r"Configured and activated joint_state_broadcaster"),
+    ("arm_controller active", r"Configured and activated arm_controller"),
+    ("gripper_controller active", r"Configured and activated gripper_controller"),
+]
+
+
+def launch_once(ros: RosEnvironment) -> dict[str, float]:
+    """Launch, wait for the last stage and end it; seconds from the command to each stage."""
+    start = time.perf_counter()
+    process = ros.spawn("launch sim.yaml")
+    times = {}
+    for name, pattern in STAGES:
+        process.wait_for_line(pattern)
+        times[name] = time.perf_counter() - start
+    process.interrupt()
+    process.wait()
+    return times
+
+
+def test_launch_to_active_controllers(ros: RosEnvironment, tmp_path: Path, capsys):
+    # The bytecode is cached, as after any installation.
+    ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
+    model = Path(__file__).parents[2] / "robot" / "urdf" / "teleop.urdf.xacro"
+    bare, runs = [], []
+    for _ in range(ROUNDS + 1):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", BARE, str(model)], env=ros.env, check=True)
+        bare.append(time.perf_counter() - start)
+        runs.append(launch_once(ros))
+    # The first round writes the bytecode.
+    medians = {name: statistics.median(run[name] for run in runs[1:]) for name in runs[0]}
+    floor = statistics.median(bare[1:])
+    with capsys.disabled():
+        print(f"\nlaunch sim.yaml, median of {ROUNDS}:")
+        for name, seconds in sorted(medians.items(), key=lambda item: item[1]):
+            print(f"  {seconds:6.2f} s  {name}")
+        active = medians[STAGES[-1][0]]
+        print(f"  against one process that compiles the model ({floor:.2f} s): {active / floor:.2f}")
+
+
+def test_where_a_node_spends_its_start(ros: RosEnvironment, tmp_path: Path, capsys):
+    ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
+    modules = {
+        "an interpreter": "pass",
+        "zenoh": "import zenoh",
+        "the node library": "import teleopctl.node",
+        "mujoco": "import mujoco",
+        "mujoco_sim": "import teleopctl.nodes.mujoco_sim",
+        "controller_manager": "import teleopctl.nodes.controller_manager",
+        "robot_state_publisher": "import teleopctl.nodes.robot_state_publisher",
+        "spawner": "import teleopctl.nodes.spawner",
+        "camera": "import teleopctl.nodes.camera",
+    }
+    times: dict[str, list[float]] = {name: [] for name in modules}
+    for _ in range(ROUNDS + 1):
+        for name, code in modules.items():
+            start = time.perf_counter()
+            subprocess.run([sys.executable, "-c", code], env=ros.env, check=True)
+            times[name].append(time.perf_counter() - start)
+    with capsys.disabled():
+        print("\nimports, median of a whole process:")
+        for name, seconds in times.items():
+            print(f"  {statistics.median(seconds[1:]) * 1e3:6.0f} ms  {name}")
