@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import get_message
@@ -15,6 +16,11 @@ if TYPE_CHECKING:
     from teleopctl.node.subscription import Subscription
 
 USE_SIM_TIME = "use_sim_time"
+
+# rosgraph_msgs/msg/Clock as CDR, after the encapsulation: int32 sec, uint32 nanosec. Every node of
+# a process reads each of these messages, so it is done without making a message of them.
+_CLOCK_BY_ORDER = {1: struct.Struct("<iI"), 0: struct.Struct(">iI")}
+_ENCAPSULATION_SIZE = 4
 
 
 class TimeSource:
@@ -50,14 +56,13 @@ class TimeSource:
                 "/clock",
                 self._move,
                 qos_profile_clock,
+                raw=True,
                 immediate=True,
             )
         elif not active and self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
 
-    def _move(self, message: Any) -> None:
-        clock = message.clock
-        self._node.get_clock().set_simulated_time(
-            clock.sec * NANOSECONDS_PER_SECOND + clock.nanosec
-        )
+    def _move(self, data: bytes) -> None:
+        sec, nanosec = _CLOCK_BY_ORDER[data[1]].unpack_from(data, _ENCAPSULATION_SIZE)
+        self._node.get_clock().set_simulated_time(sec * NANOSECONDS_PER_SECOND + nanosec)

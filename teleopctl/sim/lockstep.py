@@ -252,8 +252,10 @@ class LockstepLoop:
             self._simulation.reset_state()
             self._ports.diverged(now)
         self._simulation.read()
-        self._clock_beat.take(now)
-        self._ports.publish_clock(now)
+        # Controllers take their time from the state; everybody else's clock may be coarser, which
+        # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
+        if self._clock_beat.take(now) or self._steps_asked > 0:
+            self._ports.publish_clock(now)
         self._ports.publish_state(now)
         command = self._await_command(now)
         if command is not None:

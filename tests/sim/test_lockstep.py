@@ -63,9 +63,9 @@ class Recorder:
 class Bench:
     """A pendulum, its loop and the recorder."""
 
-    def __init__(self, **options) -> None:
+    def __init__(self, *, period_ns: int = PERIOD_NS, **options) -> None:
         self.ports = Recorder()
-        self.simulation = Simulation(pendulum("position velocity"), control_period_ns=PERIOD_NS)
+        self.simulation = Simulation(pendulum("position velocity"), control_period_ns=period_ns)
         options = {"real_time_factor": 0.0, "lockstep_timeout_s": 0.05} | options
         self.loop = LockstepLoop(self.simulation, self.ports, **options)
         self.thread = threading.Thread(target=self.loop.run, daemon=True)
@@ -104,6 +104,14 @@ def test_every_tick_has_its_state_and_the_clock_runs_between(make) -> None:
 
     assert bench.ports.wait_for("state", 5) == [k * PERIOD_NS for k in range(5)]
     assert bench.ports.wait_for("clock", 40) == [k * 10_000_000 for k in range(40)]
+
+
+def test_fast_control_does_not_flood_the_clock(make) -> None:
+    bench = make(period_ns=1_000_000)
+    bench.start()
+
+    assert bench.ports.wait_for("clock", 4) == [k * 10_000_000 for k in range(4)]
+    assert bench.ports.wait_for("state", 40) == [k * 1_000_000 for k in range(40)]
 
 
 def test_a_command_acts_in_the_period_of_the_state_that_it_answers(make) -> None:
