@@ -24,7 +24,7 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 # Zenoh refuses an infinite timeout; thirty years are enough.
 _NO_TIMEOUT_S = 1e9
@@ -51,7 +51,7 @@ class Client(Endpoint, Waitable):
 
     def __init__(
         self,
-        node: Node,
+        node: NodeCore,
         srv_type: Any,
         name: str,
         callback_group: CallbackGroup,

@@ -14,7 +14,7 @@ from teleopctl.wire.tokens import EndpointToken, EntityKind, format_token, gid
 if TYPE_CHECKING:
     import zenoh
 
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Endpoint(abc.ABC):
@@ -32,7 +32,7 @@ class Endpoint(abc.ABC):
     """
 
     def __init__(
-        self, node: Node, kind: EntityKind, name: str, type_name: str, qos: QoSProfile
+        self, node: NodeCore, kind: EntityKind, name: str, type_name: str, qos: QoSProfile
     ) -> None:
         context = node.context
         session = context.session

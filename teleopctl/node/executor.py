@@ -22,10 +22,11 @@ from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.context import Context
 from teleopctl.node.exceptions import ExternalShutdownException, ShutdownException
 from teleopctl.node.future import Future, Task
+from teleopctl.node.scheduler import Schedulable
 from teleopctl.node.waitable import Waitable
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.node.timer import Timer
 
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
@@ -45,9 +46,9 @@ class Executor(abc.ABC):
     def __init__(self, *, context: Context | None = None) -> None:
         self._context = context or Context.default()
         self._queue: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._queued: set[Waitable | Timer] = set()
+        self._queued: set[Schedulable | Timer] = set()
         # Replaced, never changed, so that spinning may iterate without a lock.
-        self._nodes: tuple[Node, ...] = ()
+        self._nodes: tuple[NodeEndpoints, ...] = ()
         self._nodes_lock = threading.Lock()
         self._is_shutdown = False
         self._wake_queued = False
@@ -66,7 +67,7 @@ class Executor(abc.ABC):
 
     # -- nodes -----------------------------------------------------------------------------------
 
-    def add_node(self, node: Node) -> bool:
+    def add_node(self, node: NodeEndpoints) -> bool:
         """Serve a node from now on; the executor that served it before lets it go.
 
         Returns:
@@ -90,7 +91,7 @@ class Executor(abc.ABC):
         self.wake()
         return True
 
-    def remove_node(self, node: Node) -> None:
+    def remove_node(self, node: NodeEndpoints) -> None:
         """Stop serving a node; unknown ones are ignored."""
         with self._nodes_lock:
             if node not in self._nodes:
@@ -99,13 +100,13 @@ class Executor(abc.ABC):
         if node.executor is self:
             node.executor = None
 
-    def get_nodes(self) -> list[Node]:
+    def get_nodes(self) -> list[NodeEndpoints]:
         """Return the nodes that are served."""
         return list(self._nodes)
 
     # -- from other threads ----------------------------------------------------------------------
 
-    def schedule(self, waitable: Waitable) -> None:
+    def schedule(self, waitable: Schedulable) -> None:
         """Have the arrivals of something taken by whoever spins; any thread may call this."""
         if waitable not in self._queued:
             self._queued.add(waitable)

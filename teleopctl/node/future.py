@@ -8,7 +8,7 @@ from collections.abc import Callable, Coroutine, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from teleopctl.node.executor import Executor
+    from teleopctl.node.scheduler import Scheduler
 
 
 class Future:
@@ -18,7 +18,7 @@ class Future:
         executor: Runs the callbacks that wait for it; None runs them where the value is set.
     """
 
-    def __init__(self, *, executor: Executor | None = None) -> None:
+    def __init__(self, *, executor: Scheduler | None = None) -> None:
         self._executor = executor
         self._lock = threading.Lock()
         self._finished = threading.Event()
@@ -139,7 +139,7 @@ class Task(Future):
 
     def __init__(
         self,
-        executor: Executor,
+        executor: Scheduler,
         handler: Callable[..., Any] | Coroutine[Any, Any, Any],
         args: tuple[Any, ...] = (),
         kwargs: Mapping[str, Any] | None = None,

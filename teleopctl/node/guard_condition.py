@@ -10,14 +10,14 @@ from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.waitable import Waitable
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class GuardCondition(Waitable):
     """Made by ``Node.create_guard_condition``; triggers that come close together are one call."""
 
     def __init__(
-        self, node: Node, callback: Callable[[], Any], callback_group: CallbackGroup
+        self, node: NodeCore, callback: Callable[[], Any], callback_group: CallbackGroup
     ) -> None:
         self.node = node
         self.callback = callback

@@ -8,13 +8,13 @@ from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import logging
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_endpoints import NodeEndpoints
 
 
 class LoggerService:
     """``~/get_logger_levels`` and ``~/set_logger_levels``."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: NodeEndpoints) -> None:
         node.create_service(
             get_service("rcl_interfaces/srv/GetLoggerLevels"), "~/get_logger_levels", self._get
         )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import abc
 import threading
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 from teleopctl.node.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from teleopctl.node.client import Client
-from teleopctl.node.clock import Clock, ROSClock
+from teleopctl.node.clock import Clock
+from teleopctl.node.context import Context
 from teleopctl.node.endpoint import Endpoint
 from teleopctl.node.guard_condition import GuardCondition
+from teleopctl.node.node_core import NodeCore
 from teleopctl.node.publisher import Publisher
 from teleopctl.node.qos import QoSProfile, qos_from, qos_profile_services_default
 from teleopctl.node.service import Service
@@ -19,20 +20,21 @@ from teleopctl.node.subscription import Subscription
 from teleopctl.node.timer import Rate, Timer
 from teleopctl.node.waitable import Waitable
 
-if TYPE_CHECKING:
-    from teleopctl.node.executor import Executor
-    from teleopctl.node.node import Node
-
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
 
-class NodeEndpoints(abc.ABC):
+class NodeEndpoints(NodeCore):
     """The part of a node that holds its publishers, subscriptions, services, clients, timers."""
 
-    _clock: ROSClock
-
-    def __init__(self) -> None:
-        self.executor: Executor | None = None
+    def __init__(
+        self,
+        node_name: str,
+        context: Context | None,
+        cli_args: Sequence[str] | None,
+        namespace: str | None,
+        use_global_arguments: bool,
+    ) -> None:
+        super().__init__(node_name, context, cli_args, namespace, use_global_arguments)
         # Replaced, never changed, so that executors may iterate without a lock.
         self._timers: tuple[Timer, ...] = ()
         self._endpoints: list[Endpoint] = []
@@ -40,26 +42,10 @@ class NodeEndpoints(abc.ABC):
         self._endpoints_lock = threading.Lock()
         self._default_callback_group = MutuallyExclusiveCallbackGroup()
 
-    @abc.abstractmethod
-    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the absolute name of a topic."""
-
-    @abc.abstractmethod
-    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the absolute name of a service."""
-
     @property
     def default_callback_group(self) -> CallbackGroup:
         """The group of callbacks that name none."""
         return self._default_callback_group
-
-    @property
-    def _node(self) -> Node:
-        """This very object: the mixin has no life of its own."""
-        from teleopctl.node.node import Node
-
-        assert isinstance(self, Node)
-        return self
 
     # -- making endpoints ------------------------------------------------------------------------
 
@@ -80,7 +66,7 @@ class NodeEndpoints(abc.ABC):
             InvalidTopicNameException: The name breaks a rule.
         """
         name = self.resolve_topic_name(topic)
-        return self._keep(publisher_class(self._node, msg_type, name, qos_from(qos_profile)))
+        return self._keep(publisher_class(self, msg_type, name, qos_from(qos_profile)))
 
     def create_subscription(
         self,
@@ -102,7 +88,7 @@ class NodeEndpoints(abc.ABC):
         """
         return self._keep(
             Subscription(
-                self._node,
+                self,
                 msg_type,
                 self.resolve_topic_name(topic),
                 callback,
@@ -130,7 +116,7 @@ class NodeEndpoints(abc.ABC):
         """
         return self._keep(
             Service(
-                self._node,
+                self,
                 srv_type,
                 self.resolve_service_name(srv_name),
                 callback,
@@ -155,7 +141,7 @@ class NodeEndpoints(abc.ABC):
         """
         name = self.resolve_service_name(srv_name)
         group = callback_group or self._default_callback_group
-        return self._keep(Client(self._node, srv_type, name, group, qos_profile))
+        return self._keep(Client(self, srv_type, name, group, qos_profile))
 
     def create_timer(
         self,
@@ -175,7 +161,7 @@ class NodeEndpoints(abc.ABC):
             autostart: Start at once; else :meth:`Timer.reset` does.
         """
         timer = Timer(
-            self._node,
+            self,
             callback,
             callback_group or self._default_callback_group,
             int(timer_period_sec * 1_000_000_000),
@@ -199,13 +185,13 @@ class NodeEndpoints(abc.ABC):
         # A group of its own: the tick must come while a callback sleeps by it.
         group = MutuallyExclusiveCallbackGroup()
         timer = self.create_timer(1.0 / frequency, None, group, clock)
-        return Rate(timer, self._node.context)
+        return Rate(timer, self._context)
 
     def create_guard_condition(
         self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
-        guard = GuardCondition(self._node, callback, callback_group or self._default_callback_group)
+        guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
         with self._endpoints_lock:
             self._guards.append(guard)
         return guard

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import abc
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from teleopctl.interfaces.store import get_message
+from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.parameter import Parameter, ParameterType, parameter_value_to_python
 from teleopctl.node.parameter_store import (
     OnSetCallback,
@@ -16,41 +16,14 @@ from teleopctl.node.parameter_store import (
 )
 from teleopctl.node.qos import qos_profile_parameter_events
 
-if TYPE_CHECKING:
-    from teleopctl.node.clock import ROSClock
-    from teleopctl.node.publisher import Publisher
-    from teleopctl.node.ros_args import RosArguments
 
-
-class NodeParameters(abc.ABC):
+class NodeParameters(NodeEndpoints):
     """The part of a node that holds its parameters."""
 
-    _arguments: tuple[RosArguments, ...]
-    _name: str
-    _namespace: str
-    _clock: ROSClock
-    _parameters: ParameterStore
-    _parameter_events: Publisher
-
-    @abc.abstractmethod
-    def get_fully_qualified_name(self) -> str:
-        """Return namespace and name, such as ``/arm/teleop``."""
-
-    def _init_parameters(
-        self,
-        given: Iterable[Parameter],
-        *,
-        allow_undeclared: bool,
-        declare_overrides: bool,
-        start_services: bool,
+    def _start_parameters(
+        self, given: Iterable[Parameter], *, allow_undeclared: bool, start_services: bool
     ) -> None:
-        """Read the overrides, declare what every node has, open the services."""
-        from teleopctl.node.node import Node
-        from teleopctl.node.parameter_service import ParameterService
-        from teleopctl.node.time_source import TimeSource
-        from teleopctl.node.type_description import start_type_description_service
-
-        assert isinstance(self, Node)
+        """Read the overrides and open the services."""
         overrides = {parameter.name: parameter for parameter in given}
         # The node's own command line wins over the process's.
         for arguments in reversed(self._arguments):
@@ -65,14 +38,14 @@ class NodeParameters(abc.ABC):
             overrides, allow_undeclared=allow_undeclared, on_change=self._publish_change
         )
         if start_services:
+            from teleopctl.node.parameter_service import ParameterService
+
             ParameterService(self, self._parameters)
-        TimeSource(self)
-        if declare_overrides:
-            for name, parameter in overrides.items():
-                if not self.has_parameter(name):
-                    self.declare_parameter(name, parameter.value)
-        if start_services:
-            start_type_description_service(self)
+
+    def _declare_overrides(self) -> None:
+        for name, parameter in self._parameters.overrides.items():
+            if not self.has_parameter(name):
+                self.declare_parameter(name, parameter.value)
 
     def _publish_change(
         self, new: list[Parameter], changed: list[Parameter], deleted: list[Parameter]

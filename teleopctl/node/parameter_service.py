@@ -17,13 +17,13 @@ from teleopctl.node.parameter_store import ParameterStore, result
 from teleopctl.node.qos import qos_profile_parameters
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_endpoints import NodeEndpoints
 
 
 class ParameterService:
     """Serves a node's parameters to the rest of the graph."""
 
-    def __init__(self, node: Node, store: ParameterStore) -> None:
+    def __init__(self, node: NodeEndpoints, store: ParameterStore) -> None:
         self._node = node
         self._store = store
         handlers: tuple[tuple[str, Callable[[Any, Any], Any]], ...] = (

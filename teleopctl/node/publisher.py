@@ -16,13 +16,13 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Publisher(Endpoint):
     """Sends messages of one type on one topic; made by ``Node.create_publisher``."""
 
-    def __init__(self, node: Node, msg_type: Any, topic: str, qos: QoSProfile) -> None:
+    def __init__(self, node: NodeCore, msg_type: Any, topic: str, qos: QoSProfile) -> None:
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)

@@ -14,13 +14,13 @@ from teleopctl.node.qos import QoSProfile
 from teleopctl.node.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_endpoints import NodeEndpoints
 
 
 class RosoutPublisher:
     """Publishes what the node's logger lets through."""
 
-    def __init__(self, node: Node, qos: QoSProfile) -> None:
+    def __init__(self, node: NodeEndpoints, qos: QoSProfile) -> None:
         self._log = get_message("rcl_interfaces/msg/Log")
         self._time = get_message("builtin_interfaces/msg/Time")
         self._logger_name = node.get_logger().name

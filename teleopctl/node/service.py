@@ -22,7 +22,7 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Service(Endpoint, Waitable):
@@ -41,7 +41,7 @@ class Service(Endpoint, Waitable):
 
     def __init__(
         self,
-        node: Node,
+        node: NodeCore,
         srv_type: Any,
         name: str,
         callback: Callable[[Any, Any], Any],

@@ -9,12 +9,20 @@ import enum
 import signal
 import threading
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from teleopctl.node.context import Context
 
-_contexts: set[Context] = set()
+class Endable(Protocol):
+    """A context, as far as a signal is concerned."""
+
+    def ok(self) -> bool:
+        """Whether it runs."""
+
+    def end_by_signal(self) -> None:
+        """End it."""
+
+
+_contexts: set[Endable] = set()
 _previous: signal._HANDLER = signal.SIG_DFL
 
 
@@ -27,7 +35,7 @@ class SignalHandlerOptions(enum.IntEnum):
     ALL = 3
 
 
-def heed(context: Context) -> None:
+def heed(context: Endable) -> None:
     """Have SIGTERM end a context; without effect outside the main thread."""
     global _previous
     if threading.current_thread() is not threading.main_thread():
@@ -37,7 +45,7 @@ def heed(context: Context) -> None:
     _contexts.add(context)
 
 
-def forget(context: Context) -> None:
+def forget(context: Endable) -> None:
     """Take a context back; with the last one goes the handler."""
     _contexts.discard(context)
     if (

@@ -22,7 +22,7 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Subscription(Endpoint, Waitable):
@@ -47,7 +47,7 @@ class Subscription(Endpoint, Waitable):
 
     def __init__(
         self,
-        node: Node,
+        node: NodeCore,
         msg_type: Any,
         topic: str,
         callback: Callable[..., Any],

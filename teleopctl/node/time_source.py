@@ -12,7 +12,7 @@ from teleopctl.node.qos import qos_profile_clock
 from teleopctl.node.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_parameters import NodeParameters
     from teleopctl.node.subscription import Subscription
 
 USE_SIM_TIME = "use_sim_time"
@@ -26,7 +26,7 @@ _ENCAPSULATION_SIZE = 4
 class TimeSource:
     """Declares ``use_sim_time`` on a node and subscribes ``/clock`` while it is true."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: NodeParameters) -> None:
         self._node = node
         self._subscription: Subscription | None = None
         node.add_on_set_parameters_callback(self._check)

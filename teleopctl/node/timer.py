@@ -12,7 +12,7 @@ from teleopctl.node.context import Context
 from teleopctl.node.exceptions import ROSInterruptException
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Timer:
@@ -24,7 +24,7 @@ class Timer:
 
     def __init__(
         self,
-        node: Node,
+        node: NodeCore,
         callback: Callable[[], Any] | None,
         callback_group: CallbackGroup,
         period_ns: int,

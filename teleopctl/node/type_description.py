@@ -9,12 +9,12 @@ from teleopctl.interfaces import store
 from teleopctl.node.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_parameters import NodeParameters
 
 _PARAMETER = "start_type_description_service"
 
 
-def start_type_description_service(node: Node) -> None:
+def start_type_description_service(node: NodeParameters) -> None:
     """Declare the parameter and, unless it says no, the service."""
     descriptor = store.get_message("rcl_interfaces/msg/ParameterDescriptor")(
         description="Start the ~/get_type_description service for this node.", read_only=True

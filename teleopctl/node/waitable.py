@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.node.callback_groups import CallbackGroup
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_core import NodeCore
 
 
 class Waitable:
@@ -18,7 +18,7 @@ class Waitable:
     node later asks :meth:`pending`. So none is missed, whichever comes first.
     """
 
-    node: Node
+    node: NodeCore
     callback_group: CallbackGroup
 
     def take(self) -> Callable[[], Any] | None:

@@ -1,0 +1,154 @@
+"""The core of a node: who it is, where it lives, how it logs, what names mean to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from teleopctl.node import logging
+from teleopctl.node.clock import ROSClock
+from teleopctl.node.context import Context
+from teleopctl.node.exceptions import NotInitializedException
+from teleopctl.node.graph_view import GraphView
+from teleopctl.node.names import (
+    absolute_namespace,
+    expand_name,
+    fully_qualified,
+    validate_node_name,
+)
+from teleopctl.node.ros_args import RosArguments, parse_ros_arguments
+from teleopctl.node.scheduler import Scheduler
+from teleopctl.wire.tokens import NodeToken, format_token
+
+if TYPE_CHECKING:
+    import zenoh
+
+
+class NodeCore(GraphView):
+    """What the endpoints of a node need to know of it.
+
+    Args:
+        node_name: Its name, unless ``__node`` is remapped.
+        context: Where it lives; the default context if None.
+        cli_args: A command line of its own, with ``--ros-args`` groups.
+        namespace: Its namespace, unless ``__ns`` is remapped.
+        use_global_arguments: Heed the command line that ``init()`` was given.
+
+    Attributes:
+        executor: Who runs the callbacks, if anybody does.
+        enclave: The security enclave that it announces.
+        entity_id: Its number within the session.
+
+    Raises:
+        NotInitializedException: The context does not run.
+        InvalidNodeNameException: Or InvalidNamespaceException: a name breaks a rule.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        context: Context | None,
+        cli_args: Sequence[str] | None,
+        namespace: str | None,
+        use_global_arguments: bool,
+    ) -> None:
+        self._context = context or Context.default()
+        if not self._context.ok():
+            raise NotInitializedException
+        self._arguments = tuple(self._arguments_of(cli_args, use_global_arguments))
+        name = node_name
+        space = namespace or ""
+        for arguments in self._arguments:
+            space = arguments.namespace(node_name, space)
+            name = arguments.node_name(name)
+        validate_node_name(name)
+        self._name = name
+        self._namespace = absolute_namespace(space)
+        self.enclave = self._context.arguments.enclave
+        self.executor: Scheduler | None = None
+        self._clock = ROSClock()
+        self._logger = logging.get_logger(
+            fully_qualified(self._namespace, name).lstrip("/").replace("/", ".")
+        )
+        for arguments in self._arguments:
+            for logger_name, level in arguments.log_levels:
+                logging.set_logger_level(logger_name, logging.severity_from_name(level))
+            if not arguments.stdout_logs:
+                logging.set_console_enabled(False)
+        self.entity_id = self._context.next_id()
+        self._token: zenoh.LivelinessToken | None = None
+        self._graph_callbacks: list[Callable[[], None]] = []
+
+    def _arguments_of(
+        self, cli_args: Sequence[str] | None, use_global: bool
+    ) -> Iterable[RosArguments]:
+        if cli_args is not None:
+            yield parse_ros_arguments(cli_args)
+        if use_global:
+            yield self._context.arguments
+
+    def _announce(self) -> None:
+        """Show the node to the graph."""
+        session = self._context.session
+        token = NodeToken(
+            domain=self._context.domain_id,
+            zid=str(session.zid()),
+            nid=self.entity_id,
+            enclave=self.enclave,
+            namespace=self._namespace,
+            node=self._name,
+        )
+        self._token = session.liveliness().declare_token(format_token(token))
+
+    def _withdraw(self) -> None:
+        """Take the node out of the graph; twice is once."""
+        token, self._token = self._token, None
+        if token is not None and self._context.session_is_open:
+            token.undeclare()
+
+    @property
+    def context(self) -> Context:
+        """Where the node lives."""
+        return self._context
+
+    def get_name(self) -> str:
+        """Return the node's name."""
+        return self._name
+
+    def get_namespace(self) -> str:
+        """Return the node's absolute namespace."""
+        return self._namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return namespace and name, such as ``/arm/teleop``."""
+        return fully_qualified(self._namespace, self._name)
+
+    def get_logger(self) -> logging.RcutilsLogger:
+        """Return the node's logger."""
+        return self._logger
+
+    def get_clock(self) -> ROSClock:
+        """Return the node's clock: the system's time, or ``/clock``'s with ``use_sim_time``."""
+        return self._clock
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the absolute name of a topic, remapped unless ``only_expand``."""
+        return self._resolve(topic, is_service=False, remap=not only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the absolute name of a service, remapped unless ``only_expand``."""
+        return self._resolve(service, is_service=True, remap=not only_expand)
+
+    def _resolve(self, name: str, *, is_service: bool, remap: bool) -> str:
+        resolved = expand_name(name, self._name, self._namespace, is_service=is_service)
+        if remap:
+            for arguments in self._arguments:
+                renamed: str = arguments.remap(
+                    resolved, self._name, self._namespace, is_service=is_service
+                )
+                if renamed != resolved:
+                    return renamed
+        return resolved
+
+    def __repr__(self) -> str:
+        return f"<Node {self.get_fully_qualified_name()}>"
