@@ -1,0 +1,142 @@
+"""Draw the pictures of the documentation: ``python docs/images/make_images.py [NAME…]``.
+
+``teleop_arm.png`` is the simulator's own model of the arm, drawn from outside. ``camera.png`` is
+a message of ``/image_raw`` from a running simulation whose arm was moved into view by the command
+line. Beyond teleopctl only Pillow is needed, to write the files.
+"""
+
+import math
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from teleopctl.sim.gl_backend import choose_backend
+
+FOLDER = Path(__file__).parent
+POSE = {"joint_1": -0.7, "joint_2": -0.3, "joint_3": 0.0, "joint_4": -0.6, "joint_5": 0.6}
+# Where the arm holds its gripper in front of its camera.
+CAMERA_GOAL = {"joint_1": -0.1, "joint_2": -1.4, "joint_3": 0.9, "joint_4": -0.6}
+DEADLINE_S = 60.0
+
+
+def draw_arm(file: Path) -> None:
+    """Draw the whole arm, in three-quarter view, twice as large and then reduced."""
+    choose_backend()
+    import mujoco
+
+    from teleopctl.packages import package_share
+    from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot.xacro_file import expand
+    from teleopctl.sim.model import build_model
+
+    urdf = expand(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
+    model = build_model(RobotDescription.from_urdf(urdf)).mj_model
+    width, height = 1000, 680
+    model.vis.global_.offwidth, model.vis.global_.offheight = 2 * width, 2 * height
+    model.vis.global_.fovy = 35.0
+    model.vis.quality.offsamples = 8
+    model.vis.quality.shadowsize = 8192
+
+    data = mujoco.MjData(model)
+    for joint, position in POSE.items():
+        data.joint(joint).qpos = position
+    mujoco.mj_forward(model, data)
+
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = (0.1, 0.4, 0.78)
+    camera.distance, camera.azimuth, camera.elevation = 3.5, 200.0, -14.0
+    options = mujoco.MjvOption()
+    options.geomgroup[0] = 0  # collision shapes
+    with mujoco.Renderer(model, 2 * height, 2 * width) as renderer:
+        renderer.update_scene(data, camera, options)
+        picture = Image.fromarray(renderer.render())
+    _save(picture.resize((width, height), Image.Resampling.LANCZOS), file)
+
+
+def photograph(file: Path) -> None:
+    """Save what the robot's own camera sees of the moved arm."""
+    with socket.create_server(("localhost", 0)) as probe:
+        port = probe.getsockname()[1]
+    with tempfile.TemporaryDirectory() as folder:
+        # A graph of its own: whatever else runs on this machine is not disturbed.
+        os.environ["TELEOPCTL_ROUTER"] = f"tcp/localhost:{port}"
+        os.environ["TELEOPCTL_RUNTIME_DIR"] = f"{folder}/run"
+        os.environ["ROS_LOG_DIR"] = f"{folder}/log"
+        try:
+            teleopctl("launch", "sim.yaml", "--detach")
+            image = _picture_of(CAMERA_GOAL)
+        finally:
+            teleopctl("stop", "--all")
+    pixels = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+    _save(Image.fromarray(pixels).resize((960, 540), Image.Resampling.LANCZOS), file)
+
+
+def teleopctl(*words: str) -> None:
+    """Run the command line."""
+    subprocess.run([sys.executable, "-m", "teleopctl", *words], check=True)
+
+
+def _picture_of(goal: dict[str, float]) -> Any:
+    """Move the arm and return the first picture taken after it has arrived."""
+    from teleopctl import node as ros
+    from teleopctl.interfaces.store import get_message
+
+    arm = [name for name in goal if name != "joint_4"]
+    point = f"{{positions: {[goal[name] for name in arm]}, time_from_start: {{sec: 1}}}}"
+    topic = "/arm_controller/joint_trajectory"
+    trajectory = f"{{joint_names: {arm}, points: [{point}]}}"
+    teleopctl("topic", "pub", "--once", topic, "trajectory_msgs/msg/JointTrajectory", trajectory)
+    topic, fingers = "/gripper_controller/commands", f"{{data: [{goal['joint_4']}]}}"
+    teleopctl("topic", "pub", "--once", topic, "std_msgs/msg/Float64MultiArray", fingers)
+
+    ros.init()
+    watcher = ros.Node("photographer")
+    arrived, picture = ros.Future(), ros.Future()
+
+    def on_state(state: Any) -> None:
+        now = dict(zip(state.name, state.position, strict=True))
+        if not arrived.done() and all(
+            math.isclose(now[name], position, abs_tol=1e-3) for name, position in goal.items()
+        ):
+            arrived.set_result(True)
+
+    def on_image(image: Any) -> None:
+        if not picture.done():
+            picture.set_result(image)
+
+    try:
+        watcher.create_subscription(
+            get_message("sensor_msgs/msg/JointState"), "/joint_states", on_state, 10
+        )
+        ros.spin_until_future_complete(watcher, arrived, timeout_sec=DEADLINE_S)
+        if not arrived.done():
+            raise TimeoutError("the arm does not arrive")
+        watcher.create_subscription(
+            get_message("sensor_msgs/msg/Image"), "/image_raw", on_image, ros.QoSProfile(depth=1)
+        )
+        ros.spin_until_future_complete(watcher, picture, timeout_sec=DEADLINE_S)
+        if not picture.done():
+            raise TimeoutError("the camera sends no picture")
+        return picture.result()
+    finally:
+        watcher.destroy_node()
+        ros.try_shutdown()
+
+
+def _save(picture: Image.Image, file: Path) -> None:
+    picture.quantize(256, dither=Image.Dither.FLOYDSTEINBERG).save(file, optimize=True)
+    sys.stdout.write(f"{file}: {file.stat().st_size // 1000} kB\n")
+
+
+PICTURES = {"teleop_arm": draw_arm, "camera": photograph}
+
+if __name__ == "__main__":
+    for wanted in sys.argv[1:] or PICTURES:
+        PICTURES[wanted](FOLDER / f"{wanted}.png")

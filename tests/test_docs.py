@@ -1,0 +1,172 @@
+"""The documentation says what is true: links, command lines, launch files, pictures."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+
+from teleopctl.cli.main import VERBS
+from teleopctl.cli.typer_app import command_tree
+from teleopctl.launch.evaluation import evaluate
+from teleopctl.launch.parser import parse_file
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+LARGEST_PICTURE_BYTES = 300_000
+
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\[[^]]*\]\(([^)\s]+)\)")
+INLINE = re.compile(r"`teleopctl ([^`]+)`")
+FILE_NAME = re.compile(r"^(?:# |<!-- )(\S+/\S+?)(?: -->)?\n")
+
+page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+
+
+def text_of(path):
+    return path.read_text(encoding="utf-8")
+
+
+def blocks(path, *languages):
+    return [text for language, text in BLOCK.findall(text_of(path)) if language in languages]
+
+
+def prose(path):
+    return BLOCK.sub("", text_of(path))
+
+
+def anchors(path):
+    """The anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.+)$", prose(path), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def command_lines(path):
+    """What a reader would type: all of ``sh`` blocks, the prompts of ``console`` blocks."""
+    for text in blocks(path, "sh"):
+        yield from whole_lines(text.splitlines(), prompt="")
+    for text in blocks(path, "console"):
+        yield from whole_lines(text.splitlines(), prompt="$ ")
+
+
+def whole_lines(lines, prompt) -> Iterator[str]:
+    """Join lines that a backslash or an open quote continues."""
+    waiting = ""
+    for line in lines:
+        if not waiting and not line.startswith(prompt):
+            continue
+        waiting += line if waiting else line.removeprefix(prompt)
+        if waiting.endswith("\\"):
+            waiting = waiting[:-1]
+            continue
+        try:
+            shlex.split(waiting, comments=True)
+        except ValueError:
+            waiting += "\n"
+            continue
+        yield waiting
+        waiting = ""
+    assert not waiting, f"never ends: {waiting}"
+
+
+def calls(line):
+    """The words behind each ``teleopctl`` of a command line."""
+    lexer = shlex.shlex(line, posix=True, punctuation_chars=True)
+    lexer.whitespace_split = True
+    command: list[str] = []
+    for word in [*lexer, ";"]:
+        if set(word) <= set("();<>|&"):
+            if command[:1] == ["teleopctl"]:
+                yield command[1:]
+            command = []
+        else:
+            command.append(word)
+
+
+def command_named(words):
+    """The command that the first words name, and the words that are left for it."""
+    tree = command_tree(VERBS, words)
+    assert words[0] in VERBS, f"there is no verb {words[0]}"
+    command, rest = tree.commands[words[0]], words[1:]
+    subcommands = getattr(command, "commands", None)
+    if subcommands and rest:
+        assert rest[0] in subcommands, f"there is no verb {words[0]} {rest[0]}"
+        command, rest = subcommands[rest[0]], rest[1:]
+    return command, rest
+
+
+def check(words):
+    if words[0].startswith("-"):
+        return
+    command, rest = command_named(words)
+    try:
+        command.make_context(words[0], list(rest))
+    except typer.TyperException as wrong:
+        pytest.fail(f"teleopctl {shlex.join(words)}: {wrong.format_message()}")
+
+
+@page
+def test_every_relative_link_leads_somewhere(page):
+    for target in LINK.findall(prose(page)):
+        if "://" in target:
+            continue
+        name, _, anchor = target.partition("#")
+        file = page.parent / name if name else page
+        assert file.exists(), f"{page.name} links to {target}"
+        if anchor:
+            assert anchor in anchors(file), f"{page.name} links to {target}"
+
+
+def test_every_page_is_reached_from_the_readme():
+    linked = {(ROOT / target).resolve() for target in LINK.findall(text_of(README))}
+    assert set(PAGES) - {README} <= linked
+
+
+@page
+def test_every_command_line_is_one_that_the_program_understands(page):
+    for line in command_lines(page):
+        for words in calls(line):
+            check(words)
+
+
+@page
+def test_every_verb_named_in_the_text_exists(page):
+    for line in INLINE.findall(prose(page)):
+        words = line.split()
+        if words[0][0].isalpha():
+            command_named([word for word in words if word[0].isalpha()])
+
+
+def test_a_misspelled_option_would_be_noticed():
+    (words,) = calls("teleopctl topic echo --onse /chatter > file &")
+    with pytest.raises(pytest.fail.Exception, match="--onse"):
+        check(words)
+
+
+def test_the_launch_files_of_the_nodes_page_plan_the_processes_that_it_shows(tmp_path, monkeypatch):
+    for text in blocks(ROOT / "docs" / "nodes.md", "xml", "yaml", "python"):
+        name = FILE_NAME.match(text)
+        if name:
+            file = tmp_path / name[1]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    launch_files = list(tmp_path.rglob("launch/*.yaml"))
+    assert launch_files
+    for file in launch_files:
+        plan = evaluate(parse_file(file), {"who": "Ada", "twice": "true"}, tmp_path / "log")
+        assert [process.name for process in plan.processes] == [
+            "talker-1",
+            "talker-2",
+            "simple_subscriber-3",
+        ]
+        assert not plan.warnings
+
+
+def test_pictures_are_small_enough_for_a_first_screen():
+    pictures = list((ROOT / "docs" / "images").glob("*.png"))
+    assert {picture.stem for picture in pictures} >= {"teleop_arm", "camera"}
+    assert all(picture.stat().st_size <= LARGEST_PICTURE_BYTES for picture in pictures)
