@@ -8,7 +8,7 @@ from typing import Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.node import Node
+from teleopctl.node import ExternalShutdownException, Node
 from teleopctl.node.parameter import Parameter
 
 STRICT = 2
@@ -55,6 +55,7 @@ class ManagerClient:
 
         Raises:
             ManagerUnavailableError: The time is over.
+            ExternalShutdownException: The process was told to end meanwhile.
         """
         client = self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
         service = f"{self.name}/list_controllers"
@@ -68,6 +69,8 @@ class ManagerClient:
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
             if client.wait_for_service(max(0.0, left)):
                 return
+            if not self._node.context.ok():
+                raise ExternalShutdownException
             if deadline is not None and time.monotonic() >= deadline:
                 raise ManagerUnavailableError(
                     f"Could not contact service {service}",

@@ -21,6 +21,8 @@ from teleopctl.control.switching import start_fallbacks
 _NANOSECONDS = 1_000_000_000
 # New objects after which the slack of a cycle is used to collect garbage.
 _GARBAGE = 2000
+# New objects after which it is collected though there is no slack: memory has an end.
+_MUCH_GARBAGE = 200_000
 # Real-time priority of the loop's thread, as ros2_control has it.
 _PRIORITY = 50
 # Seconds between two reports of the same kind from the loop.
@@ -44,29 +46,36 @@ class Cycle:
         self._nominal_ns = round(_NANOSECONDS / manager.update_rate)
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
+        self._trigger_ns: int | None = None
         self.time_ns = 0
 
     def report(self, sentence: str) -> None:
         """Keep a warning for after the cycle: logging is too slow to be done inside."""
         self._reports.append(sentence)
 
-    def run(self, time_ns: int) -> None:
+    def run(self, time_ns: int, steady_ns: int | None = None) -> None:
         """Run one cycle.
 
         Args:
-            time_ns: Its time; the period is what has passed since the last one, and the nominal
-                period at first and where the clock was set back.
+            time_ns: Its time, for controllers and stamps.
+            steady_ns: The same instant on the clock that triggers the cycles; without one
+                ``time_ns`` is it. The period is what has passed on it since the last cycle, and
+                the nominal period at first and where the clock was set back.
         """
         manager, resources = self._manager, self._manager.resources
+        trigger_ns = time_ns if steady_ns is None else steady_ns
         with manager.cycle_lock:
-            period_ns = time_ns - self.time_ns
-            if self.time_ns == 0 or period_ns <= 0:
+            last_ns, self._trigger_ns = self._trigger_ns, trigger_ns
+            period_ns = self._nominal_ns if last_ns is None else trigger_ns - last_ns
+            if period_ns <= 0:
+                # A simulation has begun again: its joints have jumped.
                 period_ns = self._nominal_ns
+                resources.restart()
             self.time_ns = time_ns
             period = period_ns / _NANOSECONDS
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
-            self._update(time_ns, period_ns)
+            self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_limits(period)
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
@@ -77,19 +86,21 @@ class Cycle:
             self._changed = False
             manager.host.changed()
 
-    def _update(self, time_ns: int, period_ns: int) -> None:
+    def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
         failed: list[Loaded] | None = None
         for loaded in self._manager.running:
             controller = loaded.controller
             nominal_ns = round(_NANOSECONDS / controller.update_rate)
             last_ns = loaded.last_update_ns
-            since_ns = nominal_ns if last_ns is None or last_ns >= time_ns else time_ns - last_ns
+            since_ns = nominal_ns
+            if last_ns is not None and last_ns < trigger_ns:
+                since_ns = trigger_ns - last_ns
             if nominal_ns > self._nominal_ns and (
                 # Is this cycle or the next one nearer to when the slower controller is due?
                 abs(since_ns - nominal_ns) > abs(since_ns + period_ns - nominal_ns)
             ):
                 continue
-            loaded.last_update_ns = time_ns
+            loaded.last_update_ns = trigger_ns
             try:
                 outcome = controller.update(time_ns, since_ns / _NANOSECONDS)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
@@ -153,6 +164,7 @@ class WallClockLoop:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="control loop", daemon=True)
         self._last_report = 0.0
+        self._last_failure = 0.0
 
     def start(self) -> None:
         """Begin."""
@@ -174,7 +186,7 @@ class WallClockLoop:
         gc.disable()
         try:
             while not self._stop.is_set():
-                self._cycle.run(time.time_ns())
+                self._run_cycle()
                 deadline += period
                 slack = deadline - time.monotonic()
                 if slack < 0.0:
@@ -182,7 +194,8 @@ class WallClockLoop:
                     self._report_overrun(period - slack, missed)
                     deadline += missed * period
                     slack = deadline - time.monotonic()
-                if slack > period / 2 and gc.get_count()[0] > _GARBAGE:
+                garbage = gc.get_count()[0]
+                if garbage > (_GARBAGE if slack > period / 2 else _MUCH_GARBAGE):
                     # Cheap: what was there before the loop began is frozen and not looked at.
                     gc.collect()
                     slack = deadline - time.monotonic()
@@ -190,6 +203,19 @@ class WallClockLoop:
                     self._stop.wait(slack)
         finally:
             gc.enable()
+
+    def _run_cycle(self) -> None:
+        try:
+            # The system's time may be set at any moment; periods are measured without it.
+            self._cycle.run(time.time_ns(), time.monotonic_ns())
+        except Exception as error:  # noqa: BLE001 - a loop that ends would leave the robot alone
+            now = time.monotonic()
+            if now - self._last_failure >= _REPORT_PERIOD:
+                self._last_failure = now
+                self._logger.error(
+                    f"The control cycle failed: {type(error).__name__}: {error} "
+                    f"({_innermost(error)})"
+                )
 
     def _report_overrun(self, took: float, missed: int) -> None:
         now = time.monotonic()

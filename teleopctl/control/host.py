@@ -19,6 +19,8 @@ from teleopctl.node import Clock, Executor, Node, qos_profile_latched
 from teleopctl.robot.description import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
+# Part of a period by which states may come early or late before it is worth a warning.
+_BEAT_TOLERANCE = 0.01
 
 
 class ControllerManagerHost:
@@ -50,6 +52,8 @@ class ControllerManagerHost:
         self._cycle = Cycle(self.manager, self._outbox)
         self._loop: WallClockLoop | None = None
         self._lockstep = False
+        self._beat_ns: int | None = None
+        self._beat_compared = False
         self._services: ControllerManagerServices | None = None
         self._description: RobotDescription | None = None
         self._activity = node.create_publisher(
@@ -182,11 +186,28 @@ class ControllerManagerHost:
             if component.hardware.drives_cycle:
                 # One component's states are the beat; the others are read and written in its time.
                 self._lockstep = True
-                component.hardware.set_cycle(self._cycle.run)
+                component.hardware.set_cycle(self._beat)
                 self._logger.info(
                     f"In lockstep with hardware '{component.name}': one cycle for each state"
                 )
                 return
+
+    def _beat(self, time_ns: int) -> None:
+        """Run the cycle that a state of this time asks for."""
+        if not self._beat_compared and self._beat_ns is not None and time_ns > self._beat_ns:
+            self._beat_compared = True
+            self._compare_beat((time_ns - self._beat_ns) * 1e-9)
+        self._beat_ns = time_ns
+        self._cycle.run(time_ns)
+
+    def _compare_beat(self, period: float) -> None:
+        """Say when states do not come at the update rate, on which controllers rely."""
+        rate = self.manager.update_rate
+        if abs(period * rate - 1.0) > _BEAT_TOLERANCE:
+            self._cycle.report(
+                f"States come every {period:g} s, but 'update_rate' is {rate} Hz, a cycle every "
+                f"{1.0 / rate:g} s: give the simulator and the controller manager the same rate"
+            )
 
     def _start_cycling(self) -> None:
         """Run cycles on the wall clock, unless hardware does."""

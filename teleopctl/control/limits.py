@@ -66,8 +66,8 @@ class JointLimits:
             return cls(
                 lower=own.lower if bounded else -math.inf,
                 upper=own.upper if bounded else math.inf,
-                velocity=own.velocity,
-                effort=own.effort,
+                velocity=_or_infinite(own.velocity),
+                effort=_or_infinite(own.effort),
             )
         lower, upper = limits.soft_position or limits.position or (-math.inf, math.inf)
         return cls(
@@ -96,7 +96,8 @@ class JointLimits:
 
 
 def _or_infinite(limit: float | None) -> float:
-    return math.inf if limit is None else limit
+    """A limit of zero, which many descriptions have for want of a number, stands for none."""
+    return limit or math.inf
 
 
 def _has(quantity: str, present: bool, values: str) -> str:
@@ -145,6 +146,10 @@ class JointLimiter:
         """Forget the previous command, because another controller takes over."""
         self._previous.pop(interface, None)
         self._reported.discard(interface)
+
+    def restart(self) -> None:
+        """Limit the next commands from where the joint is measured to be."""
+        self._previous.clear()
 
     def enforce(self, period: float) -> None:
         """Clamp the claimed commands.

@@ -12,13 +12,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 from teleopctl.control import plugins
 from teleopctl.control.component import Component
-from teleopctl.control.controllers.base import ControllerInterface, Environment, InterfaceSelection
+from teleopctl.control.controllers.base import ControllerInterface, Environment
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resources import ResourceManager
+from teleopctl.errors import TeleopctlError
 
 
 class Host(Protocol):
@@ -47,7 +49,9 @@ class Loaded:
         fallbacks: Controllers that take over when its update fails.
         command_names: Command interfaces that it needs, known once it is configured.
         state_names: State interfaces that it needs, likewise.
-        last_update_ns: Time of its last update, or None since its activation.
+        all_states: Whether it reads every state interface that is available.
+        last_update_ns: Time of its last update on the clock that triggers the cycles, or None
+            since its activation.
     """
 
     controller: ControllerInterface
@@ -55,6 +59,7 @@ class Loaded:
     fallbacks: tuple[str, ...] = ()
     command_names: tuple[str, ...] = ()
     state_names: tuple[str, ...] = ()
+    all_states: bool = False
     last_update_ns: int | None = field(default=None)
 
     @property
@@ -119,7 +124,11 @@ class ControllerManager:
             self.logger.error(f"Controller '{name}' cannot be a fallback controller for itself.")
             return False
         self.logger.info(f"Loading controller '{name}'")
-        environment = self.host.create_environment(name)
+        try:
+            environment = self.host.create_environment(name)
+        except TeleopctlError as error:
+            self.logger.error(f"Could not make the node of controller '{name}': {error.message}")
+            return False
         try:
             controller: ControllerInterface = controller_class(name, environment)
         except Exception as error:  # noqa: BLE001 - a controller's failure is reported, not ours
@@ -148,14 +157,13 @@ class ControllerManager:
         controller = loaded.controller
         if loaded.state is State.INACTIVE and not self.cleanup(name):
             return False
-        self._set_rate(controller)
+        if not self._set_rate(controller):
+            return False
         outcome = self.call(controller, controller.on_configure)
         if outcome is CallbackReturn.SUCCESS:
-            loaded.command_names = self._names(controller.wanted_commands(), commands=True)
-            loaded.state_names = self._names(controller.wanted_states(), commands=False)
-            if problem := _repeated(loaded.command_names) or _repeated(loaded.state_names):
-                self.logger.error(f"Controller '{name}' asks for the interface '{problem}' twice.")
-                outcome = self.call(controller, controller.on_cleanup) and CallbackReturn.FAILURE
+            outcome = self.call(controller, partial(self._ask_interfaces, loaded))
+            if outcome is not CallbackReturn.SUCCESS:
+                self.call(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.state = State.INACTIVE
         else:
@@ -215,8 +223,39 @@ class ControllerManager:
             )
         return loaded
 
-    def _set_rate(self, controller: ControllerInterface) -> None:
-        wanted = controller.parameter("update_rate", self.update_rate)
+    def _ask_interfaces(self, loaded: Loaded) -> CallbackReturn:
+        """Ask a controller what it needs; each interface may be named once."""
+        wanted = loaded.controller.wanted_states()
+        loaded.all_states = wanted.everything
+        loaded.state_names = wanted.names
+        loaded.command_names = loaded.controller.wanted_commands().names
+        problem = _repeated(loaded.command_names) or _repeated(loaded.state_names)
+        if problem is None:
+            self.refresh_states(loaded)
+            return CallbackReturn.SUCCESS
+        self.logger.error(f"Controller '{loaded.name}' asks for the interface '{problem}' twice.")
+        return CallbackReturn.FAILURE
+
+    def refresh_states(self, loaded: Loaded) -> None:
+        """Bring what a controller reads up to date, if it reads whatever there is."""
+        if loaded.all_states:
+            states = self.resources.states
+            loaded.state_names = tuple(name for name in states if states[name].available)
+
+    def _set_rate(self, controller: ControllerInterface) -> bool:
+        """Take the controller's own update rate over; False when it is none."""
+        try:
+            wanted = controller.parameter("update_rate", self.update_rate)
+            if controller.parameter("is_async", False):
+                self.logger.warning(
+                    f"Controller '{controller.name}': 'is_async' has no effect, it is updated in "
+                    "the control loop"
+                )
+            if wanted < 0:
+                raise TeleopctlError(f"Parameter 'update_rate' must be at least 0, got {wanted}")
+        except TeleopctlError as error:
+            self.logger.error(f"Could not configure '{controller.name}': {error.message}")
+            return False
         if wanted > self.update_rate:
             self.logger.warning(
                 f"The controller : {controller.name} update rate : {wanted} Hz should be less than "
@@ -224,11 +263,7 @@ class ControllerManager:
                 "controller will be updated at controller_manager's update rate."
             )
         controller.update_rate = float(min(wanted, self.update_rate) or self.update_rate)
-
-    def _names(self, selection: InterfaceSelection, *, commands: bool) -> tuple[str, ...]:
-        if not selection.everything:
-            return selection.names
-        return tuple(self.resources.commands if commands else self.resources.states)
+        return True
 
     # ---- shared with switching and the cycle
 
@@ -239,9 +274,9 @@ class ControllerManager:
         try:
             return function() or CallbackReturn.SUCCESS
         except Exception as error:  # noqa: BLE001 - a controller's failure must not end the manager
+            where = getattr(function, "__name__", "its choice of interfaces")
             self.logger.error(
-                f"Controller '{controller.name}' raised in {function.__name__}: "
-                f"{type(error).__name__}: {error}"
+                f"Controller '{controller.name}' raised in {where}: {type(error).__name__}: {error}"
             )
             return CallbackReturn.ERROR
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +83,11 @@ class ResourceManager:
     def _make(self, info: HardwareComponent) -> Component:
         for warning in info.warnings:
             self._logger.warning(warning)
+        if info.is_async or info.rw_rate:
+            self._logger.warning(
+                f"Hardware '{info.name}': 'rw_rate' and 'is_async' have no effect, it is read and "
+                "written in every cycle"
+            )
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
             hardware_class = plugins.load(plugins.HARDWARE_GROUP, info.plugin)
@@ -90,7 +96,13 @@ class ResourceManager:
                 f"Failed to load hardware '{info.name}': plugin '{info.plugin}' not found",
                 hint=str(error),
             ) from error
-        hardware = hardware_class(info, self._node, self._logger.get_child(info.name))
+        try:
+            hardware = hardware_class(info, self._node, self._logger.get_child(info.name))
+        except Exception as error:
+            raise TeleopctlError(
+                f"Failed to load hardware '{info.name}': plugin '{info.plugin}' raised "
+                f"{type(error).__name__}: {error}"
+            ) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{info.plugin}'")
         component = Component(hardware, self._logger)
         if not component.initialize():
@@ -205,6 +217,14 @@ class ResourceManager:
         """Keep the claimed commands inside the limits of their joints."""
         for limiter in self._limiters:
             limiter.enforce(period)
+
+    def restart(self) -> None:
+        """Forget what was commanded before time began anew: the joints may stand anywhere now."""
+        for limiter in self._limiters:
+            limiter.restart()
+        for command in self.commands.values():
+            if command.owner is None:
+                command.value = math.nan
 
     def shutdown(self) -> None:
         """Bring all components to rest and let go of them."""

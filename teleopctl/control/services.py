@@ -12,6 +12,7 @@ from teleopctl.control.interfaces import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import State
 from teleopctl.control.manager import ControllerManager, Loaded
 from teleopctl.control.switching import Strictness, SwitchRequest, switch
+from teleopctl.control.trajectory.points import NANOSECONDS, to_nanoseconds
 from teleopctl.interfaces.store import get_message, get_service
 
 
@@ -52,7 +53,7 @@ def hardware_component_state(manager: ControllerManager, component: Component) -
         name=component.name,
         type=info.type,
         is_async=False,
-        rw_rate=info.rw_rate or manager.update_rate,
+        rw_rate=manager.update_rate,
         plugin_name=info.plugin,
         state=lifecycle_state(component.state),
         command_interfaces=[hardware_interface(command) for command in component.commands],
@@ -91,10 +92,27 @@ class ControllerManagerServices:
         }
         self._services = [
             node.create_service(
-                get_service(f"controller_manager_msgs/srv/{type_name}"), f"~/{name}", callback
+                get_service(f"controller_manager_msgs/srv/{type_name}"),
+                f"~/{name}",
+                self._guarded(name, callback),
             )
             for name, (type_name, callback) in services.items()
         ]
+
+    def _guarded(self, name: str, serve: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+        """Answer with a failure where serving raises: robots are moved by what lives on."""
+
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                return serve(request, response)
+            except Exception as error:  # noqa: BLE001 - plug-ins and parameters of users
+                text = f"Service '{name}' failed: {type(error).__name__}: {error}"
+                self._manager.logger.error(text)
+                if hasattr(response, "message"):
+                    response.message = text
+                return response
+
+        return answer
 
     @staticmethod
     def _by_name(operation: Callable[[str], bool]) -> Callable[[Any, Any], Any]:
@@ -152,6 +170,7 @@ class ControllerManagerServices:
                 "BEST_EFFORT is used."
             )
             strictness = Strictness.BEST_EFFORT
+        timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS
         response.ok, response.message = switch(
             self._manager,
             SwitchRequest(
@@ -159,6 +178,7 @@ class ControllerManagerServices:
                 list(request.deactivate_controllers),
                 strictness,
                 bool(request.activate_asap),
+                timeout_s if timeout_s > 0.0 else SwitchRequest.timeout_s,
             ),
         )
         return response
@@ -174,16 +194,15 @@ class ControllerManagerServices:
             )
             response.ok = False
             return response
-        if target is not State.ACTIVE:
-            users = manager.users_of(component, only_commands=target is State.INACTIVE)
-            if users:
-                manager.logger.warning(
-                    f"Deactivating the controllers that use hardware '{component.name}': "
-                    f"[ {' '.join(loaded.name for loaded in users)} ]"
-                )
-                with manager.cycle_lock:
-                    manager.fail(users)
         with manager.cycle_lock:
+            if target is not State.ACTIVE:
+                users = manager.users_of(component, only_commands=target is State.INACTIVE)
+                if users:
+                    manager.logger.warning(
+                        f"Deactivating the controllers that use hardware '{component.name}': "
+                        f"[ {' '.join(loaded.name for loaded in users)} ]"
+                    )
+                    manager.fail(users)
             response.ok = component.change_state(target)
         response.state = lifecycle_state(component.state)
         manager.host.changed()

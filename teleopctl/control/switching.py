@@ -31,12 +31,14 @@ class SwitchRequest:
         strictness: What to do about those that cannot be switched.
         asap: Whether the switch happens in one go, so that the loop waits for it; otherwise other
             controllers go on being updated meanwhile.
+        timeout_s: Longest wait for the running cycle to end, s of wall time.
     """
 
     activate: Sequence[str]
     deactivate: Sequence[str]
     strictness: Strictness = Strictness.STRICT
     asap: bool = True
+    timeout_s: float = 1.0
 
 
 class _Refused(Exception):
@@ -77,6 +79,8 @@ def switch(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, st
             for loaded in activate
             if _accept(manager, _activation_problem(manager, loaded, stopping), strict=strict)
         ]
+        for loaded in starting:
+            manager.refresh_states(loaded)
         if not starting and not stopping:
             text = (
                 "After checking the controllers, no controllers need to be activated or "
@@ -230,13 +234,19 @@ def _perform(
     if starting:
         log.info(f"Activating controllers: [ {' '.join(c.name for c in starting)} ]")
     strict = request.strictness is Strictness.STRICT
-    if request.asap:
-        with manager.cycle_lock:
+    if not manager.cycle_lock.acquire(timeout=request.timeout_s):
+        # A cycle hangs, in a plug-in most likely.
+        text = f"Switch controller timed out after {request.timeout_s:g} seconds!"
+        log.error(text)
+        return False, text
+    try:
+        manager.running = tuple(c for c in manager.running if c not in stopping)
+        if request.asap:
             unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
             _run(manager, started)
-    else:
-        with manager.cycle_lock:
-            manager.running = tuple(c for c in manager.running if c not in stopping)
+    finally:
+        manager.cycle_lock.release()
+    if not request.asap:
         unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
         with manager.cycle_lock:
             _run(manager, started)
@@ -274,8 +284,10 @@ def _exchange(
     *,
     strict: bool,
 ) -> tuple[list[str], list[str], list[Loaded]]:
-    """Stop and start; returns who could not be stopped, who could not be started, who runs."""
-    manager.running = tuple(c for c in manager.running if c not in stopping)
+    """Stop and start; returns who could not be stopped, who could not be started, who runs.
+
+    The loop no longer updates those that stop, and does not yet update those that start.
+    """
     if not manager.resources.switch_mode(*_modes(starting, stopping), perform=True):
         manager.logger.error("Error while performing mode switch.")
         manager.stop(stopping)
@@ -287,6 +299,7 @@ def _exchange(
         (started if _start(manager, loaded) else unstarted).append(loaded)
     if unstarted and strict and started:
         manager.logger.error("Deactivating the controllers that were activated: STRICT switch")
+        manager.resources.switch_mode(*_modes([], started), perform=True)
         manager.stop(started)
         started = []
     return unstopped, [loaded.name for loaded in unstarted], started
@@ -319,8 +332,11 @@ def start_fallbacks(manager: ControllerManager, failed: Sequence[Loaded]) -> Non
     if not names:
         return
     manager.logger.error(f"Activating fallback controllers : [ {' '.join(names)} ]")
-    starting = [manager.controllers[name] for name in names if name in manager.controllers]
+    known = (manager.controllers.get(name) for name in names)
+    # Since the activation somebody may have started, cleaned up or unloaded one.
+    starting = [loaded for loaded in known if loaded and loaded.state is State.INACTIVE]
     needed = {name for loaded in starting for name in loaded.command_names}
     holding = [c for c in manager.running if needed & set(c.command_names)]
+    manager.running = tuple(c for c in manager.running if c not in holding)
     started = _exchange(manager, starting, holding, strict=False)[2]
     _run(manager, started)

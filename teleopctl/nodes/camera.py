@@ -6,7 +6,7 @@ stamped with the time of the state that they show; ``/tf_static`` with the optic
 to one of the outputs. Nobody subscribed to the image: nothing is drawn.
 
 Parameters: ``robot_description``, ``camera`` (name of the sensor, by default the first one),
-``quality`` (``auto``, ``fast`` or ``full``).
+``quality`` (``auto``, ``fast`` or ``full``; can be set while running).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
+    Parameter,
     QoSProfile,
     Subscription,
     init,
@@ -44,6 +45,8 @@ _String = get_message("std_msgs/msg/String")
 _JointState = get_message("sensor_msgs/msg/JointState")
 _Image = get_message("sensor_msgs/msg/Image")
 _CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
+_ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+_SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 _DESCRIPTION_TOPIC = "/robot_description"
@@ -56,21 +59,25 @@ class Camera(Node):
 
     def __init__(self) -> None:
         super().__init__("camera")
-        self.declare_parameter("robot_description", "")
-        self.declare_parameter("camera", "")
-        self.declare_parameter("quality", "auto")
-        self._quality = str(self.get_parameter("quality").value)
+        at_start = _ParameterDescriptor(read_only=True)
+        self.declare_parameter("robot_description", "", at_start)
+        self.declare_parameter("camera", "", at_start)
+        self._quality = str(self.declare_parameter("quality", "auto").value)
         if self._quality not in _QUALITIES:
             raise TeleopctlError(
                 f"Parameter 'quality' is '{self._quality}'",
                 hint=f"It is one of {', '.join(_QUALITIES)}",
             )
         self._changed = threading.Condition()
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._follow_parameters)
         self._stopped = False
+        self._urdf = ""
         self._latest: Any = None
         self._last_ns = 0
         self._states: Subscription | None = None
         self._renderer: CameraRenderer | None = None
+        self._drawn_quality = self._quality
         self._image_wanted = False
         self._info_wanted = False
         self._thread: threading.Thread | None = None
@@ -83,17 +90,37 @@ class Camera(Node):
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
 
+    # --- parameters -----------------------------------------------------------------------
+
+    def _check_parameters(self, parameters: list[Parameter]) -> Any:
+        for parameter in parameters:
+            if parameter.name == "quality" and parameter.value not in _QUALITIES:
+                reason = f"quality is one of {', '.join(_QUALITIES)}"
+                return _SetParametersResult(successful=False, reason=reason)
+        return _SetParametersResult(successful=True)
+
+    def _follow_parameters(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "quality":
+                self._quality = str(parameter.value)
+
     # --- start ----------------------------------------------------------------------------
 
     def _on_description(self, message: Any) -> None:
-        if self._thread is None:
+        if not self._urdf:
             self._start(message.data)
+        elif message.data != self._urdf:
+            self.get_logger().warning(
+                "Another robot description was published; this camera keeps the first one"
+            )
 
     def _start(self, urdf: str) -> None:
         from teleopctl.sim.model import build_model
         from teleopctl.sim.pacing import Beat
 
-        model = build_model(RobotDescription.from_urdf(urdf))
+        description = RobotDescription.from_urdf(urdf)
+        self._urdf = urdf
+        model = build_model(description)
         name = str(self.get_parameter("camera").value)
         if not name and not model.cameras:
             self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")
@@ -103,12 +130,18 @@ class Camera(Node):
         self._camera: CameraModel = camera
         self._beat: Beat = Beat(camera.rate_hz)
         self._image = _new_image(camera)
-        self._info = _new_info(camera)
+        self._info = new_info(camera)
         # The newest picture counts: a slow reader of 9 MB each must not see old ones.
         newest = QoSProfile(depth=1)
         self._image_publisher = self.create_publisher(_Image, "image_raw", newest)
         self._info_publisher = self.create_publisher(_CameraInfo, "camera_info", newest)
-        self._tf.sendTransform(_optical_frame(camera))
+        if any(camera.distortion):
+            self.get_logger().warning(
+                f"The lens distortion of camera '{camera.name}' is not simulated: its images and "
+                "its camera_info have none"
+            )
+        if _optical_name(camera) not in description.links:
+            self._tf.sendTransform(_optical_frame(camera))
         self.get_logger().info(
             f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
             f"frame '{camera.frame_id}'"
@@ -158,7 +191,7 @@ class Camera(Node):
             self._listen(wanted)
             if state is not None and wanted and self._is_due(state.header.stamp):
                 if draw:
-                    self._renderer = self._renderer or self._make_renderer()
+                    self._renderer = self._up_to_date_renderer()
                     self._renderer.draw(dict(zip(state.name, state.position, strict=True)))
                 self._publish(state.header.stamp, with_image=draw)
         if self._renderer is not None:
@@ -189,13 +222,21 @@ class Camera(Node):
     def _is_wanted(self) -> bool:
         return self._image_wanted or self._info_wanted
 
-    def _make_renderer(self) -> CameraRenderer:
+    def _up_to_date_renderer(self) -> CameraRenderer:
+        """The renderer of the quality that is wanted now."""
         from teleopctl.sim.rendering import make_renderer
 
+        quality = self._quality
+        if self._renderer is not None:
+            if quality == self._drawn_quality:
+                return self._renderer
+            self._renderer.close()
+            self._renderer = None
         # Drawn straight into the message, whose 9 MB are never copied here.
         shape = (self._camera.height, self._camera.width, 3)
         picture = np.frombuffer(self._image.data, np.uint8).reshape(shape)
-        renderer, choice = make_renderer(self._model, self._camera, self._quality, picture)
+        renderer, choice = make_renderer(self._model, self._camera, quality, picture)
+        self._drawn_quality = quality
         self.get_logger().info(f"Camera '{self._camera.name}': {choice}")
         return renderer
 
@@ -223,12 +264,13 @@ def _new_image(camera: CameraModel) -> Any:
     return image
 
 
-def _new_info(camera: CameraModel) -> Any:
+def new_info(camera: CameraModel) -> Any:
+    """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
     info = _CameraInfo(
         height=camera.height,
         width=camera.width,
         distortion_model="plumb_bob",
-        d=list(camera.distortion),
+        d=[0.0] * 5,  # pictures are drawn without a lens
         k=camera.intrinsics,
         r=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         p=camera.projection,
@@ -239,13 +281,16 @@ def _new_info(camera: CameraModel) -> Any:
 
 def _optical_frame(camera: CameraModel) -> Any:
     """The frame that users of ``camera_info`` think in: z forward, x right, y down."""
-    from teleopctl.sim.cameras import OPTICAL_ROTATION
-
-    transform = _TransformStamped(child_frame_id=f"{camera.link}_optical")
+    transform = _TransformStamped(child_frame_id=_optical_name(camera))
     transform.header.frame_id = camera.link
-    rotation = transform.transform.rotation
-    rotation.x, rotation.y, rotation.z, rotation.w = OPTICAL_ROTATION
+    position, rotation = transform.transform.translation, transform.transform.rotation
+    position.x, position.y, position.z = camera.pose.xyz
+    rotation.x, rotation.y, rotation.z, rotation.w = camera.optical_rotation
     return transform
+
+
+def _optical_name(camera: CameraModel) -> str:
+    return f"{camera.link}_optical"
 
 
 def main(args: list[str] | None = None) -> None:

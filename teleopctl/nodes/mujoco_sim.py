@@ -56,7 +56,9 @@ class MujocoSim(Node):
         super().__init__("mujoco_sim")
         self._loop: LockstepLoop | None = None
         self._thread: threading.Thread | None = None
+        self._urdf = ""
         self._last_names: list[str] = []
+        self._commanders = 0
         self._declare_parameters()
         mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
         self.create_service(_SetPause, "~/set_pause", self._on_set_pause)
@@ -130,9 +132,10 @@ class MujocoSim(Node):
 
     def _on_description(self, message: Any) -> None:
         if self._loop is not None:
-            self.get_logger().warning(
-                "Another robot description was published; this simulator keeps the first one"
-            )
+            if message.data != self._urdf:
+                self.get_logger().warning(
+                    "Another robot description was published; this simulator keeps the first one"
+                )
             return
         # The graph may be looked at for the first time here, and comes by event.
         self.wait_for_match(EntityKind.MP, _DESCRIPTION_TOPIC, message.TYPE_NAME, 1, 1.0)
@@ -145,6 +148,7 @@ class MujocoSim(Node):
         logger = self.get_logger()
         logger.info("Received the robot description, parsing...")
         description = RobotDescription.from_urdf(urdf)
+        self._urdf = urdf
         model = build_model(description)
         for warning in model.warnings:
             logger.warning(warning)
@@ -238,9 +242,16 @@ class MujocoSim(Node):
     def _on_graph(self) -> None:
         """Look who is there; called on the transport's thread after each change."""
         assert self._loop is not None
-        commanded = self._commands.get_publisher_count() > 0
-        self._loop.set_partner(commanded and self._ports.has_controller())
+        before, self._commanders = self._commanders, self._commands.get_publisher_count()
+        self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
         self._loop.set_viewed(self._ports.is_viewed())
+        if self._commanders > max(before, 1):
+            topic = self._commands.topic_name
+            names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))
+            self.get_logger().warning(
+                f"{self._commanders} publishers on {topic} ({', '.join(names)}): the first to "
+                "answer a state wins, so that runs are not reproducible"
+            )
 
     def _on_command(self, message: Any) -> None:
         """Hand a command to the loop; called on the transport's thread."""

@@ -9,14 +9,13 @@ import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import NoReturn
 
 from teleopctl.control.client import ManagerClient, ManagerUnavailableError
+from teleopctl.control.controller_files import manager_settings
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import Node, init, try_shutdown
-from teleopctl.node.parameter_file import ParameterFile, read_parameter_file
+from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
 from teleopctl.node.ros_args import parse_ros_arguments
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
@@ -228,18 +227,10 @@ class Spawner:
         return "unconfigured"
 
     def _set_parameters(self, request: Request) -> None:
-        for file in request.param_files:
-            if not Path(file).is_file():
-                self._fail(f"Controller parameter file : {file} does not exist")
-        values: dict[str, Any] = {}
-        for path in request.param_files:
-            values.update(self._parameters_for(read_parameter_file(Path(path)), request.name))
-        settings: dict[str, Any] = {}
-        if request.param_files:
-            settings["params_file"] = [str(Path(file).resolve()) for file in request.param_files]
-        for name in ("type", "fallback_controllers"):
-            if values.get(name):
-                settings[name] = values[name]
+        try:
+            settings = manager_settings(request.name, self._client.name, request.param_files)
+        except TeleopctlError as error:
+            self._fail(error.message)
         if request.ros_args:
             settings["node_options_args"] = [
                 word for arguments in request.ros_args for word in arguments.split()
@@ -253,24 +244,6 @@ class Spawner:
                 self._fail(
                     f'Could not set controller param "{name}" to "{value}" for {request.name}'
                 )
-
-    def _parameters_for(self, file: ParameterFile, name: str) -> dict[str, Any]:
-        """What a file says of a controller, in its own section or in the manager's."""
-        namespace = self._client.name.rpartition("/")[0]
-        own = file.for_node(f"{namespace}/{name}")
-        if not own and namespace and file.for_node(f"/{name}"):
-            self._fail(
-                f"Missing namespace : {namespace} or wildcard in parameter file for controller : "
-                f"{name}"
-            )
-        managers = file.for_node(self._client.name)
-        prefix = f"{name}."
-        of_manager = {
-            key.removeprefix(prefix): value
-            for key, value in managers.items()
-            if key.startswith(prefix)
-        }
-        return {**of_manager, **own}
 
     def _switch(self, names: Sequence[str]) -> bool:
         ok, message = self._client.switch(
@@ -299,7 +272,7 @@ class Spawner:
                 self._fail("Failed to unload controller")
         self._logger.info(f"Successfully unloaded controllers : {unloaded}")
 
-    def _fail(self, text: str, *, fatal: bool = True) -> None:
+    def _fail(self, text: str, *, fatal: bool = True) -> NoReturn:
         if fatal:
             self._logger.fatal(text)
         else:
@@ -353,7 +326,7 @@ def main(args: list[str] | None = None) -> int:
                 pass  # waking up now and then lets Windows deliver the signal
             node.get_logger().info("KeyboardInterrupt successfully captured!")
             spawner.unload(requests)
-    except SpawnError:
+    except (SpawnError, ExternalShutdownException):
         return 1
     except (ManagerUnavailableError, TeleopctlError) as error:
         node.get_logger().fatal(error.message)

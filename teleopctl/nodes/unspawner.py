@@ -7,7 +7,7 @@ import sys
 
 from teleopctl.control.client import ManagerClient
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import Node, init, try_shutdown
+from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
 from teleopctl.node.ros_args import parse_ros_arguments
 
 
@@ -50,6 +50,8 @@ def main(args: list[str] | None = None) -> int:
                 logger.error("Failed to unload controller")
                 return 1
             logger.info("Unloaded controller")
+    except ExternalShutdownException:
+        return 1
     except TeleopctlError as error:
         logger.fatal(error.message)
         if error.hint:

@@ -7,19 +7,20 @@ along their negative z axis, with x to the right and y up.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from teleopctl.robot.urdf import Pose
+from teleopctl.tf.transforms import Quaternion, multiply, quaternion_from_rpy
 
 # MuJoCo's camera axes expressed in the sensor's frame, quaternion w x y z.
 _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
 
 # The optical frame of REP 103 (z forward, x right, y down) in the sensor's frame, x y z w.
-OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
+_OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,9 @@ class CameraModel:
         height: Image height in pixels.
         horizontal_fov: Angle between the left and the right edge of the image, in radians.
         rate_hz: Images per second of simulated time.
-        distortion: Plumb-bob coefficients k1, k2, p1, p2, k3.
+        distortion: Plumb-bob coefficients k1, k2, p1, p2, k3 of the description's lens, which
+            pictures do not show.
+        pose: Where the sensor sits in its link.
     """
 
     name: str
@@ -45,6 +48,7 @@ class CameraModel:
     horizontal_fov: float
     rate_hz: float
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    pose: Pose = field(default_factory=Pose)
 
     @property
     def focal_length(self) -> float:
@@ -72,20 +76,24 @@ class CameraModel:
         f, cx, cy = self.focal_length, (self.width - 1) / 2.0, (self.height - 1) / 2.0
         return (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 
+    @property
+    def optical_rotation(self) -> Quaternion:
+        """The optical frame's rotation in the camera's link, x y z w; its origin is ``pose``'s."""
+        return multiply(quaternion_from_rpy(*self.pose.rpy), _OPTICAL_ROTATION)
 
-def add_camera(spec: Any, camera: CameraModel, pose: Pose) -> None:
+
+def add_camera(spec: Any, camera: CameraModel) -> None:
     """Add a camera to a spec.
 
     Args:
         spec: The ``mujoco.MjSpec``, which has the camera's link as a body.
         camera: What to add.
-        pose: Where the sensor sits in its link.
     """
     rotation = np.zeros(4)
-    mujoco.mju_mulQuat(rotation, _quaternion(pose.rpy), np.array(_SENSOR_TO_MUJOCO))
+    mujoco.mju_mulQuat(rotation, _quaternion(camera.pose.rpy), np.array(_SENSOR_TO_MUJOCO))
     spec.body(camera.link).add_camera(
         name=camera.name,
-        pos=list(pose.xyz),
+        pos=list(camera.pose.xyz),
         quat=rotation,
         fovy=math.degrees(camera.vertical_fov),
         resolution=[camera.width, camera.height],

@@ -56,6 +56,8 @@ def missing_library(reason: object) -> TeleopctlError:
 def check_drawing() -> None:
     """Import mujoco with the backend that was chosen and open it once, to know that it works.
 
+    Importing it is not enough: a library without a driver is only found out by a context.
+
     Raises:
         TeleopctlError: If the backend's library is missing or unusable.
     """

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
     from teleopctl.robot.gazebo_tag import Sensor
     from teleopctl.robot.ros2_control_tag import ComponentInfo, InterfaceInfo
-    from teleopctl.robot.urdf import Joint, Pose
+    from teleopctl.robot.urdf import Joint
 
 _DEFAULT_RATE_HZ = 30.0
 
@@ -78,14 +78,14 @@ def _positive(limit: float | None) -> float:
     return limit if limit is not None and limit > 0.0 else math.inf
 
 
-def camera_mounts(description: RobotDescription) -> list[tuple[CameraModel, Pose]]:
-    """The camera sensors and where they sit in their links.
+def camera_models(description: RobotDescription) -> list[CameraModel]:
+    """The camera sensors.
 
     Raises:
         TeleopctlError: If a ``<gazebo>`` tag is not well formed.
     """
     return [
-        (_camera(sensor), sensor.pose)
+        _camera(sensor)
         for sensor in description.gazebo.sensors
         if sensor.type == "camera" and sensor.camera is not None
     ]
@@ -103,6 +103,7 @@ def _camera(sensor: Sensor) -> CameraModel:
         horizontal_fov=camera.horizontal_fov,
         rate_hz=sensor.update_rate or _DEFAULT_RATE_HZ,
         distortion=(camera.k1, camera.k2, camera.p1, camera.p2, camera.k3),
+        pose=sensor.pose,
     )
 
 

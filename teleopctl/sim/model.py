@@ -14,7 +14,7 @@ from teleopctl.sim.cameras import CameraModel, add_camera
 from teleopctl.sim.contacts import exclude_adjacent, overlapping_pairs
 from teleopctl.sim.drives import JointSpec, add_drives, prepare_joints
 from teleopctl.sim.inertia import repair_inertias
-from teleopctl.sim.interfaces import camera_mounts, joint_specs
+from teleopctl.sim.interfaces import camera_models, joint_specs
 from teleopctl.sim.scene import add_scene
 from teleopctl.sim.urdf_import import gazebo_colour, import_urdf
 
@@ -74,10 +74,9 @@ def build_model(description: RobotDescription) -> RobotModel:
     warnings = [*resolve_meshes(spec), *repair_inertias(spec)]
     joints, complaints = joint_specs(description)
     warnings += complaints
-    cameras = []
-    for camera, pose in camera_mounts(description):
-        add_camera(spec, camera, pose)
-        cameras.append(camera)
+    cameras = camera_models(description)
+    for camera in cameras:
+        add_camera(spec, camera)
     _apply_gazebo(spec, description)
     prepare_joints(spec, joints)
     exclude_adjacent(spec)

@@ -154,7 +154,7 @@ def make_renderer(
         renderer = CameraRenderer(model, camera, candidate, image)
         seconds = _measure(renderer, budget, clock)
         if seconds <= budget or candidate is FAST:
-            verdict = "holds" if seconds <= budget else "does not hold even so"
+            verdict = "holds" if seconds <= budget else "is too slow for"
             return renderer, (
                 f"drawing at quality {candidate}: {seconds * 1e3:.0f} ms a frame "
                 f"{verdict} {camera.rate_hz:g} Hz"

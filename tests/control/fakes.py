@@ -1,6 +1,7 @@
 """Controllers that do what a test tells them, and remember what was asked of them."""
 
 from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
+from teleopctl.control.hardware.base import HardwareInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 TYPE = "tests.control.fakes:Recorder"
@@ -54,6 +55,14 @@ class Recorder(ControllerInterface):
     def update(self, time_ns, period):
         self.periods.append(period)
         return self._do("update")
+
+
+class Broken(HardwareInterface):
+    """Hardware that does not even come into being."""
+
+    def __init__(self, info, node, logger):
+        super().__init__(info, node, logger)
+        raise OSError("no such bus")
 
 
 FAILURE, ERROR = CallbackReturn.FAILURE, CallbackReturn.ERROR

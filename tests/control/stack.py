@@ -1,5 +1,6 @@
 """A control stack without ROS: real classes around a node that only remembers."""
 
+import copy
 from types import SimpleNamespace
 
 from teleopctl.control.controllers.base import Environment
@@ -49,7 +50,8 @@ class Endpoint:
         self.messages = []
 
     def publish(self, message):
-        self.messages.append(message)
+        # What is sent stays as it was, whatever the sender does with its message.
+        self.messages.append(copy.deepcopy(message))
 
     def get_subscription_count(self):
         return 1

@@ -78,6 +78,22 @@ class TestBroadcaster:
         assert list(first.interface_names) == ["position", "velocity"]
         assert list(first.values) == [1.1, 0.0]
 
+    def test_what_is_not_available_is_left_out(self):
+        second = (
+            '<ros2_control name="Other" type="sensor"><hardware>'
+            "<plugin>mock_components/GenericSystem</plugin></hardware>"
+            '<sensor name="scale"><state_interface name="force"/></sensor></ros2_control></robot>'
+        )
+        stack = Stack(urdf().replace("</robot>", second))
+        other = stack.resources.components["Other"]
+        other.change_state(State.UNCONFIGURED)
+        controller = up(stack, "broadcaster", BROADCASTER)
+        assert [state.prefix for state in controller.state_interfaces] == JOINTS
+        assert switch(stack.manager, SwitchRequest([], ["broadcaster"]))[0]
+        other.change_state(State.ACTIVE)
+        assert switch(stack.manager, SwitchRequest(["broadcaster"], []))[0]
+        assert [state.prefix for state in controller.state_interfaces] == [*JOINTS, "scale"]
+
     def test_without_any_state_it_cannot_be_activated(self):
         stack = Stack(urdf(states=()))
         stack.add("broadcaster", BROADCASTER)

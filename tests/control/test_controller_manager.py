@@ -3,8 +3,10 @@
 import pytest
 
 from teleopctl.control.lifecycle import State
+from teleopctl.control.services import ControllerManagerServices
 from teleopctl.control.switching import Strictness, SwitchRequest, switch
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_service
 from tests.control.fakes import ERROR, FAILURE, TYPE, UPDATE_ERROR
 from tests.control.stack import Stack, urdf
 
@@ -101,6 +103,48 @@ class TestLifeCycle:
         add(stack, "a", configured=False, commands=[POSITION, POSITION])
         assert not stack.manager.configure("a")
 
+    @pytest.mark.parametrize("rate", ["fast", -1, 10.5, True])
+    def test_an_update_rate_that_is_none_is_named(self, stack, rate):
+        add(stack, "a", configured=False, update_rate=rate)
+        assert not stack.manager.configure("a")
+        assert states(stack) == {"a": State.UNCONFIGURED}
+        assert "Parameter 'update_rate' must be" in stack.log.texts("error")[-1]
+
+    @pytest.mark.parametrize(
+        ("value", "default", "expected"),
+        [
+            ("joint1", [], "a list"),
+            ("fast", 1.0, "a number"),
+            (True, 1.0, "a number"),
+            (1, False, "true or false"),
+            (1.5, 1, "an integer"),
+            (5, "", "a string"),
+        ],
+    )
+    def test_a_parameter_of_another_type_is_named(self, stack, value, default, expected):
+        controller = add(stack, "a", thing=value)
+        with pytest.raises(TeleopctlError, match=f"'thing' must be {expected}, got"):
+            controller.parameter("thing", default)
+
+    def test_an_integer_serves_as_a_number(self, stack):
+        assert add(stack, "a", thing=2).parameter("thing", 1.5) == 2.0
+
+    def test_a_controller_that_does_not_know_what_it_needs_is_not_configured(self, stack):
+        controller = add(stack, "a", configured=False)
+        controller.wanted_states = lambda: 1 / 0
+        assert not stack.manager.configure("a")
+        assert controller.calls[-1] == "cleanup"
+        assert states(stack) == {"a": State.UNCONFIGURED}
+
+    def test_without_a_node_nothing_is_loaded(self, stack):
+        def refuse(name):
+            raise TeleopctlError(f"cannot read the parameters of {name}")
+
+        stack.node.parameters["a.type"] = TYPE
+        stack.create_environment = refuse
+        assert not stack.manager.load("a")
+        assert "cannot read the parameters of a" in stack.log.texts("error")[-1]
+
     def test_a_controller_is_no_fallback_of_itself(self, stack):
         stack.node.parameters.update({"a.type": TYPE, "a.fallback_controllers": ["a"]})
         assert not stack.manager.load("a")
@@ -196,6 +240,15 @@ class TestSwitching:
         ok, _ = do_switch(stack, ["good"], strictness=Strictness.BEST_EFFORT, asap=asap)
         assert ok
 
+    def test_hardware_is_told_that_a_strict_switch_came_to_nothing(self, stack):
+        told = []
+        hardware = stack.resources.components["Hardware"].hardware
+        hardware.perform_command_mode_switch = lambda start, stop: told.append((start, stop))
+        add(stack, "good", commands=[POSITION])
+        add(stack, "bad", failing={"activate": FAILURE})
+        assert not do_switch(stack, ["good", "bad"])[0]
+        assert told == [([POSITION], []), ([], [POSITION])]
+
     def test_best_effort_keeps_the_others(self, stack):
         add(stack, "good")
         add(stack, "bad", failing={"activate": FAILURE})
@@ -217,6 +270,14 @@ class TestSwitching:
                 "Could not switch controllers since prepare command mode switch was rejected."
             )
 
+    def test_a_cycle_that_hangs_does_not_hang_the_switch(self, stack):
+        add(stack, "a")
+        with stack.manager.cycle_lock:
+            ok, message = switch(stack.manager, SwitchRequest(["a"], [], timeout_s=0.01))
+        assert not ok
+        assert message == "Switch controller timed out after 0.01 seconds!"
+        assert states(stack) == {"a": State.INACTIVE}
+
     def test_inactive_hardware_takes_no_commands(self, stack):
         add(stack, "a", commands=[POSITION])
         stack.resources.components["Hardware"].change_state(State.INACTIVE)
@@ -235,6 +296,14 @@ class TestUpdates:
         stack.step(1, period_ns=70_000_000)
         stack.step(1, period_ns=30_000_000)
         assert controller.periods == pytest.approx([0.01, 0.03])
+
+    def test_periods_are_those_of_the_clock_that_triggers_not_of_the_system(self, stack):
+        controller = add(stack, "a")
+        do_switch(stack, ["a"])
+        hour_ns = 3600 * 10**9
+        for cycle in range(3):
+            stack.cycle.run(cycle * hour_ns, 10**9 + cycle * 20_000_000)
+        assert controller.periods == pytest.approx([0.01, 0.02, 0.02])
 
     @pytest.mark.parametrize("rate", [10, 12, 16, 23, 37, 40, 50, 63, 71, 85, 90])
     def test_slower_controllers(self, stack, rate):
@@ -276,6 +345,15 @@ class TestUpdates:
         stack.step()
         assert fallback.updates == 1
 
+    def test_a_fallback_that_has_been_cleaned_up_meanwhile_is_not_started(self, stack):
+        stack.node.parameters["bad.fallback_controllers"] = ["fallback"]
+        add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
+        add(stack, "fallback", commands=[POSITION])
+        assert do_switch(stack, ["bad"])[0]
+        assert stack.manager.cleanup("fallback")
+        stack.step()
+        assert states(stack) == {"bad": State.INACTIVE, "fallback": State.UNCONFIGURED}
+
     def test_hardware_that_fails_to_read_stops_its_controllers(self, stack):
         add(stack, "user", states=[POSITION])
         add(stack, "other")
@@ -292,9 +370,36 @@ class TestHardwareLoading:
         with pytest.raises(TeleopctlError, match="plugin 'no/Such' not found"):
             Stack(urdf(plugin="no/Such"))
 
+    def test_rates_and_threads_of_its_own_are_not_pretended(self):
+        text = urdf().replace('type="system"', 'type="system" rw_rate="5" is_async="true"')
+        stack = Stack(text)
+        assert any("'rw_rate' and 'is_async' have" in line for line in stack.log.texts("warning"))
+        add(stack, "a", is_async=True)
+        assert "'is_async' has no effect" in stack.log.texts("warning")[-1]
+
+    def test_a_plugin_that_cannot_be_made_is_named(self):
+        with pytest.raises(TeleopctlError, match=r"plugin .tests\.control\.fakes:Broken. raised"):
+            Stack(urdf(plugin="tests.control.fakes:Broken"))
+
     def test_a_plugin_of_the_user_by_class(self):
         stack = Stack(urdf(plugin="teleopctl.control.hardware.mock:GenericSystem"))
         assert stack.resources.components["Hardware"].state is State.ACTIVE
+
+    def test_a_mimic_joint_in_the_old_form_is_told_with_the_line_that_replaces_it(self):
+        follower = (
+            '<link name="tip"/><joint name="follower" type="revolute"><parent link="link1"/>'
+            '<child link="tip"/><axis xyz="0 0 1"/>'
+            '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        )
+        control = (
+            '<joint name="follower"><param name="mimic">joint1</param>'
+            '<param name="multiplier">-1</param><state_interface name="position"/></joint>'
+        )
+        stack = Stack(urdf(joints=1, extra_joints=follower, extra_control=control))
+        assert any('<mimic joint="joint1"' in text for text in stack.log.texts("warning"))
+        stack.step()
+        values = {name: state.value for name, state in stack.resources.states.items()}
+        assert values == {"joint1/position": 1.1, "follower/position": -1.1}
 
     def test_availability_follows_the_life_cycle(self, stack):
         component = stack.resources.components["Hardware"]
@@ -306,3 +411,19 @@ class TestHardwareLoading:
         assert not interface.available
         component.change_state(State.FINALIZED)
         assert not component.change_state(State.ACTIVE)
+
+
+def test_a_request_that_raises_is_answered_with_a_failure(stack):
+    ControllerManagerServices(stack.node, stack.manager)
+    kind = get_service("controller_manager_msgs/srv/SwitchController")
+
+    def explode(*arguments, **options):
+        raise RuntimeError("a plug-in's mistake")
+
+    stack.resources.switch_mode = explode
+    add(stack, "a", commands=[POSITION])
+    serve = stack.node.endpoints["~/switch_controller"].callback
+    response = serve(kind.Request(activate_controllers=["a"], strictness=2), kind.Response())
+    assert not response.ok
+    assert "a plug-in's mistake" in response.message
+    assert not stack.manager.cycle_lock.locked()

@@ -6,6 +6,7 @@ import pytest
 
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.control.trajectory.settings import read_gains
 from teleopctl.interfaces.store import get_message, get_service
 from tests.control.stack import START, Stack, urdf
 
@@ -170,6 +171,24 @@ class TestConfiguration:
         assert arm.controller._settings.open_loop
         assert any("deprecated" in text for text in arm.node.log.texts("warning"))
 
+    def test_what_is_not_supported_is_told(self):
+        arm = Arm(constraints__decelerate_on_cancel=True).up()
+        (warning,) = arm.node.log.texts("warning")
+        assert warning.startswith("Parameter 'constraints.decelerate_on_cancel' is not supported")
+
+    @pytest.mark.parametrize(
+        ("given", "low", "high"),
+        [
+            ({}, -math.inf, math.inf),
+            ({"i_clamp": 2.0}, -2.0, 2.0),
+            ({"i_clamp": 2.0, "i_clamp_max": 1.0}, -2.0, 1.0),
+        ],
+    )
+    def test_the_integral_has_one_clamp_or_two(self, given, low, high):
+        values = {f"gains.joint1.{name}": value for name, value in given.items()}
+        gains = read_gains("joint1", lambda name, default: values.get(name, default))
+        assert (gains.i_clamp_min, gains.i_clamp_max) == (low, high)
+
     def test_tolerances_changed_while_running_count_from_the_next_update(self, arm):
         arm.node.set(constraints__joint1__trajectory=0.25)
         arm.step(0.01)
@@ -271,6 +290,11 @@ class TestMotion:
         arm.step(1.0)
         assert arm.commands == near([3.1, 4.1, 5.1])
 
+    def test_a_stamp_of_another_clock_is_told(self, arm):
+        wall_clock = arm.stack.time_ns + 10**18
+        arm.send(trajectory(point(1.0, [3.1, 4.1, 5.1]), stamp_ns=wall_clock))
+        assert "starts in 1000000000 s" in arm.node.log.texts("warning")[-1]
+
     def test_velocities_alone_are_integrated_where_allowed(self):
         arm = Arm(allow_integration_in_goal_trajectories=True).up()
         arm.send(trajectory(point(1.0, (), [1, 1, 1]), point(2.0, (), [0, 0, 0])))
@@ -307,6 +331,17 @@ class TestOpenAndClosedLoop:
         arm.send(trajectory(point(1.0, [1.4, 2.1, 3.1])))
         arm.step(0.01)
         assert arm.commands[0] == near(1.4)
+
+    def test_open_loop_continues_from_the_command_of_before_the_activation(self):
+        arm = Arm(open_loop_control=True).up()
+        arm.send(trajectory(point(0.1, [2.0, 3.0, 4.0])))
+        arm.step(0.2)
+        arm.deactivate()
+        arm.freeze(joint1_position=1.0)
+        arm.activate()
+        arm.send(trajectory(point(1.0, [3.0, 3.0, 4.0])))
+        arm.step(0.01)
+        assert arm.commands[0] == pytest.approx(2.01, abs=2e-3)
 
     def test_open_loop_continues_from_the_last_command(self):
         arm = Arm(interpolate_from_desired_state=True).up()

@@ -67,8 +67,8 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
     enough = threading.Event()
 
     class Recording:
-        def run(self, time_ns):
-            times.append(time_ns)
+        def run(self, time_ns, steady_ns):
+            times.append((steady_ns, time_ns))
             if len(times) == 5:
                 enough.set()
 
@@ -89,8 +89,8 @@ def test_missed_cycles_are_skipped_and_reported():
     class Slow:
         count = 0
 
-        def run(self, time_ns):
-            del time_ns
+        def run(self, time_ns, steady_ns):
+            del time_ns, steady_ns
             self.count += 1
             threading.Event().wait(0.03)
             if self.count == 3:
@@ -104,3 +104,25 @@ def test_missed_cycles_are_skipped_and_reported():
     assert report.startswith(
         "Overrun detected! The controller manager missed its desired rate of 100 Hz."
     )
+
+
+def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
+    log = Log()
+    enough = threading.Event()
+
+    class Failing:
+        count = 0
+
+        def run(self, time_ns, steady_ns):
+            del time_ns, steady_ns
+            self.count += 1
+            if self.count == 5:
+                enough.set()
+            raise ValueError("no such joint")
+
+    loop = WallClockLoop(Failing(), 200, log)
+    loop.start()
+    assert enough.wait(LONGEST_WAIT_S)
+    loop.stop()
+    (report,) = log.texts("error")
+    assert report.startswith("The control cycle failed: ValueError: no such joint (")

@@ -4,12 +4,15 @@ import math
 
 import pytest
 
+from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch
 from teleopctl.interfaces.store import get_message
 from tests.control.stack import Stack, urdf
 
 PLUGIN = "gazebo_ros2_control/GazeboSystem"
 FORWARD = "forward_command_controller/ForwardCommandController"
+JTC = "joint_trajectory_controller/JointTrajectoryController"
+INTERFACES = {"command_interfaces": ["position"], "state_interfaces": ["position"]}
 BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
 JOINTS = ["joint1", "joint2", "joint3"]
 PERIOD_NS = 10_000_000
@@ -116,3 +119,89 @@ def test_without_lockstep_the_latest_state_counts():
     stack.step()
     assert [state.value for state in stack.resources.states.values()] == [1, 2, 3]
     assert len(stack.answers) == 1
+
+
+def forward(simulator, name, interface, value):
+    """Command one interface of joint1 and no other."""
+    active = [loaded.name for loaded in simulator.manager.running]
+    simulator.add(name, FORWARD, joints=["joint1"], interface_name=interface)
+    assert simulator.manager.configure(name)
+    ok, message = switch(simulator.manager, SwitchRequest([name], active))
+    assert ok, message
+    simulator.nodes[name].receive("~/commands", Float64MultiArray(data=[value]))
+
+
+def of_joint1(answer):
+    """The commands of joint1 that are there, by interface."""
+    fields = {name: getattr(answer, name) for name in ("position", "velocity", "effort")}
+    return {name: v[0] for name, v in fields.items() if len(v) and not math.isnan(v[0])}
+
+
+def test_a_joint_is_commanded_in_one_way_at_a_time():
+    simulator = Simulator(commands=("position", "velocity", "effort"))
+    tick = iter(range(1, 100))
+
+    def answer():
+        return of_joint1(simulator.tick(next(tick) * PERIOD_NS, [0, 0, 0]))
+
+    forward(simulator, "by_position", "position", 0.001)
+    assert answer() == {"position": 0.001}
+    forward(simulator, "by_velocity", "velocity", 0.5)
+    assert answer() == {"velocity": 0.5}
+    forward(simulator, "by_effort", "effort", 2.0)
+    assert answer() == {"effort": 2.0}
+    assert switch(simulator.manager, SwitchRequest([], ["by_effort"]))[0]
+    # Nobody commands any joint: that is said by naming none.
+    assert list(simulator.tick(next(tick) * PERIOD_NS, [0, 0, 0]).name) == []
+    # Another joint is commanded: the old position must not come back.
+    simulator.add("other", FORWARD, joints=["joint2"], interface_name="position")
+    assert simulator.manager.configure("other")
+    assert switch(simulator.manager, SwitchRequest(["other"], []))[0]
+    assert answer() == {"effort": 2.0}
+
+
+def test_a_position_counts_as_known_only_once_it_was_measured():
+    simulator = Simulator(initial=(1.1, 2.1, 3.1))
+    states = simulator.resources.states.values()
+    assert all(math.isnan(state.value) for state in states)
+    simulator.tick(PERIOD_NS, [1, 2, 3])
+    component = simulator.resources.components["Hardware"]
+    for target in (State.UNCONFIGURED, State.ACTIVE):
+        assert component.change_state(target)
+    simulator.step()
+    assert all(math.isnan(state.value) for state in states)
+
+
+@pytest.fixture
+def arm():
+    """A trajectory controller that has commanded the joints to stay at 5 rad."""
+    arm = Simulator(limits='lower="-9" upper="9" effort="10" velocity="1"')
+    arm.add("arm", JTC, joints=JOINTS, **INTERFACES)
+    assert arm.manager.configure("arm")
+    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    for tick in range(1, 4):
+        answer = arm.tick(tick * PERIOD_NS, [5, 5, 5])
+    assert list(answer.position) == [5, 5, 5]
+    return arm
+
+
+def test_after_a_simulation_has_begun_again_commands_start_where_the_joints_are(arm):
+    for tick in range(3):
+        assert list(arm.tick(tick * PERIOD_NS, [0, 0, 0]).position) == [0, 0, 0]
+
+
+def test_a_controller_started_after_that_does_not_go_on_from_old_commands(arm):
+    assert switch(arm.manager, SwitchRequest([], ["arm"]))[0]
+    arm.tick(0, [0, 0, 0])
+    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    assert list(arm.tick(PERIOD_NS, [0, 0, 0]).position) == [0, 0, 0]
+
+
+def test_hardware_that_was_inactive_meanwhile_does_not_go_on_from_old_commands(arm):
+    component = arm.resources.components["Hardware"]
+    assert switch(arm.manager, SwitchRequest([], ["arm"]))[0]
+    for target in (State.INACTIVE, State.ACTIVE):
+        assert component.change_state(target)
+    arm.tick(4 * PERIOD_NS, [3, 3, 3])
+    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    assert list(arm.tick(5 * PERIOD_NS, [3, 3, 3]).position) == [3, 3, 3]

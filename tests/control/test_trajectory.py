@@ -167,10 +167,16 @@ class TestIntegration:
             trajectory.sample(ns(seconds))
         assert trajectory.sample(ns(4)).state.positions == near([3.5])
 
-    def test_a_step_over_everything_gives_nothing(self):
+    def test_points_that_no_sample_fell_between_are_integrated_too(self):
         points = [point(1, (), [1.0]), point(2, (), [2.0]), point(3, (), [1.0])]
         trajectory = begun(points, TrajectoryPoint([0.0]))
-        assert trajectory.sample(ns(4)) is None
+        assert trajectory.sample(ns(2.5)).state.positions == near([0.5 + 1.5 + 0.875])
+        assert trajectory.sample(ns(4)).state.positions == near([3.5])
+
+    def test_a_step_over_everything_still_finds_the_end(self):
+        points = [point(1, (), [1.0]), point(2, (), [2.0]), point(3, (), [1.0])]
+        trajectory = begun(points, TrajectoryPoint([0.0]))
+        assert trajectory.sample(ns(4)).state.positions == near([3.5])
 
 
 def test_without_interpolation_the_next_point_is_taken_at_once():

@@ -8,6 +8,7 @@ import pytest
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.sim.model import build_model
+from teleopctl.tf.transforms import matrix_from_quaternion
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum, robot
 
 TETRAHEDRON = """v 0 0 0
@@ -246,6 +247,9 @@ def test_a_camera_looks_along_the_x_axis_of_its_link_with_z_up() -> None:
     assert -axes[:, 2] == pytest.approx([np.cos(0.5), 0, -np.sin(0.5)])
     assert axes[:, 0] == pytest.approx([0, -1, 0])
     assert axes[:, 1] == pytest.approx([np.sin(0.5), 0, np.cos(0.5)])
+    # The optical frame of ROS: z forward, x right, y down. The link is not turned in the world.
+    optical = np.array(matrix_from_quaternion(camera.optical_rotation))
+    assert optical == pytest.approx(np.column_stack([axes[:, 0], -axes[:, 1], -axes[:, 2]]))
     half_height = np.tan(0.6) / 2
     assert np.radians(built.mj_model.cam_fovy[0]) == pytest.approx(2 * np.arctan(half_height))
 

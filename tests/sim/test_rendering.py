@@ -109,7 +109,7 @@ class FakeRenderer:
         ((5, 4, 3, 2), "full", "holds 30 Hz"),
         ((216, 179, 75, 20), "fast", "holds 30 Hz"),
         ((100, 90, 20, 10), "medium", "holds 30 Hz"),
-        ((999, 400, 300, 200), "fast", "does not hold even so 30 Hz"),
+        ((999, 400, 300, 200), "fast", "is too slow for 30 Hz"),
     ],
 )
 def test_auto_takes_the_best_quality_that_holds_the_rate(

@@ -11,6 +11,8 @@ import pytest
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node
+from teleopctl.nodes.camera import new_info
+from teleopctl.sim.cameras import CameraModel
 from tests.processes import LONGEST_WAIT_S, Process, RosEnvironment
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -131,6 +133,13 @@ def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewe
     assert "drawing" not in camera.stderr, "nobody looked at an image"
 
 
+def test_a_lens_that_is_not_drawn_does_not_stand_in_the_info() -> None:
+    lens = (0.1, -0.2, 0.0, 0.0, 0.3)
+    camera = CameraModel("c", "link", "frame", 640, 480, 1.0, 30.0, distortion=lens)
+
+    assert list(new_info(camera).d) == [0.0] * 5
+
+
 def test_images_come_only_while_somebody_looks(
     camera: Process, partner: Partner, viewer: Viewer
 ) -> None:
@@ -173,3 +182,24 @@ def test_an_unknown_quality_is_refused(ros: RosEnvironment) -> None:
     assert camera.wait() == 1
     assert "auto, fast, full" in camera.stderr
     assert "Traceback" not in camera.stderr
+
+
+def test_the_quality_can_be_changed_while_it_draws(
+    ros: RosEnvironment, camera: Process, viewer: Viewer
+) -> None:
+    viewer.look()
+    camera.wait_for_line("drawing at quality fast")
+
+    assert ros.run("param set /camera quality full").stdout == "Set parameter successful\n"
+
+    camera.wait_for_line("drawing at quality full")
+
+
+def test_what_cannot_be_changed_is_refused(ros: RosEnvironment, camera: Process) -> None:
+    wrong = ros.run("param set /camera quality best")
+    assert (wrong.returncode, wrong.stdout) == (1, "")
+    assert "quality is one of auto, fast, full" in wrong.stderr
+
+    late = ros.run("param set /camera camera other")
+    assert late.returncode == 1
+    assert "read-only" in late.stderr

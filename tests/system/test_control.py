@@ -282,6 +282,33 @@ class TestSpawner:
         assert "waiting for service /controller_manager/list_controllers" in result.stderr
         assert "Could not contact service /controller_manager/list_controllers" in result.stderr
 
+    @pytest.mark.parametrize("stop", ["interrupt", "terminate"])
+    def test_a_wait_for_the_manager_can_be_ended(self, ros, stop):
+        spawner = ros.spawn_module("teleopctl.nodes", CHAIN)
+        spawner.wait_for_line("waiting for service")
+        getattr(spawner, stop)()
+        assert spawner.wait() != 0
+        assert spawner.stderr.count("waiting for service") == 1
+        assert "Traceback" not in spawner.stderr
+
+    @pytest.mark.parametrize(
+        "wrong", ["joints: joint_1", "update_rate: fast", "update_rate: -5", "{"]
+    )
+    def test_wrong_parameters_stop_that_controller_and_not_the_manager(
+        self, ros, robot, tmp_path, wrong
+    ):
+        del robot
+        file = tmp_path / "wrong.yaml"
+        kind = "joint_trajectory_controller/JointTrajectoryController"
+        file.write_text(
+            f"{{wrong: {{ros__parameters: {{type: {kind}, command_interfaces: [position], "
+            f"state_interfaces: [position], joints: [joint_1], {wrong}}}}}}}"
+        )
+        result = spawn(ros, f"wrong --param-file {file}")
+        assert result.returncode == 1
+        assert "Traceback" not in result.stderr
+        assert spawn(ros, "joint_state_broadcaster").returncode == 0
+
     def test_a_spawner_waits_for_the_robot_description(self, ros, mock_urdf):
         robot = Robot()
         manager = start_manager(ros)

@@ -23,10 +23,17 @@ String = get_message("std_msgs/msg/String")
 SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
 
 
+def start_manager(ros):
+    return ros.spawn_module(
+        "teleopctl.nodes",
+        f"controller_manager ros2_control_node --ros-args --params-file {CONTROLLERS}",
+    )
+
+
 class Operator(Node):
     """Describes the robot, commands it and writes down every joint state."""
 
-    def __init__(self, ros, urdf):
+    def __init__(self, ros, urdf, *, sim_rate=10):
         self._own = Context()
         self._own.init([])
         super().__init__("operator", context=self._own, start_parameter_services=False)
@@ -37,12 +44,10 @@ class Operator(Node):
         )
         self.sim = ros.spawn_module(
             "teleopctl.nodes",
-            "mujoco_sim mujoco_sim --ros-args -p paused:=true -p real_time_factor:=0",
+            "mujoco_sim mujoco_sim --ros-args -p paused:=true -p real_time_factor:=0 "
+            f"-p update_rate:={sim_rate}",
         )
-        self.manager = ros.spawn_module(
-            "teleopctl.nodes",
-            f"controller_manager ros2_control_node --ros-args --params-file {CONTROLLERS}",
-        )
+        self.manager = start_manager(ros)
         self.sim.wait_for_line("Simulation is paused")
         self.manager.wait_for_line("Starting Controller Manager services")
         self.create_subscription(JointState, "/joint_states", self._heard, 10, immediate=True)
@@ -146,4 +151,33 @@ def test_controllers_are_switched_while_time_stands_still(ros, urdf):
     count = len(operator.states)
     operator.pause(False)
     operator.wait_for_states(count + 3)
+    operator.close()
+
+
+def test_a_simulator_with_another_rate_is_told(ros, urdf):
+    operator = Operator(ros, urdf, sim_rate=50)
+    operator.pause(False)
+    operator.manager.wait_for_line(
+        r"States come every 0.02 s, but 'update_rate' is 10 Hz, a cycle every 0.1 s"
+    )
+    operator.close()
+
+
+def test_a_manager_that_begins_anew_takes_the_arm_over_where_it_is(ros, urdf):
+    operator = Operator(ros, urdf)
+    assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0
+    operator.command_both()
+    operator.pause(False)
+    operator.wait_for_states(20)
+    operator.pause(True)
+    operator.manager.kill()
+    operator.manager = start_manager(ros)
+    operator.manager.wait_for_line("Starting Controller Manager services")
+    # While time stands still, nothing has been measured yet.
+    assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0
+    before = operator.states[-1].position
+    count = len(operator.states)
+    operator.pause(False)
+    after = operator.wait_for_states(count + 5)[-1].position
+    assert list(after) == pytest.approx(list(before), abs=1e-3)
     operator.close()

@@ -107,6 +107,28 @@ def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
     assert partner.states[-1].position[1] == pytest.approx(-0.3, abs=1e-6)
 
 
+def test_two_controllers_at_once_are_told(ros: RosEnvironment, partner: Partner) -> None:
+    sim = start(ros)
+    sim.wait_for_line("Simulation is running")
+    partner.connect(lambda state: command(state, **TARGET))
+    partner.wait_for_states(1)
+
+    partner.create_publisher(type(partner.states[0]), "/robot_joint_commands", 10)
+
+    sim.wait_for_line(r"2 publishers on /robot_joint_commands \(partner, partner\)")
+
+
+def test_the_same_description_again_is_no_news(ros: RosEnvironment, partner: Partner) -> None:
+    sim = start(ros)
+    sim.wait_for_line("Simulation is running")
+
+    partner.describe(teleop_urdf())
+    partner.describe(teleop_urdf(hardware="mock"))
+
+    sim.wait_for_line("Another robot description was published; this simulator keeps the first")
+    assert sim.stderr.count("Another robot description") == 1
+
+
 def test_without_a_controller_the_arm_holds_its_initial_pose(
     ros: RosEnvironment, partner: Partner
 ) -> None:

@@ -34,7 +34,7 @@ GROUP = Group(
         ),
         "reload_controller_libraries": Verb(
             f"{__name__}.change:reload_controller_libraries",
-            "Unload all controllers, so that their code can be loaded anew.",
+            "Unload all controllers and their code.",
         ),
     },
 )

@@ -40,7 +40,7 @@ def load_controller(
             console.warn(f"Controller : {name} already loaded, skipping load_controller!")
         else:
             if param_file:
-                _set_param_file(client, name, Path(param_file))
+                _set_param_file(client, name, param_file)
             if not client.load(name):
                 raise TeleopctlError(f"Failed loading controller {name} {_LOGS}")
             console.out(f"Successfully loaded controller {name}")
@@ -53,14 +53,12 @@ def load_controller(
         console.out(f"Successfully loaded controller {name} into state {set_state}")
 
 
-def _set_param_file(client: "ManagerClient", name: str, file: Path) -> None:
-    from teleopctl.node.parameter_file import read_parameter_file
+def _set_param_file(client: "ManagerClient", name: str, file: str) -> None:
+    from teleopctl.control.controller_files import manager_settings
 
-    namespace = client.name.rpartition("/")[0]
-    values = read_parameter_file(file).for_node(f"{namespace}/{name}")
-    client.set_parameter(f"{name}.params_file", [str(file.resolve())])
-    if "type" in values:
-        client.set_parameter(f"{name}.type", values["type"])
+    for setting, value in manager_settings(name, client.name, [file]).items():
+        if not client.set_parameter(f"{name}.{setting}", value):
+            raise TeleopctlError(f"Could not set {name}.{setting} to {value} on {client.name}")
 
 
 def unload_controller(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.control.interfaces import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -39,7 +41,12 @@ class Environment:
 
 
 class InterfaceSelection:
-    """Which interfaces a controller wants, and how strictly."""
+    """Which interfaces a controller wants.
+
+    Args:
+        names: Full names; all of them must be available when the controller is activated.
+        everything: Instead of names, every state interface that is available then.
+    """
 
     def __init__(self, names: Sequence[str] = (), *, everything: bool = False) -> None:
         self.names = tuple(names)
@@ -86,6 +93,9 @@ class ControllerInterface:
             name: Dotted name.
             default: Value (and so the type) where neither file nor command line sets it.
             read_only: Whether it can only be set at the start.
+
+        Raises:
+            TeleopctlError: A file or a person has given it a value of another type.
         """
         if not self.node.has_parameter(name):
             from teleopctl.interfaces.store import get_message
@@ -95,11 +105,7 @@ class ControllerInterface:
                 name, default, descriptor(name=name, read_only=read_only, dynamic_typing=True)
             )
         value = self.node.get_parameter(name).value
-        if value is None:
-            return default
-        if isinstance(default, (list, tuple)):
-            return list(value)
-        return float(value) if isinstance(default, float) else value
+        return default if value is None else _of_type(name, value, default)
 
     def on_init(self) -> CallbackReturn | None:
         """Declare parameters."""
@@ -138,3 +144,28 @@ class ControllerInterface:
             period: Seconds since this controller's last update; the nominal period at first.
         """
         raise NotImplementedError
+
+
+def _of_type(name: str, value: Any, default: Any) -> Any:
+    """A parameter's value, if it is of its default's type; integers serve as floats."""
+    if isinstance(default, (list, tuple)):
+        if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
+            return list(value)
+        expected = "a list"
+    elif isinstance(default, float):
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return float(value)
+        expected = "a number"
+    elif isinstance(default, bool):
+        if isinstance(value, bool):
+            return value
+        expected = "true or false"
+    elif isinstance(default, int):
+        if isinstance(value, int) and not isinstance(value, bool):
+            return value
+        expected = "an integer"
+    elif isinstance(default, str) and not isinstance(value, str):
+        expected = "a string"
+    else:
+        return value
+    raise TeleopctlError(f"Parameter '{name}' must be {expected}, got {value!r}")

@@ -7,6 +7,7 @@ from typing import Any
 from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
 from teleopctl.control.interfaces import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.trajectory.points import NANOSECONDS
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 
@@ -39,17 +40,21 @@ class JointStateBroadcaster(ControllerInterface):
                 "Only one of 'joints' and 'interfaces' is set: all available state interfaces "
                 "will be published."
             )
-        self._time: Any = get_message("builtin_interfaces/msg/Time")
-        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
+        joint_state = get_message("sensor_msgs/msg/JointState")
+        # Messages are made once and filled anew each time.
+        self._message: Any = joint_state()
+        self._message.header.frame_id = self._frame_id
         prefix = "~/" if self.parameter("use_local_topics", False) else ""
-        self._publisher = self.node.create_publisher(self._joint_state, f"{prefix}joint_states", 10)
+        self._publisher = self.node.create_publisher(joint_state, f"{prefix}joint_states", 10)
         self._channel = self.env.outbox.channel(self._publish)
         self._dynamic: Any = None
         if self.parameter("publish_dynamic_joint_states", True):
-            self._dynamic_state: Any = get_message("control_msgs/msg/DynamicJointState")
+            dynamic_state = get_message("control_msgs/msg/DynamicJointState")
             self._interface_value: Any = get_message("control_msgs/msg/InterfaceValue")
+            self._dynamic_message: Any = dynamic_state()
+            self._dynamic_message.header.frame_id = self._frame_id
             self._dynamic = self.node.create_publisher(
-                self._dynamic_state, f"{prefix}dynamic_joint_states", 10
+                dynamic_state, f"{prefix}dynamic_joint_states", 10
             )
             self._dynamic_channel = self.env.outbox.channel(self._publish_dynamic)
 
@@ -72,7 +77,7 @@ class JointStateBroadcaster(ControllerInterface):
         states = [state for state in self.state_interfaces if state.data_type == "double"]
         if not states:
             self.logger.error("None of requested interfaces exist. Controller will not run.")
-            return CallbackReturn.ERROR
+            return CallbackReturn.FAILURE
         by_prefix: dict[str, dict[str, StateInterface]] = {}
         for state in states:
             by_prefix.setdefault(state.prefix, {})[state.name] = state
@@ -86,7 +91,7 @@ class JointStateBroadcaster(ControllerInterface):
             and (not filtered or prefix in in_urdf or bool(self._joints))
         ]
         extra = [joint for joint in self._extra_joints if joint not in joints]
-        self._names = [*joints, *extra]
+        self._message.name = [*joints, *extra]
         # A quantity that no joint has stays NaN for all: the interface below is never written.
         unknown = StateInterface("", "unknown")
         zero = StateInterface("", "zero", initial_value=0.0)
@@ -94,13 +99,19 @@ class JointStateBroadcaster(ControllerInterface):
             [by_prefix[joint].get(name, unknown) for joint in joints] + [zero] * len(extra)
             for name in mapping
         ]
-        self._dynamic_layout = [
-            (prefix, list(interfaces)) for prefix, interfaces in by_prefix.items()
-        ] + [(joint, [POSITION]) for joint in extra if joint not in by_prefix]
-        self._dynamic_states = [
-            state for interfaces in by_prefix.values() for state in interfaces.values()
-        ] + [zero for joint in extra if joint not in by_prefix]
+        if self._dynamic is not None:
+            self._lay_out_dynamic(
+                by_prefix | {joint: {POSITION: zero} for joint in extra if joint not in by_prefix}
+            )
         return None
+
+    def _lay_out_dynamic(self, by_prefix: dict[str, dict[str, StateInterface]]) -> None:
+        self._dynamic_message.joint_names = list(by_prefix)
+        self._dynamic_message.interface_values = [
+            self._interface_value(interface_names=list(interfaces))
+            for interfaces in by_prefix.values()
+        ]
+        self._dynamic_rows = [list(interfaces.values()) for interfaces in by_prefix.values()]
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Offer the measured values to the outbox."""
@@ -109,34 +120,31 @@ class JointStateBroadcaster(ControllerInterface):
             (time_ns, [[state.value for state in column] for column in self._columns])
         )
         if self._dynamic is not None:
-            self._dynamic_channel.offer((time_ns, [s.value for s in self._dynamic_states]))
+            self._dynamic_channel.offer(
+                (time_ns, [[state.value for state in row] for row in self._dynamic_rows])
+            )
         return None
-
-    def _header_into(self, message: Any, time_ns: int) -> None:
-        sec, nanosec = divmod(time_ns, 1_000_000_000)
-        message.header.stamp = self._time(sec=sec, nanosec=nanosec)
-        message.header.frame_id = self._frame_id
 
     def _publish(self, value: tuple[int, list[list[float]]]) -> None:
         time_ns, (position, velocity, effort) = value
-        message = self._joint_state(
-            name=self._names, position=position, velocity=velocity, effort=effort
-        )
-        self._header_into(message, time_ns)
+        message = self._message
+        _set_stamp(message, time_ns)
+        message.position = position
+        message.velocity = velocity
+        message.effort = effort
         self._publisher.publish(message)
 
-    def _publish_dynamic(self, value: tuple[int, list[float]]) -> None:
+    def _publish_dynamic(self, value: tuple[int, list[list[float]]]) -> None:
         if not self._dynamic.get_subscription_count():
             return
-        time_ns, values = value
-        message = self._dynamic_state()
-        self._header_into(message, time_ns)
-        start = 0
-        for joint, names in self._dynamic_layout:
-            end = start + len(names)
-            message.joint_names.append(joint)
-            message.interface_values.append(
-                self._interface_value(interface_names=names, values=values[start:end])
-            )
-            start = end
+        time_ns, rows = value
+        message = self._dynamic_message
+        _set_stamp(message, time_ns)
+        for interfaces, values in zip(message.interface_values, rows, strict=True):
+            interfaces.values = values
         self._dynamic.publish(message)
+
+
+def _set_stamp(message: Any, time_ns: int) -> None:
+    stamp = message.header.stamp
+    stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)

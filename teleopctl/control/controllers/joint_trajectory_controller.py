@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 
 from teleopctl.control.controllers.base import (
@@ -25,6 +26,7 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.pid import Pid
 from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
 from teleopctl.control.trajectory.settings import (
+    UNSUPPORTED,
     InvalidSettingsError,
     read_gains,
     read_settings,
@@ -38,7 +40,8 @@ class JointTrajectoryController(ControllerInterface):
     """``joint_trajectory_controller/JointTrajectoryController``.
 
     Commands lead by one period: what is written is where the trajectory will be when the next
-    command can be written.
+    command can be written. Trajectories come over ``~/joint_trajectory`` and ``~/commands``; the
+    action ``~/follow_joint_trajectory`` is not offered.
     """
 
     def __init__(self, name: str, env: Environment) -> None:
@@ -72,6 +75,9 @@ class JointTrajectoryController(ControllerInterface):
                 "[Deprecated] 'open_loop_control' parameter is deprecated. Instead, set the "
                 "feedback gains to zero and use 'interpolate_from_desired_state' parameter"
             )
+        for name in UNSUPPORTED:
+            if self.node.has_parameter(name) and self.node.get_parameter(name).value:
+                self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")
         self._tolerances = read_tolerances(settings.joints, self.parameter)
         self._scaling = settings.initial_scaling
         self._pids = [Pid(read_gains(joint, self.parameter)) for joint in settings.joints]
@@ -84,6 +90,8 @@ class JointTrajectoryController(ControllerInterface):
         self._commanded = list(commanded.values())
         self._inputs = TrajectoryInputs(self, settings, self._incoming)
         self._state_publisher = TrajectoryStatePublisher(self.node, self.env.outbox, settings)
+        # Logging is output: not inside the cycle.
+        self._log = self.env.outbox.channel(_write_log)
         self.logger.info(
             f"Command interfaces are [{' '.join(settings.command_interfaces)}] and "
             f"state interfaces are [{' '.join(settings.state_interfaces)}]."
@@ -121,7 +129,9 @@ class JointTrajectoryController(ControllerInterface):
         if self._settings.hold_last_command and last is not None:
             held = last
         self._incoming.clear()
-        self._has_command = False
+        # A trajectory that comes before the first update goes on from what is commanded, too.
+        self._has_command = held is last
+        self._commanded_state = TrajectoryPoint(held)
         self._last_update_ns = 0
         # A simulation that is paused has not told yet where its joints are: hold them once it has.
         self._awaits_state = not all(map(math.isfinite, held))
@@ -259,8 +269,10 @@ class JointTrajectoryController(ControllerInterface):
         if running or first:
             failure = violation(tolerances.path, joints, errors, velocity_errors)
             if failure:
-                self.logger.error(f"State tolerances failed for {failure}")
-                self.logger.error("Holding position due to state tolerance violation")
+                reason = "Holding position due to state tolerance violation"
+                self._log.offer(
+                    (self.logger.error, f"State tolerances failed for {failure}", reason)
+                )
                 return False
         if running:
             return True
@@ -268,11 +280,13 @@ class JointTrajectoryController(ControllerInterface):
         if 0.0 < tolerances.goal_time < late:
             failure = violation(tolerances.goal, joints, errors, velocity_errors)
             if failure:
-                self.logger.error(f"State tolerances failed for {failure}")
-                self.logger.error("Exceeded goal_time_tolerance: holding position...")
+                reason = "Exceeded goal_time_tolerance: holding position..."
+                self._log.offer(
+                    (self.logger.error, f"State tolerances failed for {failure}", reason)
+                )
                 return False
         if 0.0 < self._settings.cmd_timeout < late:
-            self.logger.warning("Aborted due to command timeout")
+            self._log.offer((self.logger.warning, "Aborted due to command timeout"))
             return False
         return True
 
@@ -369,3 +383,9 @@ class JointTrajectoryController(ControllerInterface):
         self._tolerances = read_tolerances(self._settings.joints, parameter)
         for pid, joint in zip(self._pids, self._settings.joints, strict=True):
             pid.gains = read_gains(joint, parameter)
+
+
+def _write_log(entry: tuple[Callable[[str], None], *tuple[str, ...]]) -> None:
+    log, *lines = entry
+    for line in lines:
+        log(line)

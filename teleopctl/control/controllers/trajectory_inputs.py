@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.trajectory import position_commands
-from teleopctl.control.trajectory.points import TrajectoryPoint, to_nanoseconds
+from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint, to_nanoseconds
 from teleopctl.control.trajectory.settings import Settings
 from teleopctl.control.trajectory.validation import (
     InvalidTrajectoryError,
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from teleopctl.control.controllers.joint_trajectory_controller import (
         JointTrajectoryController,
     )
+
+# A start so far ahead (s) is rather a stamp of another clock than a plan.
+_FAR_AHEAD = 60.0
 
 
 @dataclass(frozen=True)
@@ -112,12 +115,15 @@ class TrajectoryInputs:
             self._logger.error(str(error))
             return
         joints = self._settings.joints
-        self._incoming.append(
-            Incoming(
-                lambda hold: to_points(message, joints, hold),
-                to_nanoseconds(message.header.stamp),
+        start_ns = to_nanoseconds(message.header.stamp)
+        ahead = (start_ns - self._controller.env.now_ns()) / NANOSECONDS
+        if ahead > _FAR_AHEAD:
+            self._logger.warning(
+                f"The trajectory starts in {ahead:.0f} s: the robot heads for it slowly until "
+                "then. Stamps count on this controller's clock; a sender with another one "
+                "(use_sim_time) leaves them at 0."
             )
-        )
+        self._incoming.append(Incoming(lambda hold: to_points(message, joints, hold), start_ns))
 
     def on_commands(self, message: Any) -> None:
         """Turn bare positions into a trajectory that keeps to the velocity limits."""

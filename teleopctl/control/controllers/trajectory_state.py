@@ -33,12 +33,10 @@ class TrajectoryStatePublisher:
         from teleopctl.interfaces.store import get_message
 
         self._node = node
-        self._state: Any = get_message("control_msgs/msg/JointTrajectoryControllerState")
-        self._point: Any = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
-        self._time: Any = get_message("builtin_interfaces/msg/Time")
-        self._duration: Any = get_message("builtin_interfaces/msg/Duration")
-        self._joints = list(settings.joints)
-        self._publisher = node.create_publisher(self._state, "~/controller_state", 10)
+        kind: Any = get_message("control_msgs/msg/JointTrajectoryControllerState")
+        # Made once and filled anew each time.
+        self._message: Any = kind(joint_names=list(settings.joints))
+        self._publisher = node.create_publisher(kind, "~/controller_state", 10)
         self._channel = outbox.channel(self._publish)
 
     def close(self) -> None:
@@ -70,24 +68,23 @@ class TrajectoryStatePublisher:
         if not self._publisher.get_subscription_count():
             return
         time_ns, reference, feedback, error, output, scaling = snapshot
-        sec, nanosec = divmod(time_ns, NANOSECONDS)
-        message = self._state(
-            joint_names=self._joints,
-            reference=self._to_message(reference),
-            feedback=self._to_message(feedback),
-            error=self._to_message(error),
-            output=self._point(**{_FIELDS[name]: values for name, values in output.items()}),
-            speed_scaling_factor=scaling,
-        )
-        message.header.stamp = self._time(sec=sec, nanosec=nanosec)
+        message = self._message
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)
+        _fill(message.reference, reference)
+        _fill(message.feedback, feedback)
+        _fill(message.error, error)
+        for name, values in output.items():
+            setattr(message.output, _FIELDS[name], values)
+        message.speed_scaling_factor = scaling
         self._publisher.publish(message)
 
-    def _to_message(self, point: TrajectoryPoint) -> Any:
-        sec, nanosec = divmod(point.time_ns, NANOSECONDS)
-        return self._point(
-            positions=point.positions,
-            velocities=point.velocities,
-            accelerations=point.accelerations,
-            effort=point.effort,
-            time_from_start=self._duration(sec=sec, nanosec=nanosec),
-        )
+
+def _fill(message: Any, point: TrajectoryPoint) -> None:
+    """Copy a point into a trajectory_msgs/JointTrajectoryPoint."""
+    message.positions = point.positions
+    message.velocities = point.velocities
+    message.accelerations = point.accelerations
+    message.effort = point.effort
+    duration = message.time_from_start
+    duration.sec, duration.nanosec = divmod(point.time_ns, NANOSECONDS)

@@ -18,7 +18,7 @@ from teleopctl.control.interfaces import (
     StateInterface,
 )
 from teleopctl.control.lifecycle import ReturnType
-from teleopctl.control.trajectory.points import to_nanoseconds
+from teleopctl.control.trajectory.points import NANOSECONDS, to_nanoseconds
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
@@ -59,11 +59,15 @@ class TopicSystem(HardwareInterface):
         self._cycle = cycle
 
     def on_configure(self) -> None:
-        """Listen to the states."""
+        """Listen to the states; what has been measured before counts no more."""
         from teleopctl.interfaces.store import get_message
 
         self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
-        self._stamp: Any = get_message("builtin_interfaces/msg/Time")
+        self._message = None
+        self._command = self._joint_state()
+        for state in self.states.values():
+            # Not its initial value: that is where a simulator starts, not where the robot is now.
+            state.value = _NAN
         # On the transport's thread: in lockstep the simulator waits for the answer.
         self._subscription = self.node.create_subscription(
             self._joint_state, self._states_topic, self._received, 10, immediate=True
@@ -71,6 +75,9 @@ class TopicSystem(HardwareInterface):
 
     def on_activate(self) -> None:
         """Offer commands: a simulator takes the publisher as the promise of an answer."""
+        for command in self.commands.values():
+            # The robot may have been moved meanwhile: old commands would move it back.
+            command.value = _NAN
         self._publisher = self.node.create_publisher(self._joint_state, self._commands_topic, 10)
 
     def on_deactivate(self) -> None:
@@ -88,6 +95,14 @@ class TopicSystem(HardwareInterface):
             self.on_deactivate()
         self.on_cleanup()
 
+    def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+        """A joint that is commanded in a new way forgets the commands of the old one."""
+        joints = {self.commands[name].prefix for name in start}
+        for name, command in self.commands.items():
+            given_up = command.owner is None or name in stop
+            if command.prefix in joints and name not in start and given_up:
+                command.value = _NAN
+
     def _received(self, message: Any) -> None:
         self._message = message
         if self._cycle is None or not self.drives_cycle:
@@ -97,7 +112,7 @@ class TopicSystem(HardwareInterface):
             self._cycle(time_ns)
         finally:
             if self._answered_ns != time_ns:
-                self._answer(time_ns, [])
+                self._answer(time_ns, set())
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
         """Take over the latest received state."""
@@ -132,20 +147,35 @@ class TopicSystem(HardwareInterface):
     def write(self, time_ns: int, period: float) -> None:
         """Send the commands, with the stamp of the state they were computed from."""
         del period
-        claimed = any(command.owner for command in self.commands.values())
-        self._answer(time_ns, self._names if claimed else [])
+        owned = {command.prefix for command in self.commands.values() if command.owner}
+        self._answer(time_ns, owned)
 
-    def _answer(self, time_ns: int, names: list[str]) -> None:
-        """Send the commands of all joints, or of none: that is an answer too."""
+    def _answer(self, time_ns: int, owned: set[str]) -> None:
+        """Send the commands of all joints, or of none: that is an answer too.
+
+        Args:
+            time_ns: Stamp of the state that is answered.
+            owned: Joints of which a controller commands something.
+        """
         publisher = self._publisher
         if publisher is None:
             return
-        sec, nanosec = divmod(time_ns, 1_000_000_000)
-        message = self._joint_state(name=names)
-        message.header.stamp = self._stamp(sec=sec, nanosec=nanosec)
-        if names:
-            for field, column in self._columns:
-                values = [_NAN if command is None else command.value for command in column]
-                setattr(message, field, values)
+        # The same message each time: making one costs more than all the rest of a cycle.
+        message, stamp = self._command, self._command.header.stamp
+        stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)
+        message.name = self._names if owned else []
+        for field, column in self._columns:
+            values = [_value(command, owned) for command in column] if owned else []
+            setattr(message, field, values)
         self._answered_ns = time_ns
         publisher.publish(message)
+
+
+def _value(command: CommandInterface | None, owned: set[str]) -> float:
+    """What to send: a joint that is commanded in one way is not commanded in another too.
+
+    One that nobody commands keeps the last values, so that it holds.
+    """
+    if command is None or (command.owner is None and command.prefix in owned):
+        return _NAN
+    return command.value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from teleopctl.control.interfaces import ACCELERATION, EFFORT, POSITION, VELOCITY
@@ -20,6 +20,13 @@ _COMMANDS = (
     {POSITION, EFFORT},
 )
 _STATES = ({POSITION}, {POSITION, VELOCITY}, {POSITION, VELOCITY, ACCELERATION})
+
+# Parameters of ROS 2's controller that change how the robot moves there and do nothing here.
+UNSUPPORTED = (
+    "constraints.decelerate_on_cancel",
+    "positions_upsampling.enable",
+    "speed_scaling.command_interface",
+)
 
 # Read a parameter: name, default; the default gives the type.
 ReadParameter = Callable[[str, Any], Any]
@@ -168,17 +175,10 @@ def read_gains(joint: str, parameter: ReadParameter) -> PidGains:
         joint: The joint.
         parameter: Reads a parameter.
     """
-    defaults = PidGains()
-    names = (
-        "p",
-        "i",
-        "d",
-        "ff_velocity_scale",
-        "u_clamp_max",
-        "u_clamp_min",
-        "i_clamp_max",
-        "i_clamp_min",
-    )
+    # One number for both ends until ROS 2 Jazzy; 0 stands for none.
+    clamp = abs(parameter(f"gains.{joint}.i_clamp", 0.0))
+    defaults = PidGains(i_clamp_max=clamp, i_clamp_min=-clamp) if clamp else PidGains()
+    names = (field.name for field in fields(PidGains))
     return PidGains(
         **{name: parameter(f"gains.{joint}.{name}", getattr(defaults, name)) for name in names}
     )

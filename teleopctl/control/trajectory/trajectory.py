@@ -59,6 +59,7 @@ class Trajectory:
         # Segment i ends at point i; the first one begins at the point before.
         self._segments = [None] * len(self._points)
         self.start_ns = start_ns
+        self._completed = 0
         self.last_index = 0
         self.sampled_already = False
 
@@ -99,8 +100,7 @@ class Trajectory:
     ) -> Sample | None:
         """The desired state at a time, or None where there is none.
 
-        There is none without points, before the point before, and where derivatives would have to
-        be integrated from a point that was itself skipped.
+        There is none without points and before the point before.
 
         Args:
             time_ns: The time; never earlier than that of the last call that advanced.
@@ -131,15 +131,14 @@ class Trajectory:
                 return self._interpolate(index + 1, time_ns, index, index + 1)
         if advance:
             self.last_index = last
-        if splines and not self._complete(last):
-            return None
+        if splines:
+            self._complete(last)
         return Sample(_with_zeros(points[last]), last, last + 1)
 
-    def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> Sample | None:
+    def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> Sample:
         path = self._segments[segment]
         if path is None:
-            if not self._complete(segment):
-                return None
+            self._complete(segment)
             begin_ns, begin = self._begin_of(segment)
             target = self._points[segment]
             if segment == 0:
@@ -155,17 +154,17 @@ class Trajectory:
         point = self._points[segment - 1]
         return self.start_ns + point.time_ns, point
 
-    def _complete(self, segment: int) -> bool:
-        """Integrate what the segment's end lacks; False when its beginning lacks it too."""
-        if segment == 1:
-            self._complete(0)
-        target = self._points[segment]
-        begin_ns, begin = self._begin_of(segment)
-        if not begin.positions:
-            return False
-        duration = max(0, self.start_ns + target.time_ns - begin_ns) / NANOSECONDS
-        integrate(begin, target, duration)
-        return True
+    def _complete(self, segment: int) -> None:
+        """Integrate what the ends of all segments up to this one lack.
+
+        Also of those that no sample has fallen into: at 10 Hz a sample may step over several.
+        """
+        for index in range(self._completed, segment + 1):
+            target = self._points[index]
+            begin_ns, begin = self._begin_of(index)
+            duration = max(0, self.start_ns + target.time_ns - begin_ns) / NANOSECONDS
+            integrate(begin, target, duration)
+        self._completed = max(self._completed, segment + 1)
 
 
 def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:

@@ -1,0 +1,58 @@
+"""What parameter files say of a controller, for those who ask a manager to load it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node.parameter_file import ParameterFile, read_parameter_file
+
+# Parameters of the controller manager, below the controller's name, that a file may give.
+_OF_MANAGER = ("type", "fallback_controllers")
+
+
+def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dict[str, Any]:
+    """The parameters ``<controller>.…`` that the manager needs before it loads the controller.
+
+    Args:
+        controller: The controller's name.
+        manager: The manager's full name; its namespace is the controller's too.
+        files: Parameter files, later ones win.
+
+    Returns:
+        Values by name, without the controller's: ``params_file`` and what a file says of it in
+        its own section or in the manager's.
+
+    Raises:
+        TeleopctlError: A file is missing, is no parameter file, or names the controller only
+            outside of its namespace.
+    """
+    if not files:
+        return {}
+    values: dict[str, Any] = {}
+    for file in files:
+        if not Path(file).is_file():
+            raise TeleopctlError(f"Controller parameter file : {file} does not exist")
+        values.update(_values(read_parameter_file(Path(file)), controller, manager))
+    settings: dict[str, Any] = {"params_file": [str(Path(file).resolve()) for file in files]}
+    settings.update((name, values[name]) for name in _OF_MANAGER if values.get(name))
+    return settings
+
+
+def _values(file: ParameterFile, controller: str, manager: str) -> dict[str, Any]:
+    namespace = manager.rpartition("/")[0]
+    own = file.for_node(f"{namespace}/{controller}")
+    if not own and namespace and file.for_node(f"/{controller}"):
+        raise TeleopctlError(
+            f"Missing namespace : {namespace} or wildcard in parameter file for controller : "
+            f"{controller}"
+        )
+    prefix = f"{controller}."
+    of_manager = {
+        name.removeprefix(prefix): value
+        for name, value in file.for_node(manager).items()
+        if name.startswith(prefix)
+    }
+    return {**of_manager, **own}
