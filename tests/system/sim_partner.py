@@ -53,13 +53,17 @@ class Partner(Node):
         self.answer: Answer = lambda state: None
         self._changed = threading.Condition()
         self._description = self.create_publisher(String, "/robot_description", qos_profile_latched)
-        self._description.publish(String(data=urdf))
+        self.describe(urdf)
         self.create_subscription(Clock, "/clock", self._on_clock, 10, immediate=True)
         self._executor_of_test = SingleThreadedExecutor(context=self._own)
         self._executor_of_test.add_node(self)
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
         self.commands = None
+
+    def describe(self, urdf: str) -> None:
+        """Publish a robot description."""
+        self._description.publish(String(data=urdf))
 
     def connect(self, answer: Answer) -> None:
         """Become the controller."""
