@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 READY = "ready"
 """The line by which a background process says that it is up."""
 
+LAUNCH = "launch"
+"""The kind of a process that starts and watches others."""
+
 _ANNOUNCE = "TELEOPCTL_ANNOUNCE"
+_RECORDS = "processes"
 # How far two readings of one start time may be apart, in seconds: the clock may have been set.
 _SAME_START_S = 1.0
 
@@ -119,15 +123,16 @@ def start(
         except OSError as error:
             raise TeleopctlError(f"Cannot start {argv[0]}: {error.strerror}.") from error
     _children[child.pid] = child
-    if ready_within_s is not None:
-        try:
+    try:
+        if ready_within_s is not None:
             _await_ready(child, name, log_file, ready_within_s)
-        except BaseException:
-            child.kill()
-            child.wait()
-            raise
-    record = ProcessRecord(name, child.pid, _start_time(child.pid), tuple(argv), log_file, kind)
-    _write(record)
+        record = ProcessRecord(name, child.pid, _start_time(child.pid), tuple(argv), log_file, kind)
+        _write(record)
+    except BaseException:
+        # Without a record nobody would find it again.
+        child.kill()
+        child.wait()
+        raise
     return record
 
 
@@ -145,16 +150,39 @@ def announce_ready(failure: str | None = None) -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
 
+def exit_status(record: ProcessRecord) -> int | None:
+    """What a process that this one started ended with; None while it runs, and of any other."""
+    child = _children.get(record.pid)
+    return None if child is None else child.poll()
+
+
 def records() -> list[ProcessRecord]:
-    """The background processes that are alive, oldest first; records of others are removed."""
+    """The background processes that are alive, oldest first; records of others are removed.
+
+    Those of launches are not, since what a launch that was killed had started may still run.
+    """
     alive = []
-    for path in sorted(_records_dir().glob("*.json")):
-        record = _read(path)
-        if record is not None and _process(record) is not None:
+    for path, record in _all_records():
+        if record is not None and is_alive(record):
             alive.append(record)
-        else:
+        elif record is None or record.kind != LAUNCH:
             path.unlink(missing_ok=True)
     return sorted(alive, key=lambda record: record.start_time)
+
+
+def ended_launches() -> list[ProcessRecord]:
+    """The launches that were killed and not yet forgotten."""
+    return [r for _, r in _all_records() if r and r.kind == LAUNCH and not is_alive(r)]
+
+
+def forget(record: ProcessRecord) -> None:
+    """Remove the record of a process that has ended."""
+    (runtime_dir() / _RECORDS / f"{record.pid}.json").unlink(missing_ok=True)
+
+
+def is_alive(record: ProcessRecord) -> bool:
+    """Whether a process still runs; another one with the same pid is not it."""
+    return _process(record) is not None
 
 
 def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
@@ -180,7 +208,7 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
                     with contextlib.suppress(psutil.NoSuchProcess):
                         member.kill()
                 _wait(process, patience_s)
-    _record_path(record.pid).unlink(missing_ok=True)
+    forget(record)
 
 
 def _await_ready(
@@ -267,8 +295,8 @@ def _start_time(pid: int) -> float:
         return datetime.now().timestamp()
 
 
-def _records_dir() -> Path:
-    folder = runtime_dir() / "processes"
+def _make_records_dir() -> Path:
+    folder = runtime_dir() / _RECORDS
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as error:
@@ -280,12 +308,8 @@ def _records_dir() -> Path:
     return folder
 
 
-def _record_path(pid: int) -> Path:
-    return _records_dir() / f"{pid}.json"
-
-
 def _write(record: ProcessRecord) -> None:
-    path = _record_path(record.pid)
+    path = _make_records_dir() / f"{record.pid}.json"
     entry = {**record._asdict(), "log_file": str(record.log_file)}
     # Renaming is atomic: nobody reads half a record.
     with tempfile.NamedTemporaryFile(
@@ -293,6 +317,10 @@ def _write(record: ProcessRecord) -> None:
     ) as file:
         json.dump(entry, file)
     Path(file.name).replace(path)
+
+
+def _all_records() -> list[tuple[Path, ProcessRecord | None]]:
+    return [(path, _read(path)) for path in sorted((runtime_dir() / _RECORDS).glob("*.json"))]
 
 
 def _read(path: Path) -> ProcessRecord | None:

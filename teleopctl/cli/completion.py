@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from teleopctl.cli import console
 from teleopctl.cli.verb import Group, Verb
 
 PROGRAM = "teleopctl"
@@ -24,9 +25,21 @@ GROUP = Group(
 )
 
 
+_BASH = """_teleopctl_completion() {{
+    local IFS=$'\\n'
+    COMPREPLY=( $( COMP_WORDS="${{COMP_WORDS[*]}}" COMP_CWORD=$COMP_CWORD \\
+        {variable}=complete_bash $1 ) )
+    # Behind NAME:= the value follows at once.
+    [[ ${{COMPREPLY[0]}} == *:= ]] && compopt -o nospace
+    return 0
+}}
+
+complete -o default -F _teleopctl_completion {program}"""
+
+
 def bash() -> None:
     """Print bash's script."""
-    _print_script("bash")
+    console.out(_BASH.format(variable=VARIABLE, program=PROGRAM))
 
 
 def zsh() -> None:

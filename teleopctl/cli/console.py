@@ -78,6 +78,20 @@ def colour_enabled(stream: TextIO) -> bool:
     return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
+def replace_missing_streams() -> None:
+    """Write to nowhere where a stream was closed before the program began (``>&-``)."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123
+
+
+def traceback() -> None:
+    """Write where the exception in hand comes from to stderr."""
+    import traceback
+
+    traceback.print_exc()
+
+
 def tolerate_narrow_encodings() -> None:
     """Replace what the terminal's encoding lacks, as on older Windows consoles, by ``?``."""
     for stream in (sys.stdout, sys.stderr):

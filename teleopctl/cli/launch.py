@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from teleopctl.cli import console
+from teleopctl.cli.verb import epilog
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -17,23 +18,61 @@ if TYPE_CHECKING:
 app = typer.Typer(add_completion=False)
 
 
-def _complete_file(ctx: typer.Context, incomplete: str) -> list[str]:
-    from teleopctl.launch.finding import builtin_files
+def _complete(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Files and packages first, then the files of the package or the arguments of the file."""
+    from teleopctl.launch.finding import files_in_package
 
-    if ctx.params.get("words"):
+    try:
+        match ctx.params.get("words") or []:
+            case []:
+                names = _files_and_packages()
+            case [file, *_] if _is_launch_file(file):
+                names = _arguments(None, file)
+            case [package]:
+                names = files_in_package(package)
+            case [package, file, *_]:
+                names = _arguments(package, file)
+    except TeleopctlError:
         return []
-    names = [*builtin_files(), *(str(path) for path in Path().glob("*.yaml"))]
     return [name for name in names if name.startswith(incomplete)]
 
 
-@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def _files_and_packages() -> list[str]:
+    from teleopctl import packages
+    from teleopctl.launch.finding import SUFFIXES, builtin_files, files_in_package
+
+    files = (path for path in sorted(Path().iterdir()) if path.suffix in SUFFIXES)
+    listed = (package.name for package in packages.list_packages())
+    return [
+        *builtin_files(),
+        *map(str, files),
+        *(package for package in listed if files_in_package(package)),
+    ]
+
+
+def _arguments(package: str | None, file: str) -> list[str]:
+    from teleopctl.launch.arguments import argument_names
+    from teleopctl.launch.finding import find_launch_file
+
+    return [f"{name}:=" for name in argument_names(find_launch_file(package, file))]
+
+
+@app.command(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=epilog(
+        (
+            "teleopctl launch sim.yaml camera:=false",
+            "teleopctl launch --detach display.yaml model:=my_robot.urdf.xacro",
+        )
+    ),
+)
 def launch(
     words: Annotated[
         list[str],
         typer.Argument(
             metavar="[PACKAGE] FILE [NAME:=VALUE]...",
             help="A YAML launch file, by path, of a package, or a built-in one; its arguments.",
-            autocompletion=_complete_file,
+            autocompletion=_complete,
         ),
     ],
     show_args: Annotated[
@@ -109,7 +148,7 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
         name, separator, value = word.partition(":=")
         if separator and name:
             arguments[name] = value
-        elif arguments or len(names) == 2 or separator:
+        elif arguments or separator or len(names) == 2 or any(map(_is_launch_file, names)):
             raise TeleopctlError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'",
                 exit_status=2,
@@ -119,6 +158,12 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
     if not names:
         raise TeleopctlError("Which launch file?", hint="teleopctl launch FILE", exit_status=2)
     return (names[0] if len(names) == 2 else None), names[-1], arguments
+
+
+def _is_launch_file(name: str) -> bool:
+    from teleopctl.launch.finding import SUFFIXES
+
+    return name.endswith(SUFFIXES)
 
 
 def _report(process: ProcessStatus, node: str | None) -> None:

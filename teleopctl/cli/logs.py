@@ -31,7 +31,9 @@ def logs(
     name: Annotated[
         str,
         typer.Argument(
-            help="As `teleopctl ps` lists it, or a node.", autocompletion=_complete_name
+            metavar="NAME",
+            help="As `teleopctl ps` lists it, or a node.",
+            autocompletion=_complete_name,
         ),
     ],
     follow: Annotated[

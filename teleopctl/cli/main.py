@@ -7,6 +7,7 @@ with a single command is the verb itself (give it a callback if it is to stay a 
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -54,6 +55,7 @@ def run(arguments: Sequence[str]) -> int:
             words = ["--version"]
             break
         debug = True
+    console.replace_missing_streams()
     console.tolerate_narrow_encodings()
     try:
         status = _dispatch(words)
@@ -61,18 +63,16 @@ def run(arguments: Sequence[str]) -> int:
     except BrokenPipeError:
         console.discard_output()
         return 0
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
+        if interrupt.args:
+            console.note(str(interrupt))
         return INTERRUPTED
-    except TeleopctlError as failure:
+    except Exception as error:  # noqa: BLE001 -- whatever it is, a person reads one message
+        failure = error if isinstance(error, TeleopctlError) else _unforeseen(error, words)
         if debug:
-            raise
+            console.traceback()
         console.error(failure)
         return failure.exit_status
-    except Exception as defect:
-        if debug:
-            raise
-        console.error(_defect(defect))
-        return 1
     return status
 
 
@@ -108,8 +108,16 @@ def _run_quickly(words: list[str]) -> int | None:
     return None if values is None else function(**values) or 0
 
 
-def _defect(defect: Exception) -> TeleopctlError:
+def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+        console.discard_output()
+        return TeleopctlError(f"Cannot write: {error.strerror}")
+    if isinstance(error, UnicodeEncodeError):
+        # Bytes that are no text come in as lone surrogates, which no encoding has.
+        for word in words:
+            if any("\udc80" <= character <= "\udcff" for character in word):
+                return TeleopctlError(f"{word!r} is not text in this encoding", exit_status=2)
     return TeleopctlError(
-        f"unexpected {type(defect).__name__}: {defect}",
+        f"unexpected {type(error).__name__}: {error}",
         hint="this is a defect of teleopctl; `teleopctl --debug …` shows where",
     )

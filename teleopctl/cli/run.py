@@ -13,6 +13,7 @@ import typer
 
 from teleopctl import packages
 from teleopctl.cli import console
+from teleopctl.cli.verb import epilog
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import Executable
 
@@ -37,7 +38,13 @@ def _complete_executable(ctx: typer.Context, incomplete: str) -> list[str]:
 
 
 @app.command(
-    context_settings={"allow_interspersed_args": False, "help_option_names": ["-h", "--help"]}
+    context_settings={"allow_interspersed_args": False, "help_option_names": ["-h", "--help"]},
+    epilog=epilog(
+        (
+            "teleopctl run teleop_py_pkg simple_publisher",
+            "teleopctl run ./my_node.py --ros-args -r chatter:=/talk -p rate:=5",
+        )
+    ),
 )
 def run(
     words: Annotated[
@@ -69,7 +76,7 @@ def run(
         from teleopctl.nodes.execute import execute
 
         return execute(executable, arguments)
-    command = [*shlex.split(prefix or ""), *_command(executable, arguments)]
+    command = [*_words(prefix or ""), *_command(executable, arguments)]
     if detach:
         return _start_in_background(executable, command)
     return _replace_this_process(command)
@@ -93,6 +100,7 @@ def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
         except TeleopctlError as unknown_executable:
             if unknown_executable.exit_status == 2:
                 raise
+            unknown_package.hint = _suggestion(first) or unknown_package.hint
             raise unknown_package from None
     if rest and not rest[0].startswith("-"):
         return packages.find_executable(package, rest[0]), rest[1:]
@@ -100,6 +108,19 @@ def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
     if first in offered or len(offered) != 1:
         return packages.find_executable(package, first), rest
     return next(iter(offered.values())), rest
+
+
+def _suggestion(name: str) -> str | None:
+    everything = packages.list_packages()
+    programs = {program for package in everything for program in package.executables}
+    return packages.suggest(name, {package.name for package in everything} | programs)
+
+
+def _words(prefix: str) -> list[str]:
+    try:
+        return shlex.split(prefix)
+    except ValueError as error:
+        raise TeleopctlError(f"--prefix {prefix}: {error}", exit_status=2) from error
 
 
 def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
@@ -125,11 +146,16 @@ def _replace_this_process(command: list[str]) -> int:
 def _start_in_background(executable: Executable, command: list[str]) -> int:
     from teleopctl import background
     from teleopctl.launch.readiness import NewNodes, wait_for_node
+    from teleopctl.launch.running import stopped_by_ctrl_c
     from teleopctl.launch.starting import free_name
 
     with NewNodes() as new_nodes:
         name = free_name(executable.name.removesuffix(".py"))
         record = background.start(name, command, kind="node")
-        nodes = wait_for_node(new_nodes, record)
-    console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
+        with stopped_by_ctrl_c(record):
+            nodes = wait_for_node(new_nodes, record)
+    if nodes:
+        console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
+    else:
+        console.out(f"{name} has finished")
     return 0

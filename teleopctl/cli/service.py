@@ -14,7 +14,14 @@ GROUP = Group(
         "list": Verb(f"{__name__}:list_services", "List the services."),
         "type": Verb(f"{__name__}:service_type", "Print the type of a service."),
         "find": Verb(f"{__name__}:services_of_type", "List the services of a type."),
-        "call": Verb("teleopctl.cli.service_call:call", "Call a service."),
+        "call": Verb(
+            "teleopctl.cli.service_call:call",
+            "Call a service.",
+            examples=(
+                "teleopctl service call /mujoco_sim/set_pause "
+                'mujoco_ros2_control_msgs/srv/SetPause "{paused: true}"',
+            ),
+        ),
     },
 )
 

@@ -8,16 +8,12 @@ from typing import Annotated
 
 import typer
 
-from teleopctl import background
 from teleopctl.cli import console
 from teleopctl.launch import status
 from teleopctl.launch.running import Running, find_running, running
+from teleopctl.launch.running import stop as stop_process
 
 app = typer.Typer(add_completion=False)
-
-_PATIENCE_S = 5.0
-# A launch gives its processes 5 s before SIGTERM and 5 s more before SIGKILL.
-_LAUNCH_PATIENCE_S = 12.0
 
 
 def _complete_names(incomplete: str) -> list[str]:
@@ -31,6 +27,7 @@ def stop(
     names: Annotated[
         list[str] | None,
         typer.Argument(
+            metavar="NAME",
             help="As `teleopctl ps` lists them, or nodes; none for every node and launch.",
             autocompletion=_complete_names,
         ),
@@ -70,5 +67,4 @@ def _stop_together(entries: Sequence[Running]) -> None:
 def _stop(entry: Running) -> None:
     if entry.launch is not None:
         status.mark_stopped(status.folder_of(entry.launch), entry.record.name)
-    is_launch = entry.record.kind == "launch"
-    background.stop(entry.record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)
+    stop_process(entry.record)

@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 from typer.main import get_command, get_group, get_install_completion_arguments
 
 from teleopctl.cli import candidates, completion
-from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
+from teleopctl.cli.verb import Group, Option, Parameter, Verb, epilog, parameters
 from teleopctl.errors import TeleopctlError
 
 
@@ -108,7 +108,12 @@ def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
     for verb_name, verb in group.verbs.items():
         function = _typer_function(verb) if verb_name == chosen else _placeholder
         settings = {"ignore_unknown_options": True} if verb.negative_numbers else None
-        app.command(verb_name, help=_long_help(verb, function), context_settings=settings)(function)
+        app.command(
+            verb_name,
+            help=_long_help(verb, function),
+            epilog=epilog(verb.examples),
+            context_settings=settings,
+        )(function)
     return get_group(app)
 
 

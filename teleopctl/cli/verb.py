@@ -7,7 +7,7 @@ turns them into Typer's for everything else.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -70,9 +70,10 @@ class Verb:
         target: ``"package.module:function"``. The function returns an exit status or None.
         help: One line for the list of verbs.
         negative_numbers: Whether ``-1`` may be an argument, rather than a misspelled option.
+        examples: Command lines to end ``--help`` with.
     """
 
-    __slots__ = ("help", "negative_numbers", "target")
+    __slots__ = ("examples", "help", "negative_numbers", "target")
 
     def __init__(
         self,
@@ -80,7 +81,9 @@ class Verb:
         help: str,  # noqa: A002 - the word that argument parsers use
         *,
         negative_numbers: bool = False,
+        examples: tuple[str, ...] = (),
     ) -> None:
+        self.examples = examples
         self.target = target
         self.help = help
         self.negative_numbers = negative_numbers
@@ -90,6 +93,11 @@ class Verb:
         module, _, name = self.target.partition(":")
         function: Callable[..., int | None] = getattr(import_module(module), name)
         return function
+
+
+def epilog(examples: Sequence[str]) -> str | None:
+    """What ``--help`` ends with; paragraphs, since lines that stand closer would be joined."""
+    return "\n\n".join(("Examples:", *examples)) if examples else None
 
 
 class Group:

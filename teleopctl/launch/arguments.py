@@ -42,6 +42,16 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
         yield "  No arguments."
 
 
+def argument_names(file: Path) -> list[str]:
+    """Return the names of the arguments of a launch file and of those it includes.
+
+    Raises:
+        TeleopctlError: When the file cannot be read.
+    """
+    declared = _declared(file, LaunchContext({}, Path()), 0)
+    return list(dict.fromkeys(argument.name for argument in declared))
+
+
 def _describe(default: Template) -> str:
     if default.is_literal:
         return f"'{default.render(lambda _: '')}'"

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -88,16 +88,18 @@ class Child:
             else:
                 environment[name] = value
         self._signals_sent.clear()
-        self._process = subprocess.Popen(
-            plan.command[0] if plan.shell else plan.command,
-            shell=plan.shell,
-            cwd=plan.working_directory,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            **_own_group(),
-        )
+        runs_our_main = plan.is_node and plan.command[0] == sys.executable
+        with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
+            self._process = subprocess.Popen(
+                plan.command[0] if plan.shell else plan.command,
+                shell=plan.shell,
+                cwd=plan.working_directory,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                **_own_group(),
+            )
 
     def attend(self) -> None:
         """Relay what the started process writes, until it ends, on another thread."""
@@ -140,9 +142,27 @@ class Child:
         # The log is closed under a reader whose pipe a descendant of the process keeps open.
         with contextlib.suppress(ValueError, OSError), pipe:
             for line in pipe:
-                log.write(line)
+                with contextlib.suppress(OSError):  # a full disk, which the process can live with
+                    log.write(line)
                 if shown:
                     self._screen.relay(stream, self.plan.name, line)
+
+
+@contextlib.contextmanager
+def _interrupts_kept_back() -> Iterator[None]:
+    """Let what is started in the block get SIGINT only once it is ready to end properly.
+
+    A Python interpreter that is interrupted while it starts dies with a fatal error. The mask is
+    inherited; `teleopctl.nodes` takes it off when it begins.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _own_group() -> dict[str, Any]:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from teleopctl.errors import TeleopctlError
 from teleopctl.launch.descriptions import Parameter
 
 
@@ -90,13 +91,11 @@ class LaunchContext:
         """Expand a xacro file; each combination of file and arguments only once.
 
         Raises:
-            TeleopctlError: When the file is missing or does not parse.
+            TeleopctlError: When the file is missing or does not parse, or is no robot.
         """
         key = (str(file), tuple(sorted(mappings.items())))
         if key not in self._robots:
-            from teleopctl.robot import xacro_file
-
-            self._robots[key] = xacro_file.expand(file, dict(mappings))
+            self._robots[key] = _read_robot(file, mappings)
         return self._robots[key]
 
     def node_is_running(self, name: str) -> bool:
@@ -110,6 +109,20 @@ class LaunchContext:
         if name not in self._anonymous:
             self._anonymous[name] = f"{name}_{os.getpid()}_{len(self._anonymous)}"
         return self._anonymous[name]
+
+
+def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
+    from teleopctl.robot import xacro_file
+    from teleopctl.robot.description import RobotDescription
+
+    text = xacro_file.expand(file, dict(mappings))
+    if "<robot" in text:
+        # A mistake is told here, once, and not by each of the nodes that would read it.
+        try:
+            RobotDescription.from_urdf(text)
+        except TeleopctlError as error:
+            raise TeleopctlError(f"{file}: {error.message}", hint=error.hint) from error
+    return text
 
 
 def _query_nodes() -> frozenset[str]:

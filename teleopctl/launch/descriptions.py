@@ -188,6 +188,13 @@ class Log(Action):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Shutdown(Action):
+    """``shutdown``: the launch ends before it has started anything."""
+
+    reason: Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StartProcess(Action):
     """``node`` and ``executable``: a process.
 

@@ -26,6 +26,7 @@ from teleopctl.launch.descriptions import (
     SetEnvironment,
     SetParameter,
     SetRemap,
+    Shutdown,
     StartProcess,
     Timer,
 )
@@ -201,6 +202,12 @@ class _Evaluation:
             )
         self.messages.append((level, self._text(action.message)))
 
+    def shutdown(self, action: Shutdown) -> None:
+        if self.context.start_delay > 0:
+            raise TeleopctlError("'shutdown' cannot stand in a timer")
+        # Whoever wrote the file knows better than its line number what the person has to know.
+        raise _LocatedError(self._text(action.reason))
+
     def start_process(self, action: StartProcess) -> None:
         self.builder.add(action)
 
@@ -224,6 +231,7 @@ _HANDLERS: dict[type[Action], Callable[..., None]] = {
     SetEnvironment: _Evaluation.set_environment,
     SetParameter: _Evaluation.set_parameter,
     SetRemap: _Evaluation.set_remap,
+    Shutdown: _Evaluation.shutdown,
     StartProcess: _Evaluation.start_process,
     Timer: _Evaluation.timer,
 }

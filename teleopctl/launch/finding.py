@@ -9,7 +9,8 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.packages import find_package, suggest
 
 _BUILTIN = Path(__file__).parent / "files"
-_SUFFIXES = (".yaml", ".yml")
+SUFFIXES = (".yaml", ".yml")
+"""The endings of launch files."""
 
 
 def builtin_files() -> list[str]:
@@ -32,7 +33,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
     candidates += [_BUILTIN / name, _BUILTIN / f"{name}.yaml"]
     for path in candidates:
         if path.is_file():
-            if path.suffix not in _SUFFIXES:
+            if path.suffix not in SUFFIXES:
                 raise TeleopctlError(
                     f"{path} is not a YAML launch file",
                     hint="teleopctl reads ROS 2's YAML launch files; built in are "
@@ -40,7 +41,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
                 )
             return path.absolute()
     where = f" in package '{package}'" if package is not None else ""
-    known = {*builtin_files(), *(_names_in_package(package) if package is not None else ())}
+    known = {*builtin_files(), *(files_in_package(package) if package is not None else ())}
     stem = Path(name).name.split(".", maxsplit=1)[0]
     guess = suggest(name, known) or suggest(stem, {file.split(".")[0] for file in known})
     listed = f"There are {', '.join(sorted(known))}, and any YAML file by its path."
@@ -48,6 +49,16 @@ def find_launch_file(package: str | None, name: str) -> Path:
         f"Launch file '{name}' not found{where}",
         hint=f"{guess} {listed}" if guess else listed,
     )
+
+
+def files_in_package(package: str) -> list[str]:
+    """Return the names of the launch files of a package.
+
+    Raises:
+        TeleopctlError: There is no such package.
+    """
+    folder = find_package(package).share / "launch"
+    return sorted(path.name for suffix in SUFFIXES for path in folder.glob(f"*{suffix}"))
 
 
 def _in_package(package: str, name: str) -> Iterator[Path]:
@@ -58,8 +69,3 @@ def _in_package(package: str, name: str) -> Iterator[Path]:
     # Some packages sort their launch files into folders.
     if Path(name).name == name:
         yield from sorted((share / "launch").rglob(name))
-
-
-def _names_in_package(package: str) -> list[str]:
-    folder = find_package(package).share / "launch"
-    return [path.name for suffix in _SUFFIXES for path in folder.glob(f"*{suffix}")]

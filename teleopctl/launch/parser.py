@@ -24,6 +24,7 @@ from teleopctl.launch.descriptions import (
     SetEnvironment,
     SetParameter,
     SetRemap,
+    Shutdown,
     Timer,
 )
 from teleopctl.launch.entries import Entry
@@ -206,6 +207,13 @@ def _log(element: Element) -> Action:
     )
 
 
+def _shutdown(element: Element) -> Action:
+    entry = Entry(element, ("reason", "if", "unless"))
+    return Shutdown(
+        place=element.place, conditions=_conditions(entry), reason=entry.required("reason")
+    )
+
+
 def _node(element: Element) -> Action:
     process, entry = parse_node(element)
     return replace(process, conditions=_conditions(entry))
@@ -229,6 +237,7 @@ _PARSERS: dict[str, Callable[[Element], Action]] = {
     "set_env": _set_environment,
     "set_parameter": _set_parameter,
     "set_remap": _set_remap,
+    "shutdown": _shutdown,
     "timer": _timer,
     "unset_env": _unset_environment,
 }

@@ -89,7 +89,9 @@ def wait_for_node(
     while True:
         for names in new_nodes.names_by_session(graph).values():
             return sorted(names)
-        if not is_alive(record):
+        if background.exit_status(record) == 0:
+            return []
+        if not background.is_alive(record):
             raise TeleopctlError(
                 f"{record.name} ended before its node was up:\n{log_tail(record.log_file)}"
             )
@@ -125,8 +127,9 @@ def wait_for_launch(
     graph = new_nodes.snapshot()
     reported: set[str] = set()
     while True:
-        launch_ended = not is_alive(record)
-        statuses = status.read(folder)
+        launch_ended = not background.is_alive(record)
+        published = status.read(folder)
+        statuses = published or []
         up = _up(statuses, new_nodes.names_by_session(graph))
         for process in statuses:
             if process.name in up and process.name not in reported:
@@ -141,7 +144,7 @@ def wait_for_launch(
                     if launch_ended
                     else f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it.",
                 )
-        if statuses and len(up) == len(statuses):
+        if published is not None and len(up) == len(statuses):
             return
         if launch_ended:
             raise TeleopctlError(
@@ -177,14 +180,6 @@ def _up(statuses: list[ProcessStatus], new: dict[str, list[str]]) -> dict[str, s
         # Which of them belongs to which process is not known, only that all are there.
         up.update((process.name, None) for process in unnamed)
     return up
-
-
-def is_alive(record: ProcessRecord) -> bool:
-    """Tell whether a background process still runs."""
-    return any(
-        (entry.pid, entry.start_time) == (record.pid, record.start_time)
-        for entry in background.records()
-    )
 
 
 def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,11 @@ from teleopctl.background import ProcessRecord
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import status
 from teleopctl.packages import suggest
+
+# In seconds, before each harder signal.
+_PATIENCE_S = 5.0
+# A launch gives its processes 5 s before SIGTERM and 5 s more before SIGKILL.
+_LAUNCH_PATIENCE_S = 12.0
 
 
 class Running(NamedTuple):
@@ -43,12 +49,27 @@ def running(*, include_ended: bool = False) -> list[Running]:
     found: list[Running] = []
     for record in background.records():
         found.append(Running(record))
-        if record.kind == "launch":
+        if record.kind == background.LAUNCH:
             found.extend(
                 Running(process.record(), record, process.node_name, process.state == "running")
-                for process in status.read(status.folder_of(record))
+                for process in status.read(status.folder_of(record)) or ()
                 if process.state == "running" or include_ended
             )
+    return found + _orphans()
+
+
+def _orphans() -> list[Running]:
+    """Return what still runs of launches that were killed."""
+    found: list[Running] = []
+    for launch in background.ended_launches():
+        alive = [
+            Running(process.record(), None, process.node_name)
+            for process in status.read(status.folder_of(launch)) or ()
+            if process.state == "running" and background.is_alive(process.record())
+        ]
+        if not alive:
+            background.forget(launch)
+        found.extend(alive)
     return found
 
 
@@ -71,6 +92,26 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
         f"Nothing named '{name}' runs in the background",
         hint=suggest(name, known) or _listing(known),
     )
+
+
+def stop(record: ProcessRecord) -> None:
+    """End a background process: SIGINT, and where it takes too long, harder signals."""
+    is_launch = record.kind == background.LAUNCH
+    background.stop(record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)
+
+
+@contextmanager
+def stopped_by_ctrl_c(record: ProcessRecord) -> Iterator[None]:
+    """Take a background process back where Ctrl-C ends the wait for it.
+
+    Raises:
+        KeyboardInterrupt: With a text that says so.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        stop(record)
+        raise KeyboardInterrupt(f"{record.name} has been stopped") from None
 
 
 def newest_log(name: str) -> Path | None:

@@ -17,7 +17,7 @@ class Screen:
 
     Args:
         log_file: Where the launch's own lines are kept as well, or None.
-        on_closed: Called once when the reader of the terminal has gone, as after ``| head``.
+        on_closed: Called once when nothing can be written any more, as after ``| head``.
     """
 
     def __init__(self, log_file: Path | None, on_closed: Callable[[], None]) -> None:
@@ -30,7 +30,9 @@ class Screen:
         """Write one of the launch's own lines, ``[INFO] [launch]: …``."""
         line = f"[{level}] [{name}]: {text}\n".encode(errors="replace")
         if self._log is not None:
-            self._log.write(line)
+            # On a full disk the launch goes on without its log.
+            with contextlib.suppress(OSError):
+                self._log.write(line)
         self._write("stdout", line)
 
     def relay(self, stream: Stream, name: str, line: bytes) -> None:
@@ -53,7 +55,7 @@ class Screen:
                 target.write(data)
                 target.flush()
                 return
-            except (BrokenPipeError, ValueError):
+            except (OSError, ValueError):
                 self._closed = True
         with contextlib.suppress(OSError):
             self._on_closed()

@@ -15,6 +15,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation import evaluate
 from teleopctl.launch.parser import parse_file
 from teleopctl.launch.plan import LaunchPlan
+from teleopctl.launch.running import stopped_by_ctrl_c
 from teleopctl.launch.status import PLAN_FILE, ProcessStatus
 
 
@@ -76,9 +77,10 @@ def start_in_background(
         record = background.start(
             free_name(name),
             [sys.executable, "-m", "teleopctl.launch", str(plan_file)],
-            kind="launch",
+            kind=background.LAUNCH,
         )
-        wait_for_launch(new_nodes, record, on_up)
+        with stopped_by_ctrl_c(record):
+            wait_for_launch(new_nodes, record, on_up)
     return record
 
 
@@ -96,7 +98,9 @@ def free_name(name: str) -> str:
 
 def _prepare(plan: LaunchPlan) -> None:
     from teleopctl.wire.router import ensure_router
+    from teleopctl.wire.session import domain_id
 
+    domain_id()  # a faulty one would be reported by each of the processes
     ensure_router()
     try:
         plan.write_files()

@@ -91,13 +91,13 @@ def write(folder: Path, statuses: Iterable[ProcessStatus]) -> None:
     new.replace(folder / _STATUS_FILE)
 
 
-def read(folder: Path) -> list[ProcessStatus]:
-    """Read the status file of a launch; empty while it has none."""
+def read(folder: Path) -> list[ProcessStatus] | None:
+    """Read the status file of a launch; None while it has none."""
     try:
         entries = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
         return [ProcessStatus(**entry) for entry in entries]
     except (OSError, ValueError, TypeError):
-        return []
+        return None
 
 
 def folder_of(launch: ProcessRecord) -> Path:

@@ -170,7 +170,8 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     complaint = result.stderr.strip()
     if result.returncode != 0:
         raise TeleopctlError(
-            f"$(command '{arguments[0]}') ended with status {result.returncode}: {complaint}"
+            f"$(command '{arguments[0]}') ended with status {result.returncode}: "
+            f"{complaint or 'it wrote nothing'}"
         )
     if complaint and on_stderr == "fail":
         raise TeleopctlError(

@@ -80,6 +80,11 @@ class Supervisor:
             self._start()
             while self._expected:
                 self._handle_next()
+        except BaseException:
+            # Nobody else would end them.
+            for child in self._children:
+                child.signal(_STEPS[-1])
+            raise
         finally:
             for number, handler in previous.items():
                 signal.signal(number, handler)

@@ -15,9 +15,23 @@ from teleopctl.packages import is_path
 
 def main() -> int:
     """Run the executable that the command line names and return its exit status."""
+    try:
+        _take_interrupts()
+        return _run()
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+
+
+def _take_interrupts() -> None:
     # A shell starts its background jobs with SIGINT ignored, which whoever supervises this process
-    # relies on; and `-m` puts the current folder on the import path, which no node asked for.
+    # relies on; a launch keeps it back until here, where it does no harm.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def _run() -> int:
+    # `-m` puts the current folder on the import path, which no node asked for.
     if sys.path and sys.path[0] == os.getcwd():  # noqa: PTH109 -- compared as it was made
         del sys.path[0]
     arguments = sys.argv[1:]
@@ -35,8 +49,6 @@ def main() -> int:
         if error.hint:
             sys.stderr.write(f"{error.hint}\n")
         return error.exit_status
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -146,4 +146,4 @@ def _print_traceback(error: Exception) -> None:
         or innermost.tb_frame.f_code.co_filename.startswith("<frozen ")
     ):
         innermost = innermost.tb_next
-    traceback.print_exception(type(error), error, innermost or error.__traceback__)
+    traceback.print_exception(type(error), error, innermost)

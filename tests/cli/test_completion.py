@@ -1,5 +1,10 @@
 """Completion: scripts for the shells, and candidates."""
 
+import shlex
+import shutil
+import subprocess
+import sys
+
 import pytest
 
 from teleopctl.cli import completion, main
@@ -17,9 +22,11 @@ from teleopctl.cli import completion, main
 def test_each_shell_has_a_script(capsys, monkeypatch, shell, mark):
     monkeypatch.setenv(completion.VARIABLE, "")
     monkeypatch.delenv(completion.VARIABLE)
-    with pytest.raises(SystemExit) as end:
-        main.run(["completion", shell])
-    assert not end.value.code
+    try:
+        status = main.run(["completion", shell])
+    except SystemExit as end:
+        status = end.code
+    assert not status
     script = capsys.readouterr().out
     assert mark in script
     assert completion.VARIABLE in script
@@ -39,6 +46,50 @@ def test_verbs_and_options_are_completed(monkeypatch, capsys):
     assert candidates(monkeypatch, capsys, "teleopctl to") == ["topic"]
     assert "echo" in candidates(monkeypatch, capsys, "teleopctl topic ")
     assert candidates(monkeypatch, capsys, "teleopctl topic list --sh") == ["--show-types"]
+
+
+def test_live_nodes_and_the_types_of_a_topic_are_completed(ros, monkeypatch, capsys):
+    talker = ros.spawn("run teleop_py_pkg simple_publisher")
+    talker.wait_for_line("Publishing")
+    assert candidates(monkeypatch, capsys, "teleopctl node info /si") == ["/simple_publisher"]
+    assert candidates(monkeypatch, capsys, "teleopctl topic echo chatter ") == [
+        "std_msgs/msg/String"
+    ]
+
+
+def test_launch_files_their_packages_and_their_arguments_are_completed(
+    monkeypatch, capsys, tmp_path
+):
+    folder = tmp_path / "my_pkg" / "launch"
+    folder.mkdir(parents=True)
+    (folder.parent / "package.xml").write_text("<package><name>my_pkg</name></package>")
+    (folder / "up.yaml").write_text("launch:\n- arg: {name: who, default: a}\n")
+    (tmp_path / "broken.yaml").write_text("launch: [")
+    monkeypatch.chdir(tmp_path)
+    offered = candidates(monkeypatch, capsys, "teleopctl launch ")
+    assert {"sim.yaml", "broken.yaml", "my_pkg"} <= set(offered)
+    assert "teleop_py_pkg" not in offered
+    assert candidates(monkeypatch, capsys, "teleopctl launch my_pkg ") == ["up.yaml"]
+    assert candidates(monkeypatch, capsys, "teleopctl launch my_pkg up.yaml ") == ["who:="]
+    # Bash takes the value of an argument for a word of its own.
+    line = "teleopctl launch -d sim.yaml paused := true ca"
+    assert candidates(monkeypatch, capsys, line) == ["camera:="]
+    assert candidates(monkeypatch, capsys, "teleopctl launch broken.yaml ") == []
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
+def test_in_bash_the_value_of_an_argument_follows_at_once(capsys):
+    main.run(["completion", "bash"])
+    script = capsys.readouterr().out
+    program = (
+        'compopt() { echo compopt "$@"; }\n'
+        f"teleopctl() {{ {shlex.quote(sys.executable)} -m teleopctl; }}\n"
+        f"{script}\n"
+        "COMP_WORDS=(teleopctl launch sim.yaml cam); COMP_CWORD=3\n"
+        '_teleopctl_completion teleopctl; echo "${COMPREPLY[@]}"\n'
+    )
+    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "compopt -o nospace\ncamera:=\n", done.stderr
 
 
 def test_without_a_router_nothing_is_offered(monkeypatch, capsys):

@@ -67,12 +67,20 @@ def test_a_defect_is_one_line_and_says_how_to_see_more(sample, capsys):
 
 
 @pytest.mark.parametrize("how", ["fail", "defect"])
-def test_debug_shows_the_traceback(sample, monkeypatch, how):
-    with pytest.raises((TeleopctlError, ZeroDivisionError)):
-        main.run(["--debug", "sample", "end", how])
+def test_debug_shows_the_traceback_before_the_message(sample, monkeypatch, capsys, how):
+    status = main.run(["sample", "end", how])
+    message = capsys.readouterr().err
+    assert main.run(["--debug", "sample", "end", how]) == status
+    errors = capsys.readouterr().err
+    assert errors.startswith("Traceback")
+    assert errors.endswith(message)
     monkeypatch.setenv("TELEOPCTL_DEBUG", "1")
-    with pytest.raises((TeleopctlError, ZeroDivisionError)):
-        main.run(["sample", "end", how])
+    main.run(["sample", "end", how])
+    assert capsys.readouterr().err.startswith("Traceback")
+
+
+def test_a_wrong_command_line_ends_with_2_under_debug_too(sample):
+    assert main.run(["--debug", "topc", "list"]) == 2
 
 
 @pytest.mark.parametrize(
@@ -127,3 +135,10 @@ def test_a_reader_that_goes_away_is_no_error():
     assert process.wait(timeout=60) == 0
     assert process.stderr.read() == b""
     process.stderr.close()
+
+
+@pytest.mark.parametrize("verb", ["run", "launch", "topic pub", "param set", "service call"])
+def test_help_ends_with_examples_one_a_paragraph(capsys, verb):
+    assert main.run([*verb.split(), "--help"]) == 0
+    _, _, examples = capsys.readouterr().out.partition("Examples:\n\n")
+    assert examples.split("\n\n")[0].strip().startswith(f"teleopctl {verb} ")

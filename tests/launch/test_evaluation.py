@@ -11,6 +11,8 @@ from teleopctl.launch.evaluation import evaluate
 from teleopctl.launch.parser import parse_file
 from teleopctl.launch.plan import load_plan
 
+ARM = '<robot name="arm"><link name="base"/></robot>'
+
 
 @pytest.fixture
 def plan(tmp_path):
@@ -237,6 +239,19 @@ def test_log_lines_are_kept_in_order(plan):
     assert plan(text).messages == [("INFO", "one"), ("WARNING", "two")]
 
 
+def test_shutdown_ends_the_launch_with_its_reason_before_anything_starts(plan):
+    text = "launch:\n- shutdown: {reason: not $(var what), if: $(var wanted)}\n" + echo("a")
+    assert words(plan(text, what="now", wanted="false")) == ["a"]
+    with pytest.raises(TeleopctlError, match=r"^not now$"):
+        plan(text, what="now", wanted="true")
+
+
+def test_shutdown_does_not_wait(plan):
+    timer = "- timer: {period: 1, children: [{shutdown: {reason: late}}]}\n"
+    with pytest.raises(TeleopctlError, match="'shutdown' cannot stand in a timer"):
+        plan(f"launch:\n{timer}")
+
+
 def test_the_logical_substitutions(plan):
     text = "launch:\n" + echo(
         "$(not true)",
@@ -264,7 +279,7 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
 
     calls = []
     monkeypatch.setattr(
-        xacro_file, "expand", lambda path, mappings: calls.append((path, mappings)) or "<robot/>"
+        xacro_file, "expand", lambda path, mappings: calls.append((path, mappings)) or ARM
     )
     node = (
         "- node: {pkg: camera, exec: camera, param: "
@@ -272,7 +287,14 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
     )
     result = plan("launch:\n" + node + node)
     assert [mappings for _, mappings in calls] == [{"speed": "2"}]
-    assert all("<robot/>" in text for text in result.files.values())
+    assert all("<robot" in text for text in result.files.values())
+
+
+def test_a_description_that_is_no_robot_is_an_error_before_anything_starts(plan, tmp_path):
+    arm = tmp_path / "arm.urdf"
+    arm.write_text('<robot name="x"><link name="a"/><link name="b"/></robot>')
+    with pytest.raises(TeleopctlError, match=r"main.yaml:2: .*arm.urdf: Two root links found"):
+        plan("launch:\n" + echo(f"$(xacro {arm})"))
 
 
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):

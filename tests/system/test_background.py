@@ -49,6 +49,40 @@ def test_a_detached_node_that_dies_is_reported_with_the_end_of_its_log(ros):
     assert "my last words" in result.stderr
 
 
+def test_a_detached_program_that_does_its_work_and_ends_is_no_failure(ros):
+    (ros.folder / "works.py").write_text("print('done')\n")
+    result = ros.run("run -d ./works.py")
+    assert (result.returncode, result.stdout) == (0, "works has finished\n"), result.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "waited_for"),
+    [("run -d ./waits.py", "waits", "waits"), ("launch -d waits.yaml", "waits", "spawner-2")],
+)
+def test_ctrl_c_takes_back_what_is_still_starting(ros, line, name, waited_for):
+    (ros.folder / "waits.py").write_text("import time\ntime.sleep(600)\n")
+    (ros.folder / "waits.yaml").write_text(
+        "launch:\n"
+        "- node: {pkg: teleop_py_pkg, exec: simple_publisher}\n"
+        "- node: {pkg: controller_manager, exec: spawner, args: none_such}\n"
+    )
+    command = ros.spawn(line)
+    eventually(lambda: waited_for in processes(ros))
+    pids = [entry["pid"] for entry in processes(ros).values() if entry["kind"] != "router"]
+    command.interrupt()
+    assert command.wait() == 130
+    assert command.stderr == f"{name} has been stopped\n"
+    assert not any(runs(pid) for pid in pids)
+    assert list(processes(ros)) == ["router"]
+
+
+def test_a_detached_launch_that_starts_nothing_is_done_at_once(ros):
+    (ros.folder / "says.yaml").write_text("launch:\n- log: {message: hello}\n")
+    result = ros.run("launch -d says.yaml")
+    assert (result.returncode, result.stdout) == (0, "says has finished\n"), result.stderr
+    assert "[INFO] [launch.user]: hello" in ros.run("logs says").stdout
+
+
 def test_two_of_a_name_are_told_apart(ros):
     ros.run("run -d simple_publisher")
     second = ros.run("run -d simple_publisher --ros-args -r __node:=two")
@@ -81,6 +115,19 @@ def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_list
     pids = [processes(ros)[name]["pid"] for name in ("two", "simple_publisher-1")]
     assert ros.run("stop two").stdout == "two has been stopped\n"
     assert not any(runs(pid) for pid in pids)
+
+
+def test_what_a_killed_launch_leaves_behind_is_listed_and_can_be_stopped(ros):
+    (ros.folder / "two.yaml").write_text(TWO_NODES)
+    assert ros.run("launch -d two.yaml").returncode == 0
+    listed = processes(ros)
+    left = listed["simple_publisher-1"]["pid"]
+    psutil.Process(listed["two"]["pid"]).kill()
+    eventually(lambda: "two" not in processes(ros))
+    assert processes(ros)["simple_publisher-1"]["pid"] == left
+    assert "simple_publisher-1 has been stopped" in ros.run("stop").stdout
+    assert not runs(left)
+    assert list(processes(ros)) == ["router"]
 
 
 def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):

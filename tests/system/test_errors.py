@@ -1,7 +1,10 @@
 """Mistakes: one clear message on stderr, nothing on stdout, and the right exit status."""
 
+import os
+import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -80,9 +83,12 @@ def test_a_message_that_does_not_fit_its_type_names_the_field(graph, kind, value
         "topic pub /x",
         "topic pub -r fast /x std_msgs/msg/String",
         "topic pub -r 0 /x std_msgs/msg/String",
+        "topic pub -w -1 /x std_msgs/msg/String",
         "topic echo --qos-reliability maybe /chatter",
         "topic echo --filter 'm.data >' /chatter",
         "topic hz",
+        "topic hz -w 0 /chatter",
+        "topic bw -w 0 /chatter",
         "param get /simple_parameter",
     ],
 )
@@ -111,6 +117,67 @@ def test_debug_shows_where_an_error_comes_from(graph):
     assert done.returncode == 1
     assert "Traceback" in done.stderr
     assert "Unknown topic '/nothing'" in done.stderr
+
+
+def test_a_typed_listener_is_told_that_the_topic_has_another_type(graph):
+    done = graph.run("topic echo --timeout 0.1 /chatter std_msgs/msg/Int8")
+    assert done.stderr.splitlines()[0] == (
+        "WARNING: topic [/chatter] has the type std_msgs/msg/String: "
+        "only messages of the type std_msgs/msg/Int8 are received"
+    )
+
+
+def test_a_misspelt_program_without_its_package_is_suggested(graph):
+    done = graph.run("run simple_publsher")
+    assert done.returncode == 1
+    assert "Did you mean simple_publisher" in done.stderr
+
+
+def test_a_prefix_that_no_shell_would_take_is_wrong_usage(graph):
+    done = graph.run(["run", "--prefix", 'nice "', "simple_publisher"])
+    assert done.returncode == 2
+    assert done.stderr.startswith("teleopctl: --prefix")
+
+
+def test_a_wrong_domain_is_said_once_and_nothing_is_started(graph, monkeypatch):
+    monkeypatch.setitem(graph.env, "ROS_DOMAIN_ID", "abc")
+    done = graph.run("launch display.yaml")
+    assert (done.stdout, done.returncode) == ("", 2)
+    assert done.stderr == "teleopctl: ROS_DOMAIN_ID is 'abc', but a domain is a number from 0.\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a POSIX shell")
+@pytest.mark.parametrize("redirection", [">&-", ">&- 2>&-"])
+def test_a_stream_that_is_closed_from_the_start_is_no_error(graph, redirection):
+    command = f"{shlex.quote(sys.executable)} -m teleopctl topic list {redirection}"
+    done = subprocess.run(
+        command, shell=True, env=graph.env, capture_output=True, timeout=LONGEST_WAIT_S
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the device that is always full")
+def test_a_full_disk_is_one_message(graph):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "teleopctl", "topic", "list"],
+            env=graph.env,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=LONGEST_WAIT_S,
+        )
+    assert done.returncode == 1
+    assert done.stderr == "teleopctl: Cannot write: No space left on device\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="arguments are text there")
+def test_bytes_that_are_no_text_are_wrong_usage(graph):
+    done = graph.run(
+        ["topic", "pub", "--once", "-w", "0", "/x", "std_msgs/msg/String", "{data: '\udcff'}"]
+    )
+    assert done.returncode == 2
+    assert "is not text in this encoding" in done.stderr
 
 
 def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):

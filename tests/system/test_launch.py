@@ -1,11 +1,15 @@
 """``teleopctl launch`` in the foreground: output, crashes, respawning, Ctrl-C, arguments."""
 
+import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import psutil
 import pytest
 
-from tests.processes import eventually
+from tests.processes import LONGEST_WAIT_S, eventually
 
 STUBBORN = """
 import signal, sys, time
@@ -66,8 +70,6 @@ def test_the_death_of_one_process_leaves_the_others_and_the_launch_fails(ros):
 - executable: {cmd: "sh -c 'read x < fifo; echo still here'", output: screen}
 """,
     )
-    import os
-
     os.mkfifo(ros.folder / "fifo")
     launch = ros.spawn("launch file.yaml")
     launch.wait_for_line(
@@ -113,6 +115,43 @@ def test_the_end_of_a_required_process_ends_the_launch(ros, key):
     assert "process[true-2] was required: shutting down launched system" in launch.stdout
     assert "[INFO] [sleep-1]: process has finished cleanly" in launch.stdout
     assert launch.returncode == 0
+
+
+def test_a_node_that_is_interrupted_while_python_starts_ends_cleanly(ros):
+    os.mkfifo(ros.folder / "fifo")
+    (ros.folder / "sitecustomize.py").write_text("open('fifo').read()\n")
+    write(
+        ros,
+        f"""launch:
+- node:
+    pkg: teleop_py_pkg
+    exec: simple_publisher
+    env: [{{name: PYTHONPATH, value: '{ros.folder}'}}]
+""",
+    )
+    launch = ros.spawn("launch file.yaml")
+    with (ros.folder / "fifo").open("w"):  # it opens when the node's interpreter reads
+        launch.interrupt()
+        launch.wait_for_line("user interrupted")
+    launch.wait_for_line(r"\[INFO\] \[simple_publisher-1\]: process has finished cleanly")
+    assert launch.wait() == 130
+
+
+def test_a_launch_with_a_full_disk_behind_its_output_leaves_nothing_running(ros):
+    write(ros, "launch:\n- executable: {cmd: \"sh -c 'echo $$ > pid; exec sleep 600'\"}\n")
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-m", "teleopctl", "launch", "file.yaml"],
+            env=ros.env,
+            cwd=ros.folder,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=LONGEST_WAIT_S,
+        )
+    assert ended.stderr == "teleopctl: Cannot write: No space left on device\n"
+    pid = ros.folder / "pid"
+    assert not (pid.exists() and psutil.pid_exists(int(pid.read_text())))
 
 
 def test_who_does_not_listen_is_terminated_and_then_killed(ros):
@@ -174,9 +213,10 @@ def test_arguments_are_passed_and_unknown_ones_warned_about(ros):
     launch = ros.run("launch file.yaml who:=me whom:=you")
     assert "[INFO] [launch.user]: hello me\n" in launch.stdout
     assert "[WARNING] [launch]: launch argument 'whom' is not declared" in launch.stdout
-    wrong = ros.run("launch file.yaml a b")
-    assert wrong.returncode == 2
-    assert "malformed launch argument 'b'" in wrong.stderr
+    for line, word in (("file.yaml a", "a"), ("my_pkg file.yaml a", "a"), ("who:=me b", "b")):
+        wrong = ros.run(f"launch {line}")
+        assert wrong.returncode == 2
+        assert f"malformed launch argument '{word}'" in wrong.stderr
 
 
 def test_show_args_and_print_start_nothing(ros):
@@ -211,11 +251,16 @@ def test_show_args_and_print_start_nothing(ros):
             "display",
         ),
         ("launch display.yaml model:=nope.xacro", "nope.xacro", ""),
+        ("launch -d display.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
+        ("launch -d sim.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
     ],
 )
-def test_what_does_not_exist_is_named(ros, line, message, hint):
+def test_what_does_not_exist_or_does_not_parse_is_named(ros, line, message, hint):
+    (ros.folder / "pieces.urdf").write_text(
+        '<robot name="x"><link name="a"/><link name="b"/></robot>'
+    )
     result = ros.run(line)
-    assert result.returncode == 1
+    assert (result.stdout, result.returncode) == ("", 1)
     assert message in result.stderr
     assert hint in result.stderr
     assert "Traceback" not in result.stderr
@@ -264,6 +309,9 @@ def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(r
     nodes = ros.run("node list").stdout.split()
     assert {"/mujoco_sim", "/controller_manager", "/robot_state_publisher"} <= set(nodes)
     assert "/camera" not in nodes
+    second = ros.run("launch sim.yaml")
+    assert (second.stdout, second.returncode) == ("", 1)
+    assert "A simulation runs already" in second.stderr
     launch.interrupt()
     assert launch.wait() == 130
     assert "escalating" not in launch.stdout

@@ -112,6 +112,11 @@ def test_the_end_of_a_program_is_the_end_of_the_command(ros):
     assert failed.returncode == 1
     assert "fails.py" in failed.stderr.splitlines()[1]
     assert failed.stderr.endswith("ValueError: mine\n")
+    (ros.folder / "typo.py").write_text("x = (\n")
+    failed = ros.run("run ./typo.py")
+    assert failed.returncode == 1
+    assert "typo.py" in failed.stderr.splitlines()[0]
+    assert "SyntaxError" in failed.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(

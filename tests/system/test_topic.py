@@ -182,7 +182,7 @@ def test_echo_of_a_field_that_is_not_there(shared_talker):
 
 
 def test_hz_prints_the_rate(shared_talker):
-    meter = shared_talker.spawn("topic hz -w 10 /chatter")
+    meter = shared_talker.spawn("topic hz --wall-time -w 10 /chatter")
     rate = float(meter.wait_for_line(r"^average rate: (\d+\.\d{3})$")[1])
     assert rate > 0
     meter.wait_for_line(r"^\tmin: \d\.\d{3}s max: \d\.\d{3}s std dev: \d\.\d{5}s window: \d+$")
@@ -275,11 +275,10 @@ def test_pub_gives_up_waiting(ros):
     assert "0 of 1 subscribers" in done.stderr
 
 
-def test_pub_reads_standard_input(ros):
+@pytest.mark.parametrize("option", ["--stdin", "--yaml-file -"])
+def test_pub_reads_standard_input(ros, option):
     listener = ros.spawn(f"topic echo /chatter {STRING}")
-    sender = ros.run(
-        ["topic", "pub", "--once", "--yaml-file", "-", "/chatter", STRING], input="data: typed\n"
-    )
+    sender = ros.run(f"topic pub --once {option} /chatter {STRING}", input="data: typed\n")
     assert sender.returncode == 0
     listener.wait_for_line("^data: typed$")
 

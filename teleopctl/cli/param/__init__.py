@@ -10,7 +10,10 @@ GROUP = Group(
         "list": Verb(f"{__name__}.list_:list_parameters", "List parameters."),
         "get": Verb(f"{__name__}.value:get_parameter", "Print the value of a parameter."),
         "set": Verb(
-            f"{__name__}.value:set_parameter", "Change a parameter.", negative_numbers=True
+            f"{__name__}.value:set_parameter",
+            "Change a parameter.",
+            negative_numbers=True,
+            examples=("teleopctl param set /simple_parameter simple_int_param 24",),
         ),
         "delete": Verb(f"{__name__}.value:delete_parameter", "Delete a parameter."),
         "describe": Verb(f"{__name__}.describe:describe_parameters", "Explain parameters."),

@@ -9,9 +9,27 @@ GROUP = Group(
     {
         "list": Verb(f"{__name__}.list_:list_topics", "List the topics."),
         "info": Verb(f"{__name__}.info:topic_info", "Show who publishes and subscribes a topic."),
-        "echo": Verb(f"{__name__}.echo:echo", "Print the messages of a topic."),
-        "pub": Verb(f"{__name__}.pub:publish", "Publish messages to a topic."),
-        "hz": Verb(f"{__name__}.hz:measure_rate", "Measure the rate of topics."),
+        "echo": Verb(
+            f"{__name__}.echo:echo",
+            "Print the messages of a topic.",
+            examples=(
+                "teleopctl topic echo /joint_states --field position",
+                "teleopctl topic echo --once --full-length /robot_description",
+            ),
+        ),
+        "pub": Verb(
+            f"{__name__}.pub:publish",
+            "Publish messages to a topic.",
+            examples=(
+                'teleopctl topic pub --once /chatter std_msgs/msg/String "{data: hello}"',
+                'teleopctl topic pub -r 10 /cmd geometry_msgs/msg/Twist "{linear: {x: 0.5}}"',
+            ),
+        ),
+        "hz": Verb(
+            f"{__name__}.hz:measure_rate",
+            "Measure the rate of topics.",
+            examples=("teleopctl topic hz /image_raw /joint_states",),
+        ),
         "bw": Verb(f"{__name__}.bw:measure_bandwidth", "Measure the bandwidth of a topic."),
         "delay": Verb(f"{__name__}.delay:measure_delay", "Measure the age of stamped messages."),
         "type": Verb(f"{__name__}.type_find:topic_type", "Print the type of a topic."),

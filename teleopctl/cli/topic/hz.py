@@ -26,10 +26,15 @@ def measure_rate(
         str | None,
         Option("--filter", help="Count a message m only where this Python is true: m.data > 3."),
     ] = None,
+    wall_time: Annotated[
+        bool,
+        Option("--wall-time", help="Accepted for ROS 2's sake: messages are always timed so here."),
+    ] = False,
     all_topics: Annotated[bool, Option("-a", "--all", help="Measure every topic.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
 ) -> None:
     """Measure the rate of topics."""
+    del wall_time
     names = [absolute_name(name) for name in topic_names or []]
     if all_topics:
         names = [name for name, _ in live_graph().topic_names_and_types()]

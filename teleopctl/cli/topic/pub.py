@@ -66,6 +66,7 @@ def publish(
     node_name: Annotated[
         str | None, Option("-n", "--node-name", help="Name of the publishing node.")
     ] = None,
+    stdin: Annotated[bool, Option("--stdin", help="Read the message from standard input.")] = False,
     yaml_file: Annotated[
         str | None,
         Option("--yaml-file", help="Read the message from this file; - for standard input."),
@@ -84,7 +85,10 @@ def publish(
     if rate <= 0:
         raise TeleopctlError("The rate must be greater than zero", exit_status=2)
     count = 1 if once else times
-    text = _read(yaml_file) if yaml_file else values
+    if wait_matching_subscriptions is not None and wait_matching_subscriptions < 0:
+        raise TeleopctlError("There cannot be less than 0 subscriptions", exit_status=2)
+    file = "-" if stdin else yaml_file
+    text = _read(file) if file else values
     message_class = get_message(message_type)
     message_from_yaml(message_class, text)  # a mistake is reported before anything starts
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)

@@ -57,6 +57,7 @@ def find_source(topic: str, type_name: str | None) -> TopicSource:
         ensure_router()
         graph = Graph()
     message_type = normalize(type_name) if type_name else _only_type(graph, topic)
+    _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
     _warn_of_other_versions(topic, message_type, publishers)
     return TopicSource(topic, get_message(message_type), publishers)
@@ -99,6 +100,15 @@ def _only_type(graph: Graph, topic: str) -> str:
             hint="name the one that is meant",
         )
     return types[0]
+
+
+def _warn_of_other_types(topic: str, message_type: str, graph: Graph) -> None:
+    types = dict(graph.topic_names_and_types(include_hidden=True)).get(topic, [])
+    if types and message_type not in types:
+        console.warn(
+            f"topic [{topic}] has the type {', '.join(types)}: only messages of the type "
+            f"{message_type} are received"
+        )
 
 
 def _warn_of_other_versions(

@@ -6,6 +6,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
+from teleopctl.errors import TeleopctlError
+
 
 class Summary(NamedTuple):
     """Mean, extremes and standard deviation of some values."""
@@ -22,10 +24,13 @@ class Window:
 
     Args:
         size: How many are kept.
+
+    Raises:
+        TeleopctlError: The size is less than 1.
     """
 
     def __init__(self, size: int) -> None:
-        self._values: deque[float] = deque(maxlen=size)
+        self._values: deque[float] = deque(maxlen=_checked(size))
 
     def add(self, value: float) -> None:
         """Take one more value; the oldest falls out of a full window."""
@@ -46,10 +51,13 @@ class RateWindow:
 
     Args:
         size: How many arrivals are looked at.
+
+    Raises:
+        TeleopctlError: The size is less than 1.
     """
 
     def __init__(self, size: int) -> None:
-        self._intervals = Window(max(1, size - 1))
+        self._intervals = Window(max(1, _checked(size) - 1))
         self._last_s: float | None = None
         self.arrivals = 0
 
@@ -81,10 +89,13 @@ class BandwidthWindow:
 
     Args:
         size: How many messages are looked at.
+
+    Raises:
+        TeleopctlError: The size is less than 1.
     """
 
     def __init__(self, size: int) -> None:
-        self._messages: deque[tuple[float, int]] = deque(maxlen=size)
+        self._messages: deque[tuple[float, int]] = deque(maxlen=_checked(size))
 
     def arrive(self, time_s: float, size: int) -> None:
         """Note a message of ``size`` bytes at a time in seconds of any steady clock."""
@@ -140,3 +151,9 @@ def _with_unit(sizes: tuple[float, ...]) -> tuple[str, ...]:
         return tuple(f"{size:.0f} B" for size in sizes)
     divisor, unit = (1e3, "KB") if sizes[0] < 1e6 else (1e6, "MB")
     return tuple(f"{size / divisor:.2f} {unit}" for size in sizes)
+
+
+def _checked(window: int) -> int:
+    if window < 1:
+        raise TeleopctlError("The window must have at least one message", exit_status=2)
+    return window
