@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
+import psutil
+
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
 
@@ -137,12 +139,13 @@ class Process:
         return status
 
     def kill(self) -> None:
-        """End it and what it started, at once."""
-        with contextlib.suppress(OSError):
-            if os.name == "nt":
-                self._popen.kill()
-            else:
-                os.killpg(self._popen.pid, signal.SIGKILL)
+        """End it and what it started, in process groups of their own too, at once."""
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process = psutil.Process(self._popen.pid)
+            for descendant in process.children(recursive=True):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    descendant.kill()
+        self._popen.kill()
         self._popen.wait()
         if self._popen.stdin is not None:
             with contextlib.suppress(OSError):
@@ -240,6 +243,12 @@ class RosEnvironment:
         process = Process(
             [sys.executable, "-m", module, *_words(args)], self.env, cwd or self.folder
         )
+        self._processes.append(process)
+        return process
+
+    def spawn_command(self, argv: Sequence[str]) -> Process:
+        """Start any program; it is killed at the end of the test."""
+        process = Process(argv, self.env, self.folder)
         self._processes.append(process)
         return process
 

@@ -1,4 +1,4 @@
-"""What Tab offers for a topic, a node, a service or a parameter: whatever is live right now.
+"""What Tab offers: whatever is live right now, or lies on this machine.
 
 Completion never prints an error: without a router, or without an answer, it offers nothing.
 """
@@ -6,6 +6,7 @@ Completion never prints an error: without a router, or without an answer, it off
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -55,6 +56,104 @@ def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
     except TeleopctlError:
         return []
     return [name for name in names if name.startswith(incomplete)]
+
+
+def controllers(incomplete: str) -> list[str]:
+    """Names of the loaded controllers."""
+    from teleopctl.cli.control.session import DEFAULT_MANAGER, manager_client
+
+    # Asking takes a moment where nobody answers, so first see whether there is anybody.
+    if f"/{DEFAULT_MANAGER}" not in nodes(""):
+        return []
+    try:
+        with manager_client(DEFAULT_MANAGER) as client:
+            names = [controller.name for controller in client.controllers()]
+    except TeleopctlError:
+        return []
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def frames(incomplete: str) -> list[str]:
+    """Names of the frames that are broadcast within a moment."""
+    from teleopctl.cli.tf.frames import heard_frames
+
+    try:
+        return sorted(name for name in heard_frames() if name.startswith(incomplete))
+    except TeleopctlError:
+        return []
+
+
+def programs(context: typer.Context, incomplete: str) -> list[str]:
+    """For ``run``: packages and files first, then the programs of the package that was named."""
+    from teleopctl import packages
+
+    words = context.params.get("words") or []
+    names: set[str] = set()
+    if not words:
+        names.update(package.name for package in packages.list_packages() if package.executables)
+        names.update(str(path) for path in Path().glob("*.py"))
+    elif len(words) == 1:
+        names.update(
+            name
+            for package in packages.list_packages()
+            if package.name == words[0]
+            for name in package.executables
+        )
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def launch_words(context: typer.Context, incomplete: str) -> list[str]:
+    """For ``launch``: files and packages, then a package's files or a file's arguments."""
+    from teleopctl.launch.finding import files_in_package, is_launch_file
+
+    try:
+        match context.params.get("words") or []:
+            case []:
+                names = _launch_files_and_packages()
+            case [file, *_] if is_launch_file(file):
+                names = _launch_arguments(None, file)
+            case [package]:
+                names = files_in_package(package)
+            case [package, file, *_]:
+                names = _launch_arguments(package, file)
+    except TeleopctlError:
+        return []
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def running_processes(incomplete: str) -> list[str]:
+    """Names of what runs in the background."""
+    from teleopctl.launch.running import running
+
+    return sorted({e.record.name for e in running() if e.record.name.startswith(incomplete)})
+
+
+def logged_processes(incomplete: str) -> list[str]:
+    """The same, with what has ended in launches that still run."""
+    from teleopctl.launch.running import running
+
+    names = {entry.record.name for entry in running(include_ended=True)}
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def _launch_files_and_packages() -> list[str]:
+    from teleopctl import packages
+    from teleopctl.launch.finding import builtin_files, files_in_package, is_launch_file
+
+    files = (path for path in sorted(Path().iterdir()) if is_launch_file(path.name))
+    listed = (package.name for package in packages.list_packages())
+    return [
+        *builtin_files(),
+        *map(str, files),
+        *(package for package in listed if files_in_package(package)),
+    ]
+
+
+def _launch_arguments(package: str | None, file: str) -> list[str]:
+    from teleopctl.launch.arguments import argument_names
+    from teleopctl.launch.finding import find_launch_file
+
+    return [f"{name}:=" for name in argument_names(find_launch_file(package, file))]
 
 
 def _matching(incomplete: str, names: Callable[[Graph], Iterable[str]]) -> list[str]:

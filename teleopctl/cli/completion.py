@@ -5,11 +5,8 @@ from __future__ import annotations
 import os
 
 from teleopctl.cli import console
+from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Verb
-
-PROGRAM = "teleopctl"
-VARIABLE = "_TELEOPCTL_COMPLETE"
-"""The environment variable by which the script tells the program to list candidates."""
 
 GROUP = Group(
     "Print the completion script of a shell.",
@@ -39,7 +36,7 @@ complete -o default -F _teleopctl_completion {program}"""
 
 def bash() -> None:
     """Print bash's script."""
-    console.out(_BASH.format(variable=VARIABLE, program=PROGRAM))
+    console.out(_BASH.format(variable=COMPLETION_VARIABLE, program=PROGRAM))
 
 
 def zsh() -> None:
@@ -66,5 +63,5 @@ def typed_words() -> list[str]:
 def _print_script(shell: str) -> None:
     from teleopctl.cli import typer_app
 
-    os.environ[VARIABLE] = f"source_{shell}"
+    os.environ[COMPLETION_VARIABLE] = f"source_{shell}"
     typer_app.answer_shell({}, [])

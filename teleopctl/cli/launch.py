@@ -1,96 +1,48 @@
 """``teleopctl launch``: many nodes from a launch file."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from teleopctl.cli import console
-from teleopctl.cli.verb import epilog
+from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
     from teleopctl.launch.plan import LaunchPlan
     from teleopctl.launch.status import ProcessStatus
 
-app = typer.Typer(add_completion=False)
-
-
-def _complete(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Files and packages first, then the files of the package or the arguments of the file."""
-    from teleopctl.launch.finding import files_in_package
-
-    try:
-        match ctx.params.get("words") or []:
-            case []:
-                names = _files_and_packages()
-            case [file, *_] if _is_launch_file(file):
-                names = _arguments(None, file)
-            case [package]:
-                names = files_in_package(package)
-            case [package, file, *_]:
-                names = _arguments(package, file)
-    except TeleopctlError:
-        return []
-    return [name for name in names if name.startswith(incomplete)]
-
-
-def _files_and_packages() -> list[str]:
-    from teleopctl import packages
-    from teleopctl.launch.finding import SUFFIXES, builtin_files, files_in_package
-
-    files = (path for path in sorted(Path().iterdir()) if path.suffix in SUFFIXES)
-    listed = (package.name for package in packages.list_packages())
-    return [
-        *builtin_files(),
-        *map(str, files),
-        *(package for package in listed if files_in_package(package)),
-    ]
-
-
-def _arguments(package: str | None, file: str) -> list[str]:
-    from teleopctl.launch.arguments import argument_names
-    from teleopctl.launch.finding import find_launch_file
-
-    return [f"{name}:=" for name in argument_names(find_launch_file(package, file))]
-
-
-@app.command(
-    context_settings={"help_option_names": ["-h", "--help"]},
-    epilog=epilog(
-        (
-            "teleopctl launch sim.yaml camera:=false",
-            "teleopctl launch --detach display.yaml model:=my_robot.urdf.xacro",
-        )
+VERB = Verb(
+    f"{__name__}:launch",
+    "Start what a launch file describes, show its output and stop it on Ctrl-C.",
+    examples=(
+        "teleopctl launch sim.yaml camera:=false",
+        "teleopctl launch --detach display.yaml model:=my_robot.urdf.xacro",
     ),
 )
+
+
 def launch(
     words: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="[PACKAGE] FILE [NAME:=VALUE]...",
             help="A YAML launch file, by path, of a package, or a built-in one; its arguments.",
-            autocompletion=_complete,
+            complete="launch_words",
         ),
     ],
     show_args: Annotated[
-        bool, typer.Option("--show-args", "-s", help="List the file's arguments.")
+        bool, Option("--show-args", "-s", help="List the file's arguments.")
     ] = False,
     print_plan: Annotated[
         bool,
-        typer.Option("--print", "-p", "--print-description", help="Print what would be started."),
+        Option("--print", "-p", "--print-description", help="Print what would be started."),
     ] = False,
     noninteractive: Annotated[
         bool,
-        typer.Option(
-            "--noninteractive", "-n", help="Accepted for ROS 2's sake: it is always so here."
-        ),
+        Option("--noninteractive", "-n", help="Accepted for ROS 2's sake: it is always so here."),
     ] = False,
     show_all: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--show-all-subprocesses-output",
             "-a",
             help="Show the standard output of every process.",
@@ -98,11 +50,9 @@ def launch(
     ] = False,
     launch_prefix: Annotated[
         str | None,
-        typer.Option("--launch-prefix", help="Words to put before each command line."),
+        Option("--launch-prefix", help="Words to put before each command line."),
     ] = None,
-    detach: Annotated[
-        bool, typer.Option("--detach", "-d", help="Return once everything is up.")
-    ] = False,
+    detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
 ) -> int:
     """Start what a launch file describes, show its output and stop it on Ctrl-C."""
     del noninteractive
@@ -142,13 +92,15 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
     Raises:
         TeleopctlError: There is no file, or an argument is not ``name:=value``.
     """
+    from teleopctl.launch.finding import is_launch_file
+
     names: list[str] = []
     arguments: dict[str, str] = {}
     for word in words:
         name, separator, value = word.partition(":=")
         if separator and name:
             arguments[name] = value
-        elif arguments or separator or len(names) == 2 or any(map(_is_launch_file, names)):
+        elif arguments or separator or len(names) == 2 or any(map(is_launch_file, names)):
             raise TeleopctlError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'",
                 exit_status=2,
@@ -160,13 +112,7 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
     return (names[0] if len(names) == 2 else None), names[-1], arguments
 
 
-def _is_launch_file(name: str) -> bool:
-    from teleopctl.launch.finding import SUFFIXES
-
-    return name.endswith(SUFFIXES)
-
-
-def _report(process: ProcessStatus, node: str | None) -> None:
+def _report(process: "ProcessStatus", node: str | None) -> None:
     if process.state == "finished":
         console.out(f"{process.name} has finished")
     else:
@@ -175,7 +121,7 @@ def _report(process: ProcessStatus, node: str | None) -> None:
     console.flush()
 
 
-def _print(plan: LaunchPlan) -> None:
+def _print(plan: "LaunchPlan") -> None:
     from teleopctl.launch.status import command_text
 
     for process in plan.processes:

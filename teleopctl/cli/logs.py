@@ -1,49 +1,42 @@
 """``teleopctl logs``: what a background process wrote."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.running import find_running, newest_log, running
+from teleopctl.launch.running import find_running, newest_log
 
-app = typer.Typer(add_completion=False)
+VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
 
 # A file cannot be waited for on every system: it is read this often, in seconds.
 _READ_EVERY_S = 0.1
 _BLOCK = 1 << 16
 
 
-def _complete_name(incomplete: str) -> list[str]:
-    names = [entry.record.name for entry in running(include_ended=True)]
-    return sorted({name for name in names if name.startswith(incomplete)})
-
-
-@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def logs(
     name: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="NAME",
             help="As `teleopctl ps` lists it, or a node.",
-            autocompletion=_complete_name,
+            complete="logged_processes",
         ),
     ],
     follow: Annotated[
-        bool, typer.Option("--follow", "-f", help="Go on until the process ends, or Ctrl-C.")
+        bool, Option("--follow", "-f", help="Go on until the process ends, or Ctrl-C.")
     ] = False,
     lines: Annotated[
-        int | None, typer.Option("--lines", "-n", min=0, help="Begin with the last N lines.")
+        int | None, Option("--lines", "-n", metavar="N", help="Begin with the last N lines.")
     ] = None,
 ) -> int:
     """Print the output of a background process."""
+    if lines is not None and lines < 0:
+        raise TeleopctlError("The number of lines must not be negative", exit_status=2)
     log_file, is_running = _find(name)
     try:
         with log_file.open("rb") as log:

@@ -1,22 +1,27 @@
 """The ``teleopctl`` command: which verb lives where, and how a run of it ends.
 
-A verb's module is imported when the verb is named and never before. It offers either ``GROUP``, a
-[`Group`][teleopctl.cli.verb.Group] of light declarations, or ``app``, a ``typer.Typer``; an app
-with a single command is the verb itself (give it a callback if it is to stay a group).
+A verb's module is imported when the verb is named and never before. It offers ``GROUP``, a
+[`Group`][teleopctl.cli.verb.Group] of verbs, or ``VERB``, a [`Verb`][teleopctl.cli.verb.Verb] that
+stands alone.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from teleopctl import __version__
 from teleopctl.cli import console
+from teleopctl.cli.program import COMPLETION_VARIABLE
 from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.cli.verb import Verb
 
 INTERRUPTED = 130
 
@@ -39,6 +44,10 @@ VERBS: dict[str, tuple[str, str]] = {
 
 def main() -> NoReturn:
     """Run the command line of this process and end with its exit status."""
+    # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
+    # by it all the same, and whoever started them counts on that.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.exit(run(sys.argv[1:]))
 
 
@@ -80,7 +89,7 @@ def _dispatch(words: list[str]) -> int:
     if words == ["--version"]:
         console.out(f"teleopctl {__version__}")
         return 0
-    if "_TELEOPCTL_COMPLETE" in os.environ:
+    if COMPLETION_VARIABLE in os.environ:
         from teleopctl.cli import completion, typer_app
 
         typer_app.answer_shell(VERBS, completion.typed_words())
@@ -94,17 +103,20 @@ def _dispatch(words: list[str]) -> int:
 
 def _run_quickly(words: list[str]) -> int | None:
     """Run a well-formed command line of a light verb; None when Typer has to look at it."""
-    if len(words) < 2 or words[0] not in VERBS:
+    if not words or words[0] not in VERBS:
         return None
     from teleopctl.cli import quick
-    from teleopctl.cli.verb import Group
 
-    group = getattr(import_module(VERBS[words[0]][0]), "GROUP", None)
-    verb = group.verbs.get(words[1]) if isinstance(group, Group) else None
+    first, *rest = words
+    module = import_module(VERBS[first][0])
+    verb: Verb | None = getattr(module, "VERB", None)
+    if verb is None and rest:
+        second, *rest = rest
+        verb = module.GROUP.verbs.get(second)
     if verb is None:
         return None
     function = verb.load()
-    values = quick.parse(function, words[2:], negative_numbers=verb.negative_numbers)
+    values = quick.parse(verb, function, rest)
     return None if values is None else function(**values) or 0
 
 

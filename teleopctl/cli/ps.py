@@ -1,28 +1,27 @@
 """``teleopctl ps``: what runs in the background."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import time
 from typing import Annotated
 
-import typer
-
 from teleopctl.cli import console
+from teleopctl.cli.verb import Option, Verb
 from teleopctl.launch.running import Running, running
 from teleopctl.launch.status import command_text
 
-app = typer.Typer(add_completion=False)
+VERB = Verb(f"{__name__}:ps", "List what runs in the background.")
 
 _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
 
 
-@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def ps(
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
-    """List what runs in the background; what a launch started stands below it."""
+    """List what runs in the background.
+
+    What a launch started stands below it.
+    """
     entries = running()
     now = time.time()
     if as_json:

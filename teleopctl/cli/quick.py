@@ -9,20 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from teleopctl.cli.verb import Argument, Option, Parameter, parameters
+from teleopctl.cli.verb import Argument, Option, Parameter, Verb, parameters
 
 _NUMBER_CHARACTERS = frozenset("0123456789.")
 
 
 def parse(
-    function: Callable[..., object], words: Sequence[str], *, negative_numbers: bool = False
+    verb: Verb, function: Callable[..., object], words: Sequence[str]
 ) -> dict[str, object] | None:
     """The keyword arguments that a command line means, or None where Typer has to look.
 
     Args:
-        function: The verb's function.
+        verb: The verb.
+        function: Its function.
         words: The command line behind the verb.
-        negative_numbers: Whether ``-1`` is an argument.
     """
     declared = parameters(function)
     options = {
@@ -37,7 +37,11 @@ def parse(
     positional: list[str] = []
     remaining = iter(words)
     for word in remaining:
-        if not word.startswith("-") or (negative_numbers and _is_negative_number(word)):
+        if (
+            not word.startswith("-")
+            or (verb.passes_on and positional)
+            or (verb.negative_numbers and _is_negative_number(word))
+        ):
             positional.append(word)
         elif not _take_option(options, word, remaining, values):
             return None

@@ -1,67 +1,42 @@
 """``teleopctl run``: one node, in this process."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
-
-import typer
 
 from teleopctl import packages
 from teleopctl.cli import console
-from teleopctl.cli.verb import epilog
+from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import Executable
 
-app = typer.Typer(add_completion=False)
-
-
-def _complete_executable(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Packages first, then the programs of the one that was named."""
-    words = ctx.params.get("words") or []
-    names: set[str] = set()
-    if not words:
-        names.update(package.name for package in packages.list_packages() if package.executables)
-        names.update(str(path) for path in Path().glob("*.py"))
-    elif len(words) == 1:
-        names.update(
-            name
-            for package in packages.list_packages()
-            if package.name == words[0]
-            for name in package.executables
-        )
-    return sorted(name for name in names if name.startswith(incomplete))
-
-
-@app.command(
-    context_settings={"allow_interspersed_args": False, "help_option_names": ["-h", "--help"]},
-    epilog=epilog(
-        (
-            "teleopctl run teleop_py_pkg simple_publisher",
-            "teleopctl run ./my_node.py --ros-args -r chatter:=/talk -p rate:=5",
-        )
+VERB = Verb(
+    f"{__name__}:run",
+    "Start one node: a program of a package, or a Python file by its path.",
+    passes_on=True,
+    examples=(
+        "teleopctl run teleop_py_pkg simple_publisher",
+        "teleopctl run ./my_node.py --ros-args -r chatter:=/talk -p rate:=5",
     ),
 )
+
+
 def run(
     words: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="[PACKAGE] EXECUTABLE|FILE [ARGS]...",
             help="What to run, and what is handed to it untouched, such as "
             "--ros-args -p NAME:=VALUE.",
-            autocompletion=_complete_executable,
+            complete="programs",
         ),
     ],
     prefix: Annotated[
-        str | None, typer.Option("--prefix", help="Words to put before the command line.")
+        str | None, Option("--prefix", help="Words to put before the command line.")
     ] = None,
-    detach: Annotated[
-        bool, typer.Option("--detach", "-d", help="Return once the node is up.")
-    ] = False,
+    detach: Annotated[bool, Option("--detach", "-d", help="Return once the node is up.")] = False,
 ) -> int:
     """Start one node: a program of a package, or a Python file by its path.
 

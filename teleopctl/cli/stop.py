@@ -1,39 +1,32 @@
 """``teleopctl stop``: ends what runs in the background."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Sequence
 from typing import Annotated
 
-import typer
-
 from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.launch import status
 from teleopctl.launch.running import Running, find_running, running
 from teleopctl.launch.running import stop as stop_process
 
-app = typer.Typer(add_completion=False)
+VERB = Verb(
+    f"{__name__}:stop",
+    "End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.",
+)
 
 
-def _complete_names(incomplete: str) -> list[str]:
-    return sorted(
-        {entry.record.name for entry in running() if entry.record.name.startswith(incomplete)}
-    )
-
-
-@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def stop(
     names: Annotated[
         list[str] | None,
-        typer.Argument(
+        Argument(
             metavar="NAME",
             help="As `teleopctl ps` lists them, or nodes; none for every node and launch.",
-            autocompletion=_complete_names,
+            complete="running_processes",
         ),
     ] = None,
     everything: Annotated[
-        bool, typer.Option("--all", help="Stop every node and launch, and then the router.")
+        bool, Option("--all", help="Stop every node and launch, and then the router.")
     ] = False,
 ) -> int:
     """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL."""

@@ -17,7 +17,8 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command, get_group, get_install_completion_arguments
 
-from teleopctl.cli import candidates, completion
+from teleopctl.cli import candidates
+from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, epilog, parameters
 from teleopctl.errors import TeleopctlError
 
@@ -36,11 +37,11 @@ def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
         TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
     """
     tree = command_tree(table, words)
-    line = list(words)
+    line = _spread_lists(tree, words)
     if not line or (len(line) == 1 and isinstance(tree.commands.get(line[0]), TyperGroup)):
         line.append("--help")
     try:
-        with tree.make_context(completion.PROGRAM, line) as context:
+        with tree.make_context(PROGRAM, line) as context:
             status = tree.invoke(context)
     except typer.Exit as end:
         return end.exit_code
@@ -59,7 +60,7 @@ def answer_shell(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
         words: The command line so far, to know which verb to load.
     """
     get_install_completion_arguments()  # makes Typer's shells known, which it does not do alone
-    command_tree(table, words).main(prog_name=completion.PROGRAM, complete_var=completion.VARIABLE)
+    command_tree(table, words).main(prog_name=PROGRAM, complete_var=COMPLETION_VARIABLE)
     sys.exit(0)
 
 
@@ -84,16 +85,14 @@ def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
     tree = get_group(root)
     position, chosen = _first_word(words)
     if chosen in table:
-        module_name, short_help = table[chosen]
-        module = import_module(module_name)
-        group = getattr(module, "GROUP", None)
-        if isinstance(group, Group):
-            tree.add_command(_group_command(group, words[position + 1 :]), chosen)
+        module = import_module(table[chosen][0])
+        verb: Verb | None = getattr(module, "VERB", None)
+        if verb is None:
+            tree.add_command(_group_command(module.GROUP, words[position + 1 :]), chosen)
         else:
-            module.app.rich_markup_mode = _markup_mode()
-            command = get_command(module.app)
-            command.help = command.help or short_help
-            tree.add_command(command, chosen)
+            app = _new_app()
+            _add_verb(app, chosen, verb, _typer_function(verb))
+            tree.add_command(get_command(app), chosen)
     return tree
 
 
@@ -107,14 +106,40 @@ def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
     _, chosen = _first_word(words)
     for verb_name, verb in group.verbs.items():
         function = _typer_function(verb) if verb_name == chosen else _placeholder
-        settings = {"ignore_unknown_options": True} if verb.negative_numbers else None
-        app.command(
-            verb_name,
-            help=_long_help(verb, function),
-            epilog=epilog(verb.examples),
-            context_settings=settings,
-        )(function)
+        _add_verb(app, verb_name, verb, function)
     return get_group(app)
+
+
+def _spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
+    """Turn ``--activate a b``, as `argparse` reads it, into ``--activate a --activate b``."""
+    command: Any = tree
+    spread: list[str] = []
+    flag: str | None = None
+    for word in words:
+        if isinstance(command, TyperGroup) and word in command.commands:
+            command = command.commands[word]
+        elif word.startswith("-"):
+            lists = {name for option in command.params if option.multiple for name in option.opts}
+            flag = word if word in lists else None
+            if flag:
+                continue
+        elif flag:
+            spread.append(flag)
+        spread.append(word)
+    return spread
+
+
+def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., int | None]) -> None:
+    app.command(
+        name,
+        help=_long_help(verb, function),
+        epilog=epilog(verb.examples),
+        context_settings={
+            "help_option_names": ["-h", "--help"],
+            "ignore_unknown_options": verb.negative_numbers,
+            "allow_interspersed_args": not verb.passes_on,
+        },
+    )(function)
 
 
 def _first_word(words: Sequence[str]) -> tuple[int, str]:
@@ -206,7 +231,7 @@ def _placeholder() -> None:
 
 def _usage_error(wrong: typer.TyperException) -> TeleopctlError:
     context = getattr(wrong, "ctx", None)
-    path = context.command_path if context is not None else completion.PROGRAM
+    path = context.command_path if context is not None else PROGRAM
     return TeleopctlError(
         # "Value error" is how the library behind Typer's types introduces any wrong value.
         wrong.format_message().replace("Value error, ", ""),

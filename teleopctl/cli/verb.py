@@ -70,10 +70,11 @@ class Verb:
         target: ``"package.module:function"``. The function returns an exit status or None.
         help: One line for the list of verbs.
         negative_numbers: Whether ``-1`` may be an argument, rather than a misspelled option.
+        passes_on: Whether all that follows the first argument is arguments, to be passed on.
         examples: Command lines to end ``--help`` with.
     """
 
-    __slots__ = ("examples", "help", "negative_numbers", "target")
+    __slots__ = ("examples", "help", "negative_numbers", "passes_on", "target")
 
     def __init__(
         self,
@@ -81,12 +82,14 @@ class Verb:
         help: str,  # noqa: A002 - the word that argument parsers use
         *,
         negative_numbers: bool = False,
+        passes_on: bool = False,
         examples: tuple[str, ...] = (),
     ) -> None:
         self.examples = examples
         self.target = target
         self.help = help
         self.negative_numbers = negative_numbers
+        self.passes_on = passes_on
 
     def load(self) -> Callable[..., int | None]:
         """Import and return the function."""
@@ -135,7 +138,8 @@ class Parameter:
 def parameters(function: Callable[..., object]) -> list[Parameter]:
     """The declared parameters of a verb's function, in order.
 
-    Reads the function's own tables, since ``inspect`` costs as much as the query itself.
+    Reads the function's own tables, since ``inspect`` costs as much as the query itself. They
+    hold the declarations themselves only where the module does not postpone its annotations.
     """
     code = function.__code__
     positional = code.co_varnames[: code.co_argcount]

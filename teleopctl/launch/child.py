@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from teleopctl.launch.plan import ProcessPlan
-from teleopctl.launch.screen import Screen, Stream
+from teleopctl.launch.screen import Screen
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
@@ -127,8 +127,11 @@ class Child:
         assert process.stderr is not None
         with self.log_file.open("ab", buffering=0) as log:
             readers = [
-                threading.Thread(target=self._relay, args=(stream, pipe, log), daemon=True)
-                for stream, pipe in (("stdout", process.stdout), ("stderr", process.stderr))
+                threading.Thread(target=self._relay, args=(pipe, log, shown), daemon=True)
+                for pipe, shown in (
+                    (process.stdout, self.plan.show_stdout),
+                    (process.stderr, True),
+                )
             ]
             for reader in readers:
                 reader.start()
@@ -137,15 +140,14 @@ class Child:
                 reader.join(_LAST_WORDS_S)
         self._on_exit(self)
 
-    def _relay(self, stream: Stream, pipe: IO[bytes], log: IO[bytes]) -> None:
-        shown = stream == "stderr" or self.plan.show_stdout
+    def _relay(self, pipe: IO[bytes], log: IO[bytes], shown: bool) -> None:
         # The log is closed under a reader whose pipe a descendant of the process keeps open.
         with contextlib.suppress(ValueError, OSError), pipe:
             for line in pipe:
                 with contextlib.suppress(OSError):  # a full disk, which the process can live with
                     log.write(line)
                 if shown:
-                    self._screen.relay(stream, self.plan.name, line)
+                    self._screen.relay(self.plan.name, line)
 
 
 @contextlib.contextmanager

@@ -13,6 +13,11 @@ SUFFIXES = (".yaml", ".yml")
 """The endings of launch files."""
 
 
+def is_launch_file(name: str) -> bool:
+    """Whether a name has the ending of a launch file."""
+    return name.endswith(SUFFIXES)
+
+
 def builtin_files() -> list[str]:
     """Return the names of the launch files that teleopctl brings."""
     return sorted(path.name for path in _BUILTIN.glob("*.yaml"))

@@ -7,9 +7,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO, Literal
-
-Stream = Literal["stdout", "stderr"]
+from typing import BinaryIO
 
 
 class Screen:
@@ -33,12 +31,12 @@ class Screen:
             # On a full disk the launch goes on without its log.
             with contextlib.suppress(OSError):
                 self._log.write(line)
-        self._write("stdout", line)
+        self._write(line)
 
-    def relay(self, stream: Stream, name: str, line: bytes) -> None:
-        """Write a line of a process to the stream that it came from."""
+    def relay(self, name: str, line: bytes) -> None:
+        """Write a line of a process, whichever stream it came from, as ROS 2's launch does."""
         ending = b"" if line.endswith(b"\n") else b"\n"
-        self._write(stream, b"[" + name.encode() + b"] " + line + ending)
+        self._write(b"[" + name.encode() + b"] " + line + ending)
 
     def close(self) -> None:
         """Close the log file."""
@@ -46,14 +44,13 @@ class Screen:
             self._log.close()
             self._log = None
 
-    def _write(self, stream: Stream, data: bytes) -> None:
-        target = sys.stdout.buffer if stream == "stdout" else sys.stderr.buffer
+    def _write(self, data: bytes) -> None:
         with self._lock:
             if self._closed:
                 return
             try:
-                target.write(data)
-                target.flush()
+                sys.stdout.buffer.write(data)
+                sys.stdout.buffer.flush()
                 return
             except (OSError, ValueError):
                 self._closed = True

@@ -5,15 +5,14 @@ from __future__ import annotations
 import contextlib
 import sys
 
-from teleopctl.errors import TeleopctlError
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
     SingleThreadedExecutor,
-    get_default_context,
     init,
     try_shutdown,
 )
+from teleopctl.nodes.only_one import refuse_a_second
 
 # Seconds for which a busy service thread may keep the control loop from running.
 _SWITCH_INTERVAL = 0.001
@@ -41,8 +40,6 @@ def main(args: list[str] | None = None) -> int:
 def _run(arguments: list[str]) -> None:
     from teleopctl.control.host import ControllerManagerHost
 
-    # Asked before the node announces itself, so that it does not find itself.
-    present = _names_in_graph(get_default_context().domain_id)
     executor = SingleThreadedExecutor()
     node = Node(
         "controller_manager",
@@ -50,13 +47,7 @@ def _run(arguments: list[str]) -> None:
         automatically_declare_parameters_from_overrides=True,
     )
     try:
-        name = node.get_fully_qualified_name()
-        if name in present:
-            raise TeleopctlError(
-                f"A node named {name} is already running: there cannot be two controller managers",
-                hint="stop it first (`teleopctl ps` shows what runs in the background), or give "
-                "this one another name with --ros-args -r __node:=NAME",
-            )
+        refuse_a_second(node)
         executor.add_node(node)
         host = ControllerManagerHost(node, executor, arguments)
         with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
@@ -65,21 +56,6 @@ def _run(arguments: list[str]) -> None:
         host.close()
     finally:
         node.destroy_node()
-
-
-def _names_in_graph(domain: int) -> list[str]:
-    """Full names of all nodes, asked of the router, which knows them without having to wait."""
-    from teleopctl.wire.graph import query_graph
-    from teleopctl.wire.session import RouterNotRunning, open_session
-
-    try:
-        session = open_session("client")
-    except RouterNotRunning:
-        return []
-    try:
-        return query_graph(session, domain).node_names(include_hidden=True)
-    finally:
-        session.close()
 
 
 if __name__ == "__main__":

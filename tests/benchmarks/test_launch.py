@@ -63,7 +63,7 @@ def test_launch_to_active_controllers(ros: RosEnvironment, tmp_path: Path, capsy
         for name, seconds in sorted(medians.items(), key=lambda item: item[1]):
             print(f"  {seconds:6.2f} s  {name}")
         active = medians[STAGES[-1][0]]
-        print(f"  against one process that compiles the model ({floor:.2f} s): {active / floor:.2f}")
+        print(f"  ratio to a process that compiles the model ({floor:.2f} s): {active / floor:.2f}")
 
 
 def test_where_a_node_spends_its_start(ros: RosEnvironment, tmp_path: Path, capsys):

@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from teleopctl.cli import completion, main
+from teleopctl.cli import main
+from teleopctl.cli.program import COMPLETION_VARIABLE
 
 
 @pytest.mark.parametrize(
@@ -20,8 +21,8 @@ from teleopctl.cli import completion, main
     ],
 )
 def test_each_shell_has_a_script(capsys, monkeypatch, shell, mark):
-    monkeypatch.setenv(completion.VARIABLE, "")
-    monkeypatch.delenv(completion.VARIABLE)
+    monkeypatch.setenv(COMPLETION_VARIABLE, "")
+    monkeypatch.delenv(COMPLETION_VARIABLE)
     try:
         status = main.run(["completion", shell])
     except SystemExit as end:
@@ -29,12 +30,12 @@ def test_each_shell_has_a_script(capsys, monkeypatch, shell, mark):
     assert not status
     script = capsys.readouterr().out
     assert mark in script
-    assert completion.VARIABLE in script
+    assert COMPLETION_VARIABLE in script
 
 
 def candidates(monkeypatch, capsys, line: str) -> list[str]:
     words = line.split(" ")
-    monkeypatch.setenv(completion.VARIABLE, "complete_bash")
+    monkeypatch.setenv(COMPLETION_VARIABLE, "complete_bash")
     monkeypatch.setenv("COMP_WORDS", line)
     monkeypatch.setenv("COMP_CWORD", str(len(words) - 1))
     with pytest.raises(SystemExit):
@@ -55,6 +56,26 @@ def test_live_nodes_and_the_types_of_a_topic_are_completed(ros, monkeypatch, cap
     assert candidates(monkeypatch, capsys, "teleopctl topic echo chatter ") == [
         "std_msgs/msg/String"
     ]
+
+
+def test_frames_and_what_runs_in_the_background_are_completed(ros, monkeypatch, capsys):
+    ros.run("run --detach tf2_ros static_transform_publisher --frame-id map --child-frame-id odom")
+    assert ros.run("topic echo --once /tf_static").returncode == 0
+    assert candidates(monkeypatch, capsys, "teleopctl tf echo map o") == ["odom"]
+    assert candidates(monkeypatch, capsys, "teleopctl stop st") == ["static_transform_publisher"]
+    assert candidates(monkeypatch, capsys, "teleopctl logs st") == ["static_transform_publisher"]
+
+
+def test_controllers_are_completed(ros, monkeypatch, capsys):
+    line = "teleopctl control set_controller_state "
+    assert candidates(monkeypatch, capsys, line) == []
+    up = ros.run("launch --detach controller.yaml")
+    assert up.returncode == 0, up.stderr
+    assert set(candidates(monkeypatch, capsys, line)) == {
+        "joint_state_broadcaster",
+        "arm_controller",
+        "gripper_controller",
+    }
 
 
 def test_launch_files_their_packages_and_their_arguments_are_completed(

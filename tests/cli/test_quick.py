@@ -33,12 +33,26 @@ def many(names: Annotated[list[str], Argument(help="Names.")]) -> None:
     seen.append(dict(locals()))
 
 
-def typer_reading(function, words, *, negative_numbers=False):
+def program(
+    words: Annotated[list[str], Argument(help="A program and its arguments.")],
+    detach: Annotated[bool, Option("-d", help="A flag.")] = False,
+) -> None:
+    seen.append(dict(locals()))
+
+
+def verb_of(function, **options):
+    return Verb(f"{__name__}:{function.__name__}", "help", **options)
+
+
+def quick_reading(function, words, **options):
+    return quick.parse(verb_of(function, **options), function, words)
+
+
+def typer_reading(function, words, **options):
     """What Typer hands to the function, or None where it refuses the line."""
-    verb = Verb(f"{__name__}:{function.__name__}", "help", negative_numbers=negative_numbers)
+    verb = verb_of(function, **options)
     app = typer.Typer(add_completion=False)
-    settings = {"ignore_unknown_options": True} if negative_numbers else None
-    app.command(context_settings=settings)(typer_app._typer_function(verb))
+    typer_app._add_verb(app, "sample", verb, typer_app._typer_function(verb))
     seen.clear()
     try:
         with get_command(app).make_context("sample", list(words)) as context:
@@ -56,9 +70,21 @@ WORDS = st.lists(st.sampled_from([*OPTIONS.split(), *VALUES]), max_size=6)
 
 @given(WORDS, st.booleans())
 def test_what_it_accepts_typer_reads_alike(words, negative_numbers):
-    values = quick.parse(sample, words, negative_numbers=negative_numbers)
+    values = quick_reading(sample, words, negative_numbers=negative_numbers)
     if values is not None:
         assert values == typer_reading(sample, words, negative_numbers=negative_numbers)
+
+
+@given(st.lists(st.sampled_from(["-d", "-x", "--ros-args", "a", "-1", "--"]), max_size=5))
+def test_what_it_passes_on_typer_passes_on_alike(words):
+    values = quick_reading(program, words, passes_on=True)
+    if values is not None:
+        assert values == typer_reading(program, words, passes_on=True)
+
+
+def test_options_behind_the_first_argument_are_passed_on():
+    line = ["-d", "talker", "--ros-args", "-p", "rate:=5", "-d"]
+    assert quick_reading(program, line, passes_on=True) == {"detach": True, "words": line[1:]}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +100,7 @@ def test_what_it_accepts_typer_reads_alike(words, negative_numbers):
 def test_well_formed_lines_need_no_typer(words, changed):
     expected = {"name": "/a", "value": None, "verbose": False, "rate": 1.0, "times": None}
     expected |= {"count": False, "field": None, "policy": None}
-    assert quick.parse(sample, words) == expected | changed
+    assert quick_reading(sample, words) == expected | changed
 
 
 @pytest.mark.parametrize(
@@ -82,13 +108,14 @@ def test_well_formed_lines_need_no_typer(words, changed):
     ["", "a b c", "a --help", "a --rate", "a --times 1.5", "a --policy loud", "a -1", "a -v=1"],
 )
 def test_it_leaves_mistakes_to_typer(line):
-    assert quick.parse(sample, line.split()) is None
+    assert quick_reading(sample, line.split()) is None
 
 
 def test_a_list_takes_all_that_is_left():
-    assert quick.parse(many, ["a", "b"]) == {"names": ["a", "b"]} == typer_reading(many, ["a", "b"])
-    assert quick.parse(many, []) is None
+    names = ["a", "b"]
+    assert quick_reading(many, names) == {"names": names} == typer_reading(many, names)
+    assert quick_reading(many, []) is None
 
 
 def test_negative_numbers_are_values_where_the_verb_says_so():
-    assert quick.parse(sample, ["a", "-1"], negative_numbers=True)["value"] == "-1"
+    assert quick_reading(sample, ["a", "-1"], negative_numbers=True)["value"] == "-1"

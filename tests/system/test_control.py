@@ -259,6 +259,9 @@ class TestMoving:
             "--deactivate gripper_controller"
         )
         assert result.stdout == "Successfully switched controllers!\n"
+        both = "arm_controller gripper_controller"
+        result = ros.run(f"control switch_controllers --activate {both} --strict")
+        assert result.stdout == "Successfully switched controllers!\n", result.stderr
         result = ros.run("control switch_controllers --strict --activate nobody")
         assert result.returncode == 1
         assert "no controller with this name exists" in result.stderr

@@ -48,7 +48,7 @@ def test_nodes_run_together_with_their_output_prefixed_and_end_on_ctrl_c(ros):
     )
     launch.wait_for_line(
         r"^\[simple_subscriber-2\] \[INFO\] \[[\d.]+\] \[robot.ear\]: I heard: Hello",
-        stream="stderr",
+        stream="stdout",
     )
     eventually(lambda: "/simple_parameter" in ros.run("node list").stdout)
     got = ros.run("param get /simple_parameter simple_int_param")
@@ -86,7 +86,7 @@ def test_standard_output_of_a_process_is_kept_in_its_log_and_shown_where_asked(r
     launch = ros.run("launch file.yaml")
     assert launch.returncode == 0
     assert "quiet" not in launch.stdout
-    assert launch.stderr == "[sh-1] loud\n"
+    assert "[sh-1] loud\n" in launch.stdout
     (log,) = ros.folder.glob("log/*/sh-1.log")
     assert sorted(log.read_text().splitlines()) == ["loud", "quiet"]
     assert "[sh-1] quiet\n" in ros.run("launch -a file.yaml").stdout

@@ -1,6 +1,9 @@
 """``teleopctl run``: the tutorial's nodes, users' packages and plain files, in real processes."""
 
+import os
+import shlex
 import signal
+import sys
 
 import pytest
 
@@ -75,6 +78,22 @@ def test_a_plain_file_runs_unchanged_and_gets_its_arguments_untouched(ros):
     talker.interrupt()
     assert talker.wait() == 130
     assert "Traceback" not in talker.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="shells of Windows do not do that")
+@pytest.mark.parametrize(
+    "line", ["topic echo /unheard std_msgs/msg/String", "run teleop_py_pkg simple_publisher"]
+)
+def test_a_script_can_interrupt_what_it_put_into_the_background(ros, line):
+    # Without job control a shell starts background commands with SIGINT ignored.
+    script = (
+        f"""{shlex.quote(sys.executable)} -m teleopctl {line} & echo $!; wait $!; echo status $?"""
+    )
+    shell = ros.spawn_command(["sh", "-c", script])
+    pid = int(shell.wait_for_line(r"^\d+$")[0])
+    eventually(lambda: ros.run("node list -a").stdout != "")
+    os.kill(pid, signal.SIGINT)
+    shell.wait_for_line("^status (0|130)$")
 
 
 def test_sigterm_shuts_a_node_down_without_noise(ros):

@@ -228,3 +228,20 @@ def test_a_parameter_that_makes_no_sense_ends_with_one_sentence(
     assert sim.wait() == 1
     assert expected in sim.stderr
     assert "Traceback" not in sim.stderr
+
+
+def test_a_second_simulator_is_refused(ros: RosEnvironment, partner: Partner) -> None:
+    first = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    first.wait_for_line("Simulation is running")
+    second = ros.run_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    assert second.returncode == 1
+    assert "A node named /mujoco_sim is already running" in second.stderr
+    assert first.returncode is None
+
+
+def test_what_drawing_lacks_does_not_keep_physics_from_running(
+    ros: RosEnvironment, partner: Partner
+) -> None:
+    ros.env["MUJOCO_GL"] = "bogus"
+    sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    sim.wait_for_line("Simulation is running")

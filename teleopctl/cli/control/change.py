@@ -62,7 +62,7 @@ def _set_param_file(client: "ManagerClient", name: str, file: str) -> None:
 
 
 def unload_controller(
-    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Unload a controller."""
@@ -73,7 +73,7 @@ def unload_controller(
 
 
 def cleanup_controller(
-    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Bring a controller back to unconfigured."""
@@ -84,7 +84,7 @@ def cleanup_controller(
 
 
 def set_controller_state(
-    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
     state: Annotated[str, Argument(help="unconfigured, inactive or active.")],
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
@@ -131,10 +131,10 @@ def _activate(client: "ManagerClient", name: str, present: str) -> None:
 
 def switch_controllers(
     deactivate: Annotated[
-        list[str], Option("--deactivate", help="Controller to stop; may be repeated.")
+        list[str], Option("--deactivate", help="Controllers to stop.", complete="controllers")
     ] = [],  # noqa: B006 - only read
     activate: Annotated[
-        list[str], Option("--activate", help="Controller to start; may be repeated.")
+        list[str], Option("--activate", help="Controllers to start.", complete="controllers")
     ] = [],  # noqa: B006 - only read
     strict: Annotated[
         bool, Option("--strict", help="Change nothing unless all can be changed.")

@@ -13,9 +13,14 @@ from teleopctl.tf.transforms import Transform, rpy_from_quaternion
 
 def echo_transform(
     source_frame: Annotated[
-        str, Argument(help="The frame in which the other is expressed.", metavar="SOURCE")
+        str,
+        Argument(
+            help="The frame in which the other is expressed.", metavar="SOURCE", complete="frames"
+        ),
     ],
-    target_frame: Annotated[str, Argument(help="The frame that is looked for.", metavar="TARGET")],
+    target_frame: Annotated[
+        str, Argument(help="The frame that is looked for.", metavar="TARGET", complete="frames")
+    ],
     rate: Annotated[float, Argument(help="How often to print, in Hz.")] = 1.0,
     once: Annotated[bool, Option("--once", help="Print the first transform and end.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,

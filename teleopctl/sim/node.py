@@ -1,0 +1,310 @@
+"""The simulator's node: physics on one side, topics, services and parameters on the other."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import mujoco
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import (
+    Node,
+    Parameter,
+    qos_profile_latched,
+)
+from teleopctl.robot.description import RobotDescription
+from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.model import RobotModel, build_model
+from teleopctl.sim.ports import TopicPorts
+from teleopctl.sim.simulation import Simulation
+from teleopctl.wire.tokens import EntityKind
+
+_String = get_message("std_msgs/msg/String")
+_JointState = get_message("sensor_msgs/msg/JointState")
+_ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+_SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
+_SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
+_StepSimulation = get_service("mujoco_ros2_control_msgs/srv/StepSimulation")
+_ResetWorld = get_service("mujoco_ros2_control_msgs/srv/ResetWorld")
+
+_DESCRIPTION_TOPIC = "/robot_description"
+# How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
+_PATIENCE_S = 10.0
+
+
+class MujocoSim(Node):
+    """The simulator's node. Physics runs on a thread of its own, services on the executor's."""
+
+    def __init__(self) -> None:
+        super().__init__("mujoco_sim")
+        self._loop: LockstepLoop | None = None
+        self._thread: threading.Thread | None = None
+        self._urdf = ""
+        self._last_names: list[str] = []
+        self._commanders = 0
+        self._declare_parameters()
+        mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
+        self.create_service(_SetPause, "~/set_pause", self._on_set_pause)
+        self.create_service(_StepSimulation, "~/step_simulation", self._on_step)
+        self.create_service(_ResetWorld, "~/reset_world", self._on_reset)
+        given = str(self.get_parameter("robot_description").value)
+        if given:
+            self._start(given)
+        else:
+            self.get_logger().info(f"Waiting for the robot description on {_DESCRIPTION_TOPIC}")
+            self.create_subscription(
+                _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
+            )
+
+    # --- parameters -----------------------------------------------------------------------
+
+    def _declare_parameters(self) -> None:
+        # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
+        number = _ParameterDescriptor(dynamic_typing=True)
+        self.declare_parameter("robot_description", "")
+        self.declare_parameter("update_rate", 10)
+        self.declare_parameter("timestep", 0.001, number)
+        self.declare_parameter("real_time_factor", 1.0, number)
+        self.declare_parameter("paused", False)
+        self.declare_parameter("lockstep_timeout", 1.0, number)
+        self.declare_parameter("state_rate", 60, number)
+        self.declare_parameter("joint_states_topic", "/robot_joint_states")
+        self.declare_parameter("joint_commands_topic", "/robot_joint_commands")
+        for name, least in (
+            ("update_rate", 1),
+            ("timestep", 1e-5),
+            ("real_time_factor", 0.0),
+            ("lockstep_timeout", 0.0),
+            ("state_rate", 1),
+        ):
+            if not self._number(name) >= least:
+                raise TeleopctlError(
+                    f"Parameter '{name}' is {self.get_parameter(name).value}, "
+                    f"expected a number of at least {least:g}"
+                )
+        self.add_on_set_parameters_callback(self._on_set_parameters)
+
+    def _number(self, name: str) -> float:
+        value = self.get_parameter(name).value
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise TeleopctlError(f"Parameter '{name}' is '{value}', expected a number")
+        return float(value)
+
+    def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
+        for parameter in parameters:
+            if parameter.name != "real_time_factor":
+                if self._loop is not None and parameter.name in (
+                    "update_rate",
+                    "timestep",
+                    "lockstep_timeout",
+                    "state_rate",
+                    "paused",
+                ):
+                    reason = f"'{parameter.name}' is read at the start only"
+                    return _SetParametersResult(successful=False, reason=reason)
+                continue
+            value = parameter.value
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+                reason = "real_time_factor is a number of at least 0"
+                return _SetParametersResult(successful=False, reason=reason)
+            if self._loop is not None:
+                self._loop.set_real_time_factor(float(value))
+        return _SetParametersResult(successful=True)
+
+    # --- start ----------------------------------------------------------------------------
+
+    def _on_description(self, message: Any) -> None:
+        if self._loop is not None:
+            if message.data != self._urdf:
+                self.get_logger().warning(
+                    "Another robot description was published; this simulator keeps the first one"
+                )
+            return
+        # The graph may be looked at for the first time here, and comes by event.
+        self.wait_for_match(EntityKind.MP, _DESCRIPTION_TOPIC, message.TYPE_NAME, 1, 1.0)
+        publishers = self.get_publishers_info_by_topic(_DESCRIPTION_TOPIC)
+        names = sorted({publisher.node_name for publisher in publishers}) or ["its publisher"]
+        self.get_logger().info(f"Connected to {', '.join(names)}")
+        self._start(message.data)
+
+    def _start(self, urdf: str) -> None:
+        logger = self.get_logger()
+        logger.info("Received the robot description, parsing...")
+        description = RobotDescription.from_urdf(urdf)
+        self._urdf = urdf
+        model = build_model(description)
+        for warning in model.warnings:
+            logger.warning(warning)
+        for first, second in model.excluded:
+            logger.info(
+                f"'{first}' and '{second}' overlap at the start and may pass through each other"
+            )
+        self._report(description, model)
+        rate = int(self._number("update_rate"))
+        simulation = Simulation(
+            model,
+            control_period_ns=round(1e9 / rate),
+            timestep_ns=round(self._number("timestep") * 1e9),
+        )
+        period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
+        if period_s > step_s:
+            logger.warning(
+                f"Desired controller update period ({period_s:g} s) is slower than the simulation "
+                f"period ({step_s:g} s)."
+            )
+        ports = TopicPorts(self, simulation, str(self.get_parameter("joint_states_topic").value))
+        self._loop = LockstepLoop(
+            simulation,
+            ports,
+            real_time_factor=self._number("real_time_factor"),
+            lockstep_timeout_s=self._number("lockstep_timeout"),
+            view_rate_hz=self._number("state_rate"),
+            paused=bool(self.get_parameter("paused").value),
+        )
+        self._simulation = simulation
+        self._commands = self.create_subscription(
+            _JointState,
+            str(self.get_parameter("joint_commands_topic").value),
+            self._on_command,
+            10,
+            immediate=True,
+        )
+        self._ports = ports
+        self.add_graph_callback(self._on_graph)
+        self._on_graph()
+        logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
+        self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
+        self._thread.start()
+
+    def _report(self, description: RobotDescription, model: RobotModel) -> None:
+        """Say what can be driven and read, as ROS 2's simulators do at their start."""
+        logger = self.get_logger()
+        by_name = {joint.name: joint for joint in model.joints}
+        for component in description.ros2_control:
+            for info in component.joints:
+                joint = by_name.get(info.name)
+                if joint is None:
+                    continue
+                logger.info(f"Loading joint: {joint.name}")
+                logger.info("\tState:")
+                for interface in joint.state_interfaces:
+                    logger.info(f"\t\t {interface}")
+                logger.info("\tCommand:")
+                for interface in joint.command_interfaces:
+                    logger.info(f"\t\t {interface}")
+                if joint.mimic is not None:
+                    logger.info(
+                        f"Joint '{joint.name}' is mimicking joint '{joint.mimic.joint}' with "
+                        f"multiplier: {joint.mimic.multiplier:g}"
+                    )
+            for step, done in (
+                ("Initialize", "initialization"),
+                ("'configure'", "'configure'"),
+                ("'activate'", "'activate'"),
+            ):
+                logger.info(f"{step} hardware '{component.name}'")
+                logger.info(f"Successful {done} of hardware '{component.name}'")
+        if not description.ros2_control:
+            logger.warning("No <ros2_control> in the robot description: nothing holds its joints")
+
+    def _run(self) -> None:
+        assert self._loop is not None
+        try:
+            self._loop.run()
+        except Exception as error:  # noqa: BLE001 - whoever spins raises it
+            failure = error
+
+            def fail() -> None:
+                raise failure
+
+            if self.executor is not None:
+                self.executor.enqueue(fail)
+
+    # --- the controller -------------------------------------------------------------------
+
+    def _on_graph(self) -> None:
+        """Look who is there; called on the transport's thread after each change."""
+        assert self._loop is not None
+        before, self._commanders = self._commanders, self._commands.get_publisher_count()
+        self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
+        self._loop.set_viewed(self._ports.is_viewed())
+        if self._commanders > max(before, 1):
+            topic = self._commands.topic_name
+            names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))
+            self.get_logger().warning(
+                f"{self._commanders} publishers on {topic} ({', '.join(names)}): the first to "
+                "answer a state wins, so that runs are not reproducible"
+            )
+
+    def _on_command(self, message: Any) -> None:
+        """Hand a command to the loop; called on the transport's thread."""
+        assert self._loop is not None
+        names = message.name
+        if names != self._last_names:
+            self._last_names = names
+            unknown = [name for name in names if not self._simulation.commandable(name)]
+            if unknown:
+                self.get_logger().warning(
+                    f"Commands for joints that cannot be commanded: {', '.join(unknown)}"
+                )
+        values = (message.position, message.velocity, message.effort)
+        if any(len(value) not in (0, len(names)) for value in values):
+            self.get_logger().error(
+                "A command has not as many values as joint names, it is passed over",
+                throttle_duration_sec=10.0,
+            )
+            return
+        stamp = message.header.stamp
+        self._loop.offer(Command(stamp.sec * 1_000_000_000 + stamp.nanosec, names, *values))
+
+    # --- services -------------------------------------------------------------------------
+
+    @property
+    def _patience_s(self) -> float:
+        return _PATIENCE_S + self._number("lockstep_timeout")
+
+    def _on_set_pause(self, request: Any, response: Any) -> Any:
+        word = "paused" if request.paused else "running"
+        if self._loop is None:
+            return _answer(response, False, "There is no robot yet")
+        if not self._loop.set_paused(request.paused, self._patience_s):
+            return _answer(response, False, "The simulation did not react in time")
+        self.get_logger().info(f"Simulation is {word}")
+        return _answer(response, True, f"Simulation is {word}")
+
+    def _on_step(self, request: Any, response: Any) -> Any:
+        if self._loop is None:
+            return _answer(response, False, "There is no robot yet")
+        if not self._loop.paused:
+            return _answer(response, False, "The simulation can be stepped only while paused")
+        if request.steps == 0:
+            return _answer(response, False, "The number of steps is 0")
+        done = self._loop.step(request.steps, max(30.0, 0.01 * request.steps))
+        text = f"Advanced by {request.steps} steps" if done else "The steps took too long"
+        return _answer(response, done, text)
+
+    def _on_reset(self, request: Any, response: Any) -> Any:
+        if self._loop is None:
+            return _answer(response, False, "There is no robot yet")
+        if request.keyframe:
+            return _answer(response, False, f"There is no keyframe '{request.keyframe}'")
+        if not self._loop.call(self._simulation.reset_state, self._patience_s):
+            return _answer(response, False, "The simulation did not react in time")
+        self.get_logger().info("World reset to the initial positions; time goes on")
+        return _answer(response, True, "World reset")
+
+    def destroy_node(self) -> None:
+        """End physics, then the node."""
+        if self._loop is not None:
+            self._loop.stop()
+        if self._thread is not None:
+            self._thread.join()
+        super().destroy_node()
+
+
+def _answer(response: Any, success: bool, message: str) -> Any:
+    response.success = success
+    response.message = message
+    return response
