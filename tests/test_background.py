@@ -70,7 +70,8 @@ def test_another_process_with_the_same_pid_is_not_ours():
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"pid": "x"}', "\0"])
 def test_a_damaged_record_is_removed(content):
-    path = background._records_dir() / "1.json"
+    path = background.runtime_dir() / "processes" / "1.json"
+    path.parent.mkdir(parents=True)
     path.write_text(content)
     assert background.records() == []
     assert not path.exists()
@@ -116,6 +117,22 @@ def test_starting_waits_until_the_process_says_that_it_is_ready():
     eventually(lambda: "as well" in record.log_file.read_text(), what="output in the log")
     assert record.log_file.read_text().startswith("to the log")
     assert background.READY not in record.log_file.read_text().splitlines()
+
+
+def test_a_process_that_cannot_be_recorded_does_not_stay(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    before = {child.pid for child in psutil.Process().children()}
+    with monkeypatch.context() as unwritable:
+        unwritable.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "file"))
+        with pytest.raises(TeleopctlError, match="cannot be made"):
+            background.start("sleeper", SLEEPER, kind="node")
+    assert {child.pid for child in psutil.Process().children()} == before
+
+
+def test_looking_for_records_makes_no_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "none"))
+    assert background.records() == []
+    assert not (tmp_path / "none").exists()
 
 
 def test_a_failure_to_start_is_reported_in_the_words_of_the_process():
@@ -189,7 +206,7 @@ def test_a_folder_that_cannot_be_made_is_an_error_that_names_the_variable(monkey
     file.write_text("")
     monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(file))
     with pytest.raises(TeleopctlError) as failure:
-        background.records()
+        background.start("sleeper", SLEEPER, kind="node")
     assert "TELEOPCTL_RUNTIME_DIR" in failure.value.hint
     # So that the environment can be taken down.
     monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "runtime"))
