@@ -8,25 +8,28 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosbags.serde import SerdeError
-
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.codec import Codec, Codecs
-from teleopctl.interfaces.convert import DTYPES, NumberArray, converter
-from teleopctl.interfaces.message import Message, wire_name
+from teleopctl.interfaces.blocks import BLOCK_CODES, to_numpy
+from teleopctl.interfaces.cdr_layout import HEADER_SIZE
+from teleopctl.interfaces.codec import Codecs, Reader, Writer
+from teleopctl.interfaces.convert import converter
+from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.store import get_message
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.blocks import NumberArray
     from teleopctl.interfaces.definition import Field
 
 MessageType = TypeVar("MessageType")
 
-_HEADER_SIZE = 4
 _BIG_ENDIAN, _LITTLE_ENDIAN = b"\0\0", b"\0\1"
+_HEADER = _LITTLE_ENDIAN + bytes(HEADER_SIZE - 2)
 _MAXIMUM_PADDING = 3
 
 _CODECS = Codecs(get_message)
-_by_class: dict[type[Any], Codec] = {}
+_writers: dict[type[Any], Writer] = {}
+_little_readers: dict[type[Any], Reader] = {}
+_big_readers: dict[type[Any], Reader] = {}
 
 
 def serialize(message: Any) -> bytearray:
@@ -37,21 +40,12 @@ def serialize(message: Any) -> bytearray:
     Raises:
         TeleopctlError: A field holds what its type cannot; the message names the field.
     """
-    codec = _by_class.get(type(message)) or _codec(type(message))
+    write = _writers.get(type(message)) or _find_writer(type(message))
+    data = bytearray(_HEADER)
     try:
-        size = _HEADER_SIZE + codec.getsize_cdr(0, message, _CODECS)  # type: ignore[arg-type]
-        data = bytearray(size)
-        data[1] = 1
-        end = codec.serialize_cdr_le(
-            memoryview(data)[_HEADER_SIZE:],
-            0,
-            message,
-            _CODECS,  # type: ignore[arg-type] # has what generated code uses of a type store
-        )
-    except (SerdeError, struct.error, ValueError, TypeError, LookupError, AttributeError) as error:
+        write(data, message)
+    except (struct.error, ValueError, TypeError, LookupError, AttributeError) as error:
         raise _unserializable(message, error) from error
-    if end + _HEADER_SIZE != size:
-        raise TeleopctlError(f"{message.TYPE_NAME} changed while it was serialised")
     return data
 
 
@@ -70,27 +64,25 @@ def deserialize(
     Raises:
         TeleopctlError: The bytes are not a message of that class.
     """
-    codec = _by_class.get(message_class) or _codec(message_class)
+    if type(data) is not bytes and type(data) is not bytearray:
+        data = memoryview(data).cast("B")
+    size = len(data)
     order = data[:2]
     try:
         if order == _LITTLE_ENDIAN:
-            read = codec.deserialize_cdr_le
+            read = _little_readers.get(message_class) or _find_reader(message_class, True)
         elif order == _BIG_ENDIAN:
-            read = codec.deserialize_cdr_be
+            read = _big_readers.get(message_class) or _find_reader(message_class, False)
         else:
-            raise ValueError(f"unknown encapsulation {bytes(data[:4]).hex()}")
-        content = memoryview(data)[_HEADER_SIZE:]
-        message, end = read(content, 0, codec.cls, _CODECS)  # type: ignore[arg-type]
-        if end > len(content):
-            raise ValueError("it ends too early")
-        if len(content) - end > _MAXIMUM_PADDING:
-            raise ValueError(f"{len(content) - end} bytes are left over")
-    except (SerdeError, struct.error, ValueError, OverflowError, MemoryError) as error:
-        name = getattr(message_class, "TYPE_NAME", message_class.__name__)
-        raise TeleopctlError(
-            f"{len(data)} bytes are not a message of type {name}: {error}"
-        ) from error
-    return message  # type: ignore[return-value] # made by the class that was passed
+            raise ValueError(f"unknown encapsulation {bytes(data[:HEADER_SIZE]).hex()}")
+        message, end = read(data, memoryview(data), HEADER_SIZE, size)
+        if not 0 <= size - end <= _MAXIMUM_PADDING:
+            raise ValueError(
+                f"{size - end} bytes are left over" if end < size else "it ends too early"
+            )
+    except (struct.error, ValueError, OverflowError, MemoryError) as error:
+        raise _unreadable(size, message_class, error) from error
+    return message  # type: ignore[no-any-return] # made by the class that was passed
 
 
 def as_numpy(message: Any, field: str) -> NumberArray:
@@ -103,18 +95,36 @@ def as_numpy(message: Any, field: str) -> NumberArray:
     """
     for candidate in message.__definition__.fields:
         if candidate.attribute == field:
-            if candidate.type.shape and candidate.type.base in DTYPES:
-                view: NumberArray = getattr(message, wire_name(candidate))
-                return view
+            if candidate.type.shape and candidate.type.base in BLOCK_CODES:
+                return to_numpy(candidate.type.base, stored(message, candidate))
             raise TeleopctlError(f"Field {field!r} of {message.TYPE_NAME} holds no numbers")
     raise TeleopctlError(f"{message.TYPE_NAME} has no field {field!r}")
 
 
-def _codec(message_class: type[Any]) -> Codec:
+def _find_writer(message_class: type[Any]) -> Writer:
+    _check_class(message_class)
+    write = _writers[message_class] = _CODECS.writer(message_class.TYPE_NAME)
+    return write
+
+
+def _find_reader(message_class: type[Any], is_little: bool) -> Reader:
+    _check_class(message_class)
+    readers = _little_readers if is_little else _big_readers
+    read = readers[message_class] = _CODECS.reader(message_class.TYPE_NAME, is_little)
+    return read
+
+
+def _check_class(message_class: object) -> None:
     if not (isinstance(message_class, type) and issubclass(message_class, Message)):
         raise TeleopctlError(f"{message_class!r} is not a message class")
-    codec = _by_class[message_class] = _CODECS.get_msgdef(message_class.TYPE_NAME)
-    return codec
+
+
+def _unreadable(size: int, message_class: type[Any], error: Exception) -> TeleopctlError:
+    _check_class(message_class)
+    reason = "it ends too early" if isinstance(error, struct.error) else str(error)
+    return TeleopctlError(
+        f"{size} bytes are not a message of type {message_class.TYPE_NAME}: {reason}"
+    )
 
 
 def _unserializable(message: Message, error: Exception) -> TeleopctlError:

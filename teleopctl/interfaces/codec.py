@@ -1,108 +1,109 @@
-"""The functions that turn a message type into CDR and back, made by rosbags' generators."""
+"""The functions that write and read messages, made when they are first asked for.
+
+Most types are only ever sent or only ever received, and few are seen in both byte orders.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
-
-from rosbags.interfaces import Nodetype
-from rosbags.serde.cdr import (
-    generate_deserialize_cdr,
-    generate_getsize_cdr,
-    generate_serialize_cdr,
-)
+from typing import Any, NamedTuple, TypeAlias
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.definition import FieldType, Shape
-from teleopctl.interfaces.message import make_builder, wire_name
+from teleopctl.interfaces.cdr_codegen import Generator
+from teleopctl.interfaces.cdr_layout import Layout
+from teleopctl.interfaces.cdr_reading import Read
+from teleopctl.interfaces.cdr_writing import Write
 
-if TYPE_CHECKING:
-    from rosbags.interfaces import CDRDeser, CDRSer
+Writer: TypeAlias = Callable[[bytearray, Any], None]
+"""Appends a message to data that so far is the encapsulation."""
 
-    from teleopctl.interfaces.message import Message
+Reader: TypeAlias = Callable[[Any, memoryview, int, int], tuple[Any, int]]
+"""Takes the data, a memoryview of it, the place of the message and the size of the data; returns
+the message and the place behind it."""
 
-# On the wire these are bytes without a sign; rosbags takes ``byte`` for a signed number.
-_UNSIGNED = {"byte": "uint8", "char": "uint8"}
 
-
-class Codec:
-    """What rosbags' generated code wants to know about one type.
-
-    The names of the attributes are those of ``rosbags.interfaces.Msgdef``. Each function is
-    generated when it is first called for: most types are only ever sent or only ever received.
-    """
-
-    def __init__(self, cls: type[Message], codecs: Codecs) -> None:
-        self._codecs = codecs
-        fields = cls.__definition__.wire_fields
-        descriptions = [_description(cls.TYPE_NAME, field.type) for field in fields]
-        self._slots = [
-            (f"_{field.attribute}", description)
-            for field, description in zip(fields, descriptions, strict=True)
-        ]
-        self.fields: Any = [
-            (wire_name(field), description)
-            for field, description in zip(fields, descriptions, strict=True)
-        ]
-        self.cls: Any = make_builder(cls)
-        self.getsize_cdr, self.size_cdr = generate_getsize_cdr(
-            self._slots,  # type: ignore[arg-type] # plain tuples, as in rosbags' own tables
-            codecs,  # type: ignore[arg-type] # has what the generators use of a type store
-        )
-
-    @cached_property
-    def serialize_cdr_le(self) -> CDRSer:
-        """Write a message, little-endian."""
-        return generate_serialize_cdr(self.fields, self._codecs, "le")  # type: ignore[arg-type]
-
-    @cached_property
-    def deserialize_cdr_le(self) -> CDRDeser:
-        """Read a little-endian message."""
-        return generate_deserialize_cdr(self.fields, self._codecs, "le")  # type: ignore[arg-type]
-
-    @cached_property
-    def deserialize_cdr_be(self) -> CDRDeser:
-        """Read a big-endian message."""
-        return generate_deserialize_cdr(self.fields, self._codecs, "be")  # type: ignore[arg-type]
+class _Key(NamedTuple):
+    type_name: str
+    direction: str
+    is_nested: bool
 
 
 class Codecs:
-    """The codecs of all types in use; stands in for rosbags' type store in generated code."""
+    """The functions of all types in use. Safe to call from any thread.
 
-    max_sequence_length = 2**32 - 1
+    The source of a function is found by tracebacks and debuggers, and is its ``__source__``.
 
-    def __init__(self, message_class: Callable[[str], type[Message]]) -> None:
+    Args:
+        message_class: Gives the class of a message by the name of its type.
+    """
+
+    def __init__(self, message_class: Callable[[str], Any]) -> None:
         self._message_class = message_class
-        self._codecs: dict[str, Codec] = {}
+        self._layout = Layout(lambda name: message_class(name).__definition__)
+        self._functions: dict[_Key, Any] = {}
         self._lock = threading.RLock()
 
-    def get_msgdef(self, type_name: str) -> Codec:
-        """Return the codec of a type.
+    def writer(self, type_name: str) -> Writer:
+        """Return the function that writes messages of a type.
 
         Raises:
-            TeleopctlError: The type is unknown, or has wide strings.
+            TeleopctlError: The type cannot be sent.
         """
-        found = self._codecs.get(type_name)
+        function: Writer = self._find(_Key(type_name, "write", False))
+        return function
+
+    def reader(self, type_name: str, is_little: bool) -> Reader:
+        """Return the function that reads messages of a type in one byte order.
+
+        Raises:
+            TeleopctlError: The type cannot be received.
+        """
+        direction = "read_little" if is_little else "read_big"
+        function: Reader = self._find(_Key(type_name, direction, False))
+        return function
+
+    def _find(self, key: _Key) -> Any:
+        found = self._functions.get(key)
         if found is None:
             with self._lock:
-                found = self._codecs.get(type_name)
+                found = self._functions.get(key)
                 if found is None:
-                    found = Codec(self._message_class(type_name), self)
-                    self._codecs[type_name] = found
+                    found = self._functions[key] = self._make(key)
         return found
 
+    def _make(self, key: _Key) -> Any:
+        def nested(type_name: str) -> Any:
+            return self._find(key._replace(type_name=type_name, is_nested=True))
 
-def _description(type_name: str, kind: FieldType) -> tuple[Nodetype, Any]:
-    if kind.base == "wstring":
-        raise TeleopctlError(f"{type_name} has a wide string, which cannot be sent or received")
-    element: tuple[Nodetype, Any] = (
-        (Nodetype.NAME, kind.base)
-        if kind.is_nested
-        else (Nodetype.BASE, (_UNSIGNED.get(kind.base, kind.base), kind.string_capacity))
-    )
-    if kind.shape is Shape.SINGLE:
-        return element
-    node = Nodetype.ARRAY if kind.shape is Shape.ARRAY else Nodetype.SEQUENCE
-    return (node, (element, kind.capacity))
+        try:
+            self._layout.check(key.type_name)
+            generator: Generator = (
+                Write(self._layout, nested)
+                if key.direction == "write"
+                else Read(self._layout, nested, self._message_class, key.direction == "read_little")
+            )
+            source = generator.source(key.type_name, key.is_nested)
+            return _compile(key, source, generator.constants)
+        except RecursionError:
+            raise TeleopctlError(f"{key.type_name} is nested too deeply") from None
+
+
+class _Source:
+    """What tracebacks ask for the source of a module."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+
+    def get_source(self, _name: str) -> str:
+        return self._source
+
+
+def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
+    suffix = "_nested" if key.is_nested else ""
+    name = f"cdr/{key.type_name}/{key.direction}{suffix}"
+    namespace = {**constants, "__name__": name, "__loader__": _Source(source)}
+    exec(compile(source, f"{name}.py", "exec"), namespace)  # noqa: S102 - of names and numbers
+    function: Any = namespace[key.direction.partition("_")[0]]
+    function.__source__ = source
+    return function

@@ -2,44 +2,33 @@
 
 A converter takes what was given and returns what the field stores, or raises TypeError or
 ValueError with a text like ``expected uint32, got 'abc'``. Whoever calls it knows the field and
-puts its name before the text. Sequences of numbers are stored as ``array.array`` or as numpy
-arrays, whichever came, so that a large block of data is never copied without need.
+puts its name before the text. Sequences of numbers are stored as ``array.array``, numpy array or
+memoryview of bytes, whichever came, so that a large block of data is never copied without need.
 """
 
 from __future__ import annotations
 
 import array
 import math
-import numbers
 import operator
 from collections.abc import Callable, Iterable
-from typing import Any, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
+from teleopctl.interfaces.blocks import (
+    ITEM_SIZES,
+    TYPE_CODES,
+    as_block,
+    is_numpy_array,
+    is_numpy_bool,
+    numpy_type,
+)
 from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, FieldType, Shape
 
-Converter = Callable[[Any], Any]
-NumberArray: TypeAlias = npt.NDArray[Any]
+if TYPE_CHECKING:
+    from teleopctl.interfaces.blocks import NumberArray
 
-TYPE_CODES = {
-    "int8": "b",
-    "uint8": "B",
-    "char": "B",
-    "int16": "h",
-    "uint16": "H",
-    "int32": "i",
-    "uint32": "I",
-    "int64": "q",
-    "uint64": "Q",
-    "float32": "f",
-    "float64": "d",
-}
-DTYPES = {name: np.dtype(code) for name, code in TYPE_CODES.items()} | {
-    "bool": np.dtype(np.bool_),
-    "byte": np.dtype(np.uint8),
-}
+Converter = Callable[[Any], Any]
 
 _FLOAT32_MAX = 3.4028234663852886e38
 _SHOWN = 60
@@ -53,6 +42,7 @@ def expected(kind: FieldType | str, value: object) -> str:
     return f"expected {kind}, got {shown}"
 
 
+@cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
     """Return the converter for a field.
 
@@ -102,7 +92,7 @@ def _float(kind: FieldType) -> Converter:
 
     def convert(value: Any) -> float:
         if type(value) is not float:
-            if not isinstance(value, numbers.Real | np.bool_):
+            if not _is_real(value):
                 raise TypeError(expected(kind, value))
             try:
                 value = float(value)
@@ -113,6 +103,14 @@ def _float(kind: FieldType) -> Converter:
         return float(value)
 
     return convert
+
+
+def _is_real(value: object) -> bool:
+    if isinstance(value, int):
+        return True
+    from numbers import Real
+
+    return isinstance(value, Real) or is_numpy_bool(value)
 
 
 def _string(kind: FieldType) -> Converter:
@@ -129,7 +127,7 @@ def _string(kind: FieldType) -> Converter:
 
 
 def _bool(value: Any) -> bool:
-    if isinstance(value, bool | np.bool_):
+    if isinstance(value, bool) or is_numpy_bool(value):
         return bool(value)
     raise TypeError(expected("bool", value))
 
@@ -138,7 +136,7 @@ def _byte(value: Any) -> bytes:
     if isinstance(value, bytes | bytearray):
         if len(value) == 1:
             return bytes(value)
-    elif not isinstance(value, bool | np.bool_):
+    elif not (isinstance(value, bool) or is_numpy_bool(value)):
         try:
             return bytes((operator.index(value),))
         except (TypeError, ValueError):
@@ -165,7 +163,7 @@ def _list(kind: FieldType, convert_element: Converter) -> Converter:
     plain = kind.base in STRINGS or kind.is_nested  # elements that conversion leaves as they are
 
     def convert(value: Any) -> list[Any]:
-        if isinstance(value, np.ndarray):
+        if is_numpy_array(value):
             value = value.tolist()
         elif kind.base == "byte" and isinstance(value, bytes | bytearray):
             value = [bytes((number,)) for number in value]
@@ -194,20 +192,22 @@ def check_length(kind: FieldType, length: int) -> None:
 
 
 def _numbers(kind: FieldType) -> Converter:
-    code, dtype = TYPE_CODES[kind.base], DTYPES[kind.base]
+    code = TYPE_CODES[kind.base]
     bounded = kind.shape is Shape.BOUNDED
 
-    def convert(value: Any) -> array.array[Any] | NumberArray:
-        stored: array.array[Any] | NumberArray
+    def convert(value: Any) -> array.array[Any] | memoryview | NumberArray:
+        stored: array.array[Any] | memoryview | NumberArray
         if isinstance(value, array.array) and value.typecode == code:
             stored = value
-        elif isinstance(value, np.ndarray):
-            stored = _numpy(kind, value, dtype)
+        elif isinstance(value, list | tuple):
+            stored = _collect(kind, value, code)
         elif isinstance(value, bytes | bytearray | memoryview):
-            if dtype.itemsize != 1:
+            if ITEM_SIZES[code] != 1:
                 raise TypeError(expected(kind, value))
             # Bytes never change, so that a view is safe; the others are copied.
-            stored = np.frombuffer(value if isinstance(value, bytes) else bytes(value), dtype)
+            stored = as_block(kind.base, value if isinstance(value, bytes) else bytes(value))
+        elif is_numpy_array(value):
+            stored = _from_numpy(kind, value)
         elif isinstance(value, str | dict) or not isinstance(value, Iterable):
             raise TypeError(expected(kind, value))
         else:
@@ -220,13 +220,18 @@ def _numbers(kind: FieldType) -> Converter:
 
 
 def _fixed_numbers(kind: FieldType) -> Converter:
-    dtype = DTYPES[kind.base]
     convert_numbers = _numbers(kind)
 
-    def convert(value: Any) -> NumberArray:
+    def convert(value: Any) -> array.array[Any] | memoryview | NumberArray:
         stored = convert_numbers(value)
         check_length(kind, len(stored))
-        return np.array(stored, dtype)
+        # The message has its own copy; a memoryview is one of bytes that never change.
+        own: array.array[Any] | memoryview | NumberArray = stored
+        if is_numpy_array(stored):
+            own = stored.copy()
+        elif stored is value:
+            own = stored[:]
+        return own
 
     return convert
 
@@ -246,7 +251,10 @@ def _collect(kind: FieldType, values: Iterable[Any], code: str) -> array.array[A
         return converted
 
 
-def _numpy(kind: FieldType, value: NumberArray, dtype: np.dtype[Any]) -> NumberArray:
+def _from_numpy(kind: FieldType, value: NumberArray) -> NumberArray:
+    import numpy as np
+
+    dtype = numpy_type(kind.base)
     flat = np.ascontiguousarray(value).reshape(-1)
     if flat.dtype == dtype:
         return flat

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import Any
 
 from teleopctl.interfaces.definition import Definition, Field
 
@@ -65,7 +67,18 @@ def type_description(definition: Definition, lookup: Lookup) -> dict[str, object
 def type_hash(definition: Definition, lookup: Lookup) -> str:
     """Return the hash of a type, ``RIHS01_`` and 64 hexadecimal digits."""
     text = json.dumps(type_description(definition, lookup))
-    return f"RIHS01_{hashlib.sha256(text.encode('ascii')).hexdigest()}"
+    return f"RIHS01_{_sha256()(text.encode('ascii')).hexdigest()}"
+
+
+@cache
+def _sha256() -> Any:
+    """Return Python's own SHA-256: hashlib loads OpenSSL, which takes longer than all hashes."""
+    for module in ("_sha2", "_sha256"):  # since Python 3.12, and before
+        try:
+            return import_module(module).sha256
+        except (ImportError, AttributeError):
+            continue
+    return import_module("hashlib").sha256
 
 
 def field_type_id(field: Field) -> int:

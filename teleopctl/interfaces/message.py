@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import array
-from collections import deque
 from collections.abc import Callable, Mapping
-from itertools import repeat
-from operator import call
 from types import MemberDescriptorType
 from typing import Any, ClassVar, TypeAlias
 
-import numpy as np
-
-from teleopctl.interfaces.convert import DTYPES, TYPE_CODES, NumberArray, converter
+from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
+from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.definition import (
     FLOATS,
     INTEGER_RANGES,
@@ -26,9 +22,6 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.typenames import module_name, split
 
-# The fastest loop over calls that Python has; received messages are made with it.
-_run = deque[None](maxlen=0).extend
-
 ClassLookup = Callable[[str], type["Message"]]
 Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
 """How a field gets its default: the function that stores, and the one that makes the value."""
@@ -38,8 +31,8 @@ class Message:
     """Base of all message classes.
 
     Each field has a slot named ``_field`` and a property named as the field. What is assigned is
-    checked at once. A block of numbers lies in the slot as it came, often a numpy view of received
-    bytes, and becomes the ``array.array`` that ROS 2 programs expect only when it is read.
+    checked at once. A block of numbers lies in the slot as it came, often a memoryview of received
+    bytes, and becomes what ROS 2 programs expect only when it is read (see ``blocks``).
 
     Attributes:
         TYPE_NAME: ``package/kind/Name``.
@@ -73,14 +66,14 @@ class Message:
         if not isinstance(other, type(self)):
             return NotImplemented
         return all(
-            _equal(getattr(self, f"_{name}"), getattr(other, f"_{name}"))
+            equal(getattr(self, f"_{name}"), getattr(other, f"_{name}"))
             for name in self._fields_and_field_types
         )
 
     def __repr__(self) -> str:
         package, kind, name = split(self.TYPE_NAME)
         fields = (
-            f"{field.attribute}={_field_repr(getattr(self, field.attribute), field.type)}"
+            f"{field.attribute}={_field_repr(getattr(self, field.attribute))}"
             for field in self.__definition__.fields
         )
         return f"{package}.{kind}.{name}({', '.join(fields)})"
@@ -122,63 +115,13 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
     for field in fields:
         slot: Any = cls.__dict__[f"_{field.attribute}"]
         setattr(cls, field.attribute, _property(definition.type_name, field, slot, lookup))
-        if field.type.shape is not Shape.SINGLE and _is_block(field.type):
-            setattr(cls, wire_property(field), _numpy_property(field.type, slot))
-        elif field.type.base == "byte":
-            setattr(cls, wire_property(field), _byte_property(slot))
         cls.__makers__[field.attribute] = (slot.__set__, _default(field, lookup))
     return cls
-
-
-def wire_property(field: Field) -> str:
-    """Return the attribute that gives a value as it is serialised, where the slot does not."""
-    return f"_{field.attribute}_on_wire"
-
-
-def wire_name(field: Field) -> str:
-    """Return the attribute that gives the value of a field as the serialiser wants it."""
-    if field.type.base == "byte" or (
-        field.type.shape is not Shape.SINGLE and _is_block(field.type)
-    ):
-        return wire_property(field)
-    return f"_{field.attribute}"
 
 
 def stored(message: Message, field: Field) -> Any:
     """Return what lies in the slot of a field: a block of numbers in whichever form it came."""
     return getattr(message, f"_{field.attribute}")
-
-
-def make_builder(cls: type[Message]) -> Callable[..., Message]:
-    """Return a function that makes a message from received values, which it does not check."""
-    new = cls.__new__
-    puts: list[Callable[[Any, Any], None]] = [
-        getattr(cls, f"_{field.attribute}").__set__ for field in cls.__definition__.fields
-    ]
-    bytes_at = [
-        index
-        for index, field in enumerate(cls.__definition__.fields)
-        if field.type.base == "byte" and field.type.shape is Shape.SINGLE
-    ]
-    if not puts:
-        return lambda *_values: new(cls)
-
-    def build(*values: Any) -> Message:
-        message = new(cls)
-        _run(map(call, puts, repeat(message), values))
-        return message
-
-    def build_with_bytes(*values: Any) -> Message:
-        changed = list(values)
-        for index in bytes_at:
-            changed[index] = bytes((changed[index],))
-        return build(*changed)
-
-    return build_with_bytes if bytes_at else build
-
-
-def _is_block(kind: FieldType) -> bool:
-    return kind.is_numeric or kind.base in ("bool", "byte")
 
 
 def _property(
@@ -199,71 +142,40 @@ def _property(
 
 def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]:
     get, put = slot.__get__, slot.__set__
-    if kind.shape is Shape.SINGLE or not _is_block(kind):
+    if kind.shape is Shape.SINGLE or kind.base not in BLOCK_CODES:
         return get
+    if not kind.is_numeric:
 
-    if kind.is_numeric and kind.shape is Shape.ARRAY:
+        def get_list(self: Message) -> Any:
+            value = get(self)
+            if isinstance(value, memoryview):
+                value = value.tolist()
+                put(self, value)
+            return value
 
-        def get_numpy(self: Message) -> NumberArray:
-            value: NumberArray = get(self)
-            if not value.flags.writeable:
-                value = value.copy()
+        return get_list
+
+    if kind.shape is Shape.ARRAY:
+
+        def get_numpy(self: Message) -> Any:
+            value = get(self)
+            if isinstance(value, memoryview | array.array):
+                value = to_own_numpy(kind.base, value)
                 put(self, value)
             return value
 
         return get_numpy
 
-    to_public = _to_array(TYPE_CODES[kind.base]) if kind.is_numeric else _TO_LIST[kind.base]
+    code = BLOCK_CODES[kind.base]
 
-    def get_public(self: Message) -> Any:
+    def get_array(self: Message) -> Any:
         value = get(self)
-        if type(value) is np.ndarray:
-            value = to_public(value)
+        if not isinstance(value, array.array):
+            value = to_array(code, value)
             put(self, value)
         return value
 
-    return get_public
-
-
-def _to_array(code: str) -> Callable[[NumberArray], array.array[Any]]:
-    def to_array(value: NumberArray) -> array.array[Any]:
-        copy: array.array[Any] = array.array(code)
-        copy.frombytes(value.view(np.uint8).data)
-        return copy
-
-    return to_array
-
-
-_TO_LIST: dict[str, Callable[[NumberArray], list[Any]]] = {
-    "bool": lambda value: list(value.tolist()),
-    "byte": lambda value: [bytes((number,)) for number in value.tolist()],
-}
-
-
-def _numpy_property(kind: FieldType, slot: MemberDescriptorType) -> property:
-    get, dtype = slot.__get__, DTYPES[kind.base]
-
-    def get_numpy(self: Message) -> NumberArray:
-        value = get(self)
-        if type(value) is np.ndarray:
-            return value
-        if kind.is_numeric:
-            return np.frombuffer(value, dtype)
-        if kind.base == "byte":
-            return np.frombuffer(b"".join(value), dtype)
-        return np.array(value, dtype)
-
-    return property(get_numpy)
-
-
-def _byte_property(slot: MemberDescriptorType) -> property:
-    get = slot.__get__
-
-    def get_number(self: Message) -> int:
-        value: bytes = get(self)
-        return value[0]
-
-    return property(get_number)
+    return get_array
 
 
 def _default(field: Field, lookup: ClassLookup) -> Callable[[], Any]:
@@ -277,9 +189,11 @@ def _default(field: Field, lookup: ClassLookup) -> Callable[[], Any]:
     if field.default is not None:
         return lambda: convert(list(field.default))  # type: ignore[call-overload]
     if kind.is_numeric:
-        if kind.shape is Shape.ARRAY:
-            return lambda: np.zeros(kind.capacity, DTYPES[kind.base])
-        return lambda: array.array(TYPE_CODES[kind.base])
+        code = BLOCK_CODES[kind.base]
+        if kind.shape is not Shape.ARRAY:
+            return lambda: array.array(code)
+        zeros = bytes(kind.capacity * ITEM_SIZES[code])
+        return lambda: array.array(code, zeros)
     if kind.shape is not Shape.ARRAY:
         return list
     if kind.is_nested:
@@ -303,23 +217,7 @@ def _constant(constant: Constant) -> object:
     return constant.value
 
 
-def _equal(one: object, other: object) -> bool:
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return bool(np.array_equal(_plain(one), _plain(other)))
-    return one == other
-
-
-def _plain(value: Any) -> Any:
-    return [element[0] for element in value] if _holds_bytes(value) else value
-
-
-def _holds_bytes(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and isinstance(value[0], bytes)
-
-
-def _field_repr(value: object, kind: FieldType) -> str:
+def _field_repr(value: object) -> str:
     if isinstance(value, array.array):
-        return repr(value.tolist())
-    if isinstance(value, np.ndarray) and kind.shape is not Shape.ARRAY:
         return repr(value.tolist())
     return repr(value)

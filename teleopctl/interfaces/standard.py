@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -129,10 +130,21 @@ def _field_type(description: Any) -> FieldType:
     return FieldType(element.base, shape, capacity, element.string_capacity)
 
 
-def _cache_file(module: str) -> Path:
+def cache_folder() -> Path:
+    """Return the folder in which the tables are kept."""
+    if sys.platform == "linux":  # the same as below, which takes longer than reading a table
+        base, home = (Path(os.environ.get(name, "")) for name in ("XDG_CACHE_HOME", "HOME"))
+        if base.is_absolute():
+            return base / "teleopctl"
+        if home.is_absolute():
+            return home / ".cache" / "teleopctl"
     import platformdirs
 
-    return Path(platformdirs.user_cache_dir("teleopctl", appauthor=False)) / f"{module}.json"
+    return Path(platformdirs.user_cache_dir("teleopctl", appauthor=False))
+
+
+def _cache_file(module: str) -> Path:
+    return cache_folder() / f"{module}.json"
 
 
 def _fingerprint() -> list[list[Any]]:

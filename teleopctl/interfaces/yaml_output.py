@@ -16,6 +16,7 @@ DEFAULT_TRUNCATION = 128
 _UNLIMITED = 2**31 - 1
 _ELLIPSIS = "..."
 _LONG_ESCAPE = "\\U"
+_NEXT_LINE = "\x85"
 
 
 class _PlainDumper(yaml.SafeDumper):
@@ -67,8 +68,12 @@ def message_to_yaml(
     """
     values = _readable(message, _Options(truncate, no_arr, no_str))
     text = _dump(values, _FastDumper, flow)
-    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it.
-    return _dump(values, _PlainDumper, flow) if _LONG_ESCAPE in text else text
+    if _LONG_ESCAPE not in text:
+        return text
+    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it. It does so
+    # with a dumper that makes a line break of U+0085, which then stays escaped here.
+    plain = _dump(values, _PlainDumper, flow)
+    return text if _NEXT_LINE in plain else plain
 
 
 def _dump(values: object, dumper: type[Any], flow: bool) -> str:
@@ -121,7 +126,7 @@ def _readable_field(message: Message, field: Field, options: _Options) -> object
         return _abbreviated(field.type, len(value))
     cut = options.truncate is not None and len(value) > options.truncate
     shown = value[: options.truncate] if cut else value
-    elements = _elements(field.type, shown)
+    elements = _elements(shown)
     if not field.type.is_numeric and field.type.base != "bool":
         elements = [_readable_value(field.type, element, options) for element in elements]
     if cut:
@@ -157,19 +162,16 @@ def _abbreviated(kind: FieldType, length: int) -> str:
     return f"<sequence type: {name}, length: {length}>"
 
 
-def _elements(kind: FieldType, value: Any) -> list[Any]:
+def _elements(value: Any) -> list[Any]:
     """Return the elements of a sequence, however it is stored, as a new list."""
-    if isinstance(value, list):
-        return list(value)
-    elements: list[Any] = value.tolist()
-    return [bytes((number,)) for number in elements] if kind.base == "byte" else elements
+    return list(value) if isinstance(value, list) else list(value.tolist())
 
 
 def _json_value(message: Message, field: Field) -> object:
     value = stored(message, field)
     if field.type.shape is Shape.SINGLE:
         return _json_single(field.type, value)
-    elements = _elements(field.type, value)
+    elements = _elements(value)
     if field.type.base in FLOATS and all(map(math.isfinite, elements)):
         return elements
     if field.type.is_numeric and field.type.base not in FLOATS:
@@ -201,7 +203,7 @@ def _columns(message: Message, options: _Options) -> list[str]:
             columns.append("")
         else:
             shown = value if options.truncate is None else value[: options.truncate]
-            for element in _elements(field.type, shown):
+            for element in _elements(shown):
                 columns.extend(_column(field.type, element, options))
             if len(shown) < len(value):
                 columns.append(_ELLIPSIS)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import enum
+from typing import NamedTuple
 
 from teleopctl.node.qos import QoSProfile
 from teleopctl.wire.tokens import EndpointToken, EntityKind, format_token, gid
@@ -27,8 +27,7 @@ _TYPE_OF_KIND = {
 }
 
 
-@dataclasses.dataclass(frozen=True)
-class TopicEndpointInfo:
+class TopicEndpointInfo(NamedTuple):
     """One publisher, subscription, client or server, as its liveliness token announces it.
 
     Attributes:

@@ -8,7 +8,6 @@ at most once, however much has arrived: arrivals wait in its own queue, whose de
 from __future__ import annotations
 
 import abc
-import concurrent.futures
 import functools
 import os
 import queue
@@ -318,7 +317,9 @@ class MultiThreadedExecutor(Executor):
 
     def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
         super().__init__(context=context)
-        self._pool = concurrent.futures.ThreadPoolExecutor(
+        from concurrent.futures import ThreadPoolExecutor
+
+        self._pool = ThreadPoolExecutor(
             num_threads or max(2, os.cpu_count() or 2), thread_name_prefix="callback"
         )
 

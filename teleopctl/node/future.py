@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import threading
 from collections.abc import Callable, Coroutine, Generator, Mapping
+from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ class Task(Future):
         self._handler = handler
         self._args = args
         self._kwargs = kwargs or {}
-        self._coroutine = handler if inspect.iscoroutine(handler) else None
+        self._coroutine = handler if isinstance(handler, CoroutineType) else None
 
     def step(self) -> None:
         """Run until the end or the next ``await`` of something unfinished.
@@ -165,7 +165,7 @@ class Task(Future):
             if self._coroutine is None:
                 assert callable(self._handler)
                 outcome = self._handler(*self._args, **self._kwargs)
-                if not inspect.iscoroutine(outcome):
+                if not isinstance(outcome, CoroutineType):
                     self.set_result(outcome)
                     return
                 self._coroutine = outcome

@@ -7,23 +7,18 @@ become dotted names.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import yaml
-
-from teleopctl import ros_yaml
 from teleopctl.errors import TeleopctlError
 
 _PARAMETERS = "ros__parameters"
 
 
-@dataclasses.dataclass(frozen=True)
-class ParameterFile:
+class ParameterFile(NamedTuple):
     """The sections of a parameter file, in the order in which they stand there.
 
     Attributes:
@@ -93,6 +88,10 @@ def read_parameter_file(path: Path) -> ParameterFile:
     Raises:
         TeleopctlError: The file cannot be read, is not YAML or has another layout.
     """
+    import yaml
+
+    from teleopctl import ros_yaml
+
     try:
         tree = ros_yaml.load(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -6,11 +6,10 @@ end with ``--`` or the end of the line; what stands outside belongs to the progr
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.names import expand_name, fully_qualified
@@ -29,8 +28,7 @@ _FLAGS = {
 _ALIASES = {"-r": "--remap", "-p": "--param", "-e": "--enclave"}
 
 
-@dataclasses.dataclass(frozen=True)
-class RemapRule:
+class RemapRule(NamedTuple):
     """``[NODE:]FROM:=TO``; FROM is a name or one of ``__ns``, ``__node``, ``__name``."""
 
     node: str | None
@@ -42,8 +40,7 @@ class RemapRule:
         return self.node in (None, node_name)
 
 
-@dataclasses.dataclass(frozen=True)
-class ParameterRule:
+class ParameterRule(NamedTuple):
     """``[NODE:]NAME:=VALUE``, the value as YAML read it."""
 
     node: str | None
@@ -51,8 +48,7 @@ class ParameterRule:
     value: Any
 
 
-@dataclasses.dataclass(frozen=True)
-class RosArguments:
+class RosArguments(NamedTuple):
     """What a command line asked of ROS."""
 
     remaps: tuple[RemapRule, ...] = ()

@@ -6,7 +6,6 @@ import collections
 import contextlib
 import functools
 import time
-import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -91,6 +90,8 @@ class Service(Endpoint, Waitable):
         try:
             self._handle(query)
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
+            import traceback
+
             self.node.get_logger().error(f"service '{self.name}' failed:\n{traceback.format_exc()}")
 
     def _handle(self, query: zenoh.Query) -> Any:

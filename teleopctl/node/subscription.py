@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import collections
 import functools
-import inspect
 import time
-import traceback
 from collections.abc import Callable
+from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -127,6 +126,8 @@ class Subscription(Endpoint, Waitable):
         try:
             self.callback(*arguments)
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
+            import traceback
+
             self.node.get_logger().error(
                 f"callback of '{self.name}' failed:\n{traceback.format_exc()}"
             )
@@ -165,8 +166,27 @@ class Subscription(Endpoint, Waitable):
         self._samples.clear()
 
 
+def _accepted(callback: Callable[..., Any]) -> range:
+    """Return how many arguments a plain function or method takes; no number for the others."""
+    bound = 0
+    if isinstance(callback, MethodType):
+        callback, bound = callback.__func__, 1
+    if not isinstance(callback, FunctionType) or hasattr(callback, "__wrapped__"):
+        return range(0)
+    code = callback.__code__
+    if code.co_kwonlyargcount:
+        return range(0)
+    optional = len(callback.__defaults__ or ())
+    return range(code.co_argcount - optional - bound, code.co_argcount - bound + 1)
+
+
 def _takes_two(callback: Callable[..., Any]) -> bool:
     """Tell whether a callback wants the message's information besides the message."""
+    accepted = _accepted(callback)  # without inspect, which takes long to import
+    if 1 in accepted or 2 in accepted:
+        return 1 not in accepted
+    import inspect
+
     try:
         inspect.signature(callback).bind(object())
     except TypeError:

@@ -4,16 +4,21 @@ Links and joints are read at once. ``<ros2_control>`` and ``<gazebo>`` are read 
 for them, so that a mistake in the one stops only those who need it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot import elements
 from teleopctl.robot.elements import Element
-from teleopctl.robot.gazebo_tag import GazeboTag, read_gazebo
-from teleopctl.robot.ros2_control_tag import HardwareComponent, Transmission, read_components
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
+
+if TYPE_CHECKING:
+    from teleopctl.robot.gazebo_tag import GazeboTag
+    from teleopctl.robot.ros2_control_tag import HardwareComponent, Transmission
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,7 @@ class RobotDescription:
     urdf: str
 
     @classmethod
-    def from_urdf(cls, text: str) -> "RobotDescription":
+    def from_urdf(cls, text: str) -> RobotDescription:
         """Read a URDF.
 
         Raises:
@@ -72,6 +77,8 @@ class RobotDescription:
         Raises:
             TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
         """
+        from teleopctl.robot.ros2_control_tag import read_components
+
         return read_components(_parse_robot(self.urdf), self.joints)
 
     def require_ros2_control(self) -> tuple[HardwareComponent, ...]:
@@ -96,6 +103,8 @@ class RobotDescription:
         Raises:
             TeleopctlError: When a ``<gazebo>`` cannot be read.
         """
+        from teleopctl.robot.gazebo_tag import read_gazebo
+
         return read_gazebo(_parse_robot(self.urdf))
 
 

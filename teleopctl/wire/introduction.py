@@ -7,7 +7,6 @@ new peer has met everybody.
 """
 
 import json
-import logging
 import os
 import threading
 import time
@@ -33,6 +32,8 @@ def introduce(session: zenoh.Session) -> None:
     if patience_s is not None and patience_s < 0:
         return
     if not meet_peers(session, patience_s) and not session.info.routers_zid():
+        import logging
+
         logging.getLogger(__name__).warning(
             "No router answers at %s. Going on without one: other processes become visible as "
             "soon as it runs ('teleopctl daemon start').",

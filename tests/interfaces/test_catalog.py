@@ -26,7 +26,7 @@ from teleopctl.interfaces.store import (
 @pytest.fixture
 def cache_folder(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
-    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda *_args, **_options: str(folder))
+    monkeypatch.setattr(standard, "cache_folder", lambda: folder)
     return folder
 
 
@@ -190,3 +190,12 @@ def test_messages_can_be_made_by_many_threads_at_once():
     with ThreadPoolExecutor(8) as pool:
         classes = list(pool.map(get_message, ["visualization_msgs/msg/InteractiveMarker"] * 64))
     assert len(set(classes)) == 1
+
+
+@pytest.mark.parametrize("chosen", [None, "", "relative", "/elsewhere"])
+def test_the_cache_is_where_platformdirs_says(monkeypatch, chosen):
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    if chosen is not None:
+        monkeypatch.setenv("XDG_CACHE_HOME", chosen)
+    expected = platformdirs.user_cache_path("teleopctl", appauthor=False)
+    assert standard.cache_folder() == expected

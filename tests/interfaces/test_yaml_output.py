@@ -156,3 +156,12 @@ def test_csv_has_a_column_for_each_value():
     assert message_to_csv(JOINTS, no_arr=True, no_str=True).split(",")[2] == "<string length: <0>>"
     assert message_to_csv(Array(data=range(4)), truncate=2) == ",0,0.0,1.0,..."
     assert message_to_csv(get_message("std_msgs/msg/Bool")(data=True)) == "True"
+
+
+@settings(deadline=None)
+@given(any_message())
+def test_a_received_message_is_written_as_the_one_that_was_sent(message):
+    received = deserialize(serialize(message), type(message))
+    assert message_to_csv(received) == message_to_csv(message)
+    assert message_to_dict(received) == message_to_dict(message)
+    assert message_to_yaml(received, truncate=2) == message_to_yaml(message, truncate=2)

@@ -1,0 +1,140 @@
+"""Blocks of values: how arrays and sequences of numbers, bools and bytes lie in a message.
+
+A slot holds a block in the form it came in, and programs get the form that ROS 2 gives them when
+they read it: ``array.array`` for a sequence of numbers, a numpy array for a fixed array of
+numbers, a list for bools and bytes. What was received is a memoryview of the received bytes.
+
+numpy takes longer to import than most commands run, so that it is imported only for values that
+are numpy arrays.
+"""
+
+from __future__ import annotations
+
+import array
+import sys
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    NumberArray: TypeAlias = npt.NDArray[Any]
+
+TYPE_CODES: dict[str, Any] = {
+    "int8": "b",
+    "uint8": "B",
+    "char": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}
+"""How ``array``, ``struct`` and memoryview call the types that are kept as numbers."""
+
+BLOCK_CODES: dict[str, Any] = TYPE_CODES | {"bool": "?", "byte": "c"}
+"""The same with the types whose sequences programs see as lists."""
+
+ITEM_SIZES: dict[str, int] = {
+    code: memoryview(bytes(8)).cast(code).itemsize for code in BLOCK_CODES.values()
+}
+
+_EMPTY = {code: memoryview(b"").cast(code) for code in BLOCK_CODES.values()}
+
+
+def empty(base: str) -> memoryview:
+    """Return the block of no values of a type."""
+    block: memoryview = _EMPTY[BLOCK_CODES[base]]
+    return block
+
+
+def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
+    """Return bytes as a block of values, without a copy."""
+    view = memoryview(data)
+    code = BLOCK_CODES[base]
+    return view if code == "B" else view.cast(code)
+
+
+def byteswapped(base: str, data: memoryview) -> Any:
+    """Return a block that was received in the byte order that is not this machine's."""
+    code = BLOCK_CODES[base]
+    if ITEM_SIZES[code] == 1:
+        return as_block(base, data)
+    block: array.array[Any] = array.array(code)
+    block.frombytes(data)
+    block.byteswap()
+    return block
+
+
+def to_array(code: str, block: Any) -> array.array[Any]:
+    """Return a block of numbers as an array of its own."""
+    copy: array.array[Any] = array.array(code)
+    copy.frombytes(memoryview(block).cast("B"))
+    return copy
+
+
+def to_numpy(base: str, block: Any) -> NumberArray:
+    """Return a block as a numpy array: a view of it, except of a list."""
+    import numpy as np
+
+    if isinstance(block, np.ndarray):
+        return block
+    dtype = numpy_type(base)
+    if not isinstance(block, list):
+        return np.frombuffer(block, dtype)
+    if base == "byte":
+        return np.frombuffer(b"".join(block), dtype)
+    return np.array(block, dtype)
+
+
+def to_own_numpy(base: str, block: Any) -> NumberArray:
+    """Return a block of a fixed array of numbers as a numpy array that can be written to."""
+    view = to_numpy(base, block)
+    return view if view.flags.writeable and not isinstance(block, memoryview) else view.copy()
+
+
+def numpy_type(base: str) -> np.dtype[Any]:
+    """Return the numpy type for the values of a block."""
+    import numpy as np
+
+    return np.dtype({"byte": "B"}.get(base) or BLOCK_CODES[base])
+
+
+def is_numpy_array(value: object) -> bool:
+    """Whether a value is a numpy array; numpy is not imported to find out."""
+    return isinstance(value, getattr(sys.modules.get("numpy"), "ndarray", ()))
+
+
+def is_numpy_bool(value: object) -> bool:
+    """Whether a value is one of numpy's bools; numpy is not imported to find out."""
+    return isinstance(value, getattr(sys.modules.get("numpy"), "bool_", ()))
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether two slots hold the same, in whatever form."""
+    if type(one) is type(other) and isinstance(one, _PLAIN):
+        return bool(one == other)
+    if isinstance(one, list) or isinstance(other, list):
+        return bool(_listed(one) == _listed(other))
+    if not (_is_block(one) and _is_block(other)):
+        return bool(one == other)
+    first, second = memoryview(one), memoryview(other)
+    if first.nbytes != second.nbytes:
+        return False
+    if first.format in ("f", "d"):  # where equal bytes are not equal values: -0.0 and NaN
+        return bool(first == second)
+    return first.tobytes() == second.tobytes()
+
+
+_PLAIN = (str, int, float, bytes, array.array)
+
+
+def _listed(value: Any) -> Any:
+    return value.tolist() if _is_block(value) else value
+
+
+def _is_block(value: object) -> bool:
+    return isinstance(value, memoryview | array.array) or is_numpy_array(value)

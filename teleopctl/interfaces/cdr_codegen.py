@@ -1,0 +1,213 @@
+"""What the generators of readers and writers of CDR have in common.
+
+For each message type and direction one Python function is made: straight code without any
+decision that the type already settles. A generator walks through the fields of a type, those of
+nested messages included, collects runs of values of fixed size, and keeps track of where in the
+data the function may be.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar
+
+from teleopctl.interfaces.blocks import BLOCK_CODES
+from teleopctl.interfaces.cdr_layout import (
+    ANYWHERE,
+    MAXIMUM_ALIGNMENT,
+    START,
+    Layout,
+    Offsets,
+    Run,
+)
+from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
+
+LARGE_ARRAY = 512
+"""Bytes from which on a fixed array is no part of a run, so that it is not copied twice."""
+
+_DEEPEST_LOOP = 8  # Python allows twenty blocks in each other
+_INDENT = "    "
+
+
+class Generator(ABC):
+    """Makes the source of one function.
+
+    Args:
+        layout: Sizes of types.
+        function: Gives the function for a nested message that is not inlined.
+
+    Attributes:
+        constants: What the source refers to by names of its own.
+        at: Where in the data, modulo 8, the function may be.
+    """
+
+    parameters: ClassVar[str]
+    order = "<"
+
+    def __init__(self, layout: Layout, function: Callable[[str], Any]) -> None:
+        self.layout = layout
+        self.constants: dict[str, Any] = {}
+        self._names: dict[Any, str] = {}
+        self._function = function
+        self._lines: list[str] = []
+        self._depth = 0
+        self._loops = 0
+        self._numbers: dict[str, int] = {}
+        self._run = Run()
+        self._values: list[str] = []
+        self.at: Offsets = ANYWHERE
+
+    # What a direction decides
+
+    @abstractmethod
+    def whole(self, definition: Definition) -> None:
+        """Emit the body of the function."""
+
+    @abstractmethod
+    def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
+        """Emit the reading or writing of a run."""
+
+    @abstractmethod
+    def single(self, kind: FieldType, place: str) -> None:
+        """Emit what belongs to one value that is no message."""
+
+    @abstractmethod
+    def fixed_block(self, kind: FieldType, place: str) -> None:
+        """Emit what belongs to a fixed array of numbers, bools or bytes."""
+
+    @abstractmethod
+    def block(self, kind: FieldType, place: str) -> None:
+        """Emit what belongs to a sequence of numbers, bools or bytes."""
+
+    @abstractmethod
+    def several(self, kind: FieldType, place: str) -> None:
+        """Emit what belongs to an array or a sequence of strings or messages."""
+
+    @abstractmethod
+    def nested(self, kind: FieldType, place: str) -> None:
+        """Emit what belongs to one nested message."""
+
+    # What both use
+
+    def fields(self, definition: Definition, variable: str) -> None:
+        """Walk through the fields of a message in a variable."""
+        if not definition.fields:
+            self._run.add("x")
+        for field in definition.fields:
+            self._field(field, f"{variable}._{field.attribute}")
+
+    def _field(self, field: Field, place: str) -> None:
+        kind = field.type
+        if kind.shape is Shape.SINGLE:
+            if kind.is_nested:
+                self.nested(kind, place)
+            else:
+                self.single(kind, place)
+        elif kind.base not in BLOCK_CODES:
+            self.several(kind, place)
+        elif kind.shape is Shape.ARRAY:
+            self.fixed_block(kind, place)
+        else:
+            self.block(kind, place)
+
+    def value(self, code: str, text: str) -> None:
+        """Append a value to the run."""
+        self._run.add(code)
+        self._values.append(text)
+
+    def value_block(self, kind: FieldType, text: str) -> None:
+        """Append a fixed array to the run."""
+        self._run.add_block(BLOCK_CODES[kind.base], kind.capacity)
+        self._values.append(text)
+
+    def skip_byte(self) -> None:
+        """Append a byte without a meaning to the run."""
+        self._run.add("x")
+
+    def flush(self) -> None:
+        """End the run and emit it."""
+        if self._run:
+            self.emit_run(self._run, self._values, self.at)
+            self.at = self._run.ends(self.at)
+            self._run, self._values = Run(), []
+
+    def anywhere(self) -> None:
+        """Note that from here on the place in the data depends on the content."""
+        self.at = ANYWHERE
+
+    def structs(self, run: Run, method: str, at: Offsets) -> tuple[str, int | None]:
+        """Return what names the bound method of the struct for a run.
+
+        Returns:
+            The name of the method, and the size of the struct; or the name of a table, by place
+            modulo 8, of methods or of pairs of method and size, and None where the size varies.
+        """
+        structs = {start: run.struct_at(start, self.order) for start in at}
+        if len(set(structs.values())) == 1:
+            (struct,) = set(structs.values())
+            return self.constant(method, getattr(struct, method)), struct.size
+        table: list[Any] = [None] * MAXIMUM_ALIGNMENT
+        for start, struct in structs.items():
+            call = getattr(struct, method)
+            table[start] = call if method == "pack" else (call, struct.size)
+        return self.constant("table", tuple(table)), None
+
+    @contextmanager
+    def loop(self, head: str) -> Iterator[None]:
+        """Emit a loop over elements."""
+        self.flush()
+        before = self.at
+        self._loops += 1
+        self.at = ANYWHERE
+        with self.indented(head):
+            yield
+            self.flush()
+        self._loops -= 1
+        self.at |= before
+
+    @contextmanager
+    def indented(self, head: str) -> Iterator[None]:
+        """Emit a line and, indented below it, what follows."""
+        self.line(head)
+        self._depth += 1
+        yield
+        self._depth -= 1
+
+    def inlines(self, type_name: str, is_element: bool = False) -> bool:
+        """Whether to put the code for a nested message here instead of calling its function."""
+        return self._loops < _DEEPEST_LOOP and self.layout.is_inlined(type_name, is_element)
+
+    def function(self, type_name: str) -> str:
+        """Return the name of the function for a nested message."""
+        return self.constant("message", self._function(type_name))
+
+    def constant(self, prefix: str, value: Any) -> str:
+        """Return a name for an object in the code."""
+        name = self._names.get(value)
+        if name is None:
+            name = self._names[value] = self.fresh(prefix.upper())
+            self.constants[name] = value
+        return name
+
+    def fresh(self, prefix: str) -> str:
+        """Return a name that nothing has yet."""
+        number = self._numbers[prefix] = self._numbers.get(prefix, -1) + 1
+        return f"{prefix}_{number}"
+
+    def line(self, text: str) -> None:
+        """Emit one line."""
+        self._lines.append(f"{_INDENT * (self._depth + 1)}{text}\n")
+
+    def source(self, name: str, is_nested: bool) -> str:
+        """Return the source of the function for a type; to be called once.
+
+        Args:
+            name: Full name of the type.
+            is_nested: Whether the function is for messages inside of others, which may stand
+                anywhere in the data.
+        """
+        self.at = ANYWHERE if is_nested else START
+        self.whole(self.layout.definition(name))
+        return f"def {type(self).__name__.lower()}({self.parameters}):\n{''.join(self._lines)}"

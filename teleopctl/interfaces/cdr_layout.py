@@ -1,0 +1,169 @@
+"""How values lie in CDR, the encoding of messages on the wire.
+
+The rules are those of XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.3), called PLAIN_CDR:
+
+* Four bytes of encapsulation come first: ``00 01`` for little-endian, ``00 00`` for big-endian,
+  and two bytes of options. Alignment counts from behind them.
+* A number stands at a multiple of its size, after as many bytes of padding as that takes. A bool,
+  an octet and a char take one byte.
+* A string is a uint32, the number of its bytes with a NUL at the end, and these bytes.
+* A sequence is a uint32, the number of its elements, and the elements. An array is the elements.
+* A message is its fields, without padding of its own; one without fields has a byte in ROS 2.
+
+Between strings and sequences everything has a fixed size: such *runs* of values are read and
+written by one call of a ``struct.Struct``. The padding inside a run depends only on where it
+starts modulo 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from struct import Struct
+from typing import TypeAlias
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES
+from teleopctl.interfaces.definition import Definition, FieldType, Shape
+
+HEADER_SIZE = 4
+MAXIMUM_ALIGNMENT = 8
+
+Offsets: TypeAlias = frozenset[int]
+"""Where in the data, modulo 8, something may stand as far as the generator can know."""
+
+START: Offsets = frozenset({HEADER_SIZE})
+ANYWHERE: Offsets = frozenset(range(MAXIMUM_ALIGNMENT))
+
+_COUNT_SIZE = 4
+_SHORTEST_STRING = 5
+_INLINED_FIELDS = 64
+_INLINED_ELEMENT_FIELDS = 10
+
+
+def padding(position: int, alignment: int) -> int:
+    """Return the number of bytes between a position in the data and the next aligned one."""
+    return (HEADER_SIZE - position) % alignment
+
+
+class Run:
+    """Values of fixed size that follow each other."""
+
+    def __init__(self) -> None:
+        self._items: list[tuple[int, str, int]] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._items)
+
+    def add(self, code: str) -> None:
+        """Append a value, or ``x`` for a byte without a meaning."""
+        size = ITEM_SIZES.get(code, 1)
+        self._items.append((size, code, size))
+
+    def add_block(self, code: str, count: int) -> None:
+        """Append a fixed array, which goes through the struct as bytes."""
+        size = ITEM_SIZES[code]
+        self._items.append((size, f"{count * size}s", count * size))
+
+    def is_single_pad(self) -> bool:
+        """Whether all there is is one byte without a meaning, such as the NUL of a string."""
+        return [code for _, code, _ in self._items] == ["x"]
+
+    def struct_at(self, start: int, order: str) -> Struct:
+        """Return the struct for the run when it starts at a position in the data."""
+        return _make_struct(tuple(self._items), start, order)
+
+    def ends(self, starts: Offsets) -> Offsets:
+        """Return where the run may end when it starts at one of some positions."""
+        return frozenset(
+            (start + self.struct_at(start, "<").size) % MAXIMUM_ALIGNMENT for start in starts
+        )
+
+
+@cache
+def _make_struct(items: tuple[tuple[int, str, int], ...], start: int, order: str) -> Struct:
+    position = start
+    parts = [order]
+    for alignment, code, size in items:
+        gap = padding(position, alignment)
+        parts.append(f"{gap}x{code}" if gap else code)
+        position += gap + size
+    return _struct_of("".join(parts))
+
+
+@cache
+def _struct_of(code: str) -> Struct:
+    """Return one struct for a format, however often it is asked for."""
+    return Struct(code)
+
+
+def after_block(starts: Offsets, size: int) -> Offsets:
+    """Return where elements of a size may end that begin, aligned, at one of some positions."""
+    ends: set[int] = set()
+    for start in starts:
+        first = start + padding(start, size)
+        ends.update((first + size * n) % MAXIMUM_ALIGNMENT for n in range(MAXIMUM_ALIGNMENT))
+    return frozenset(ends)
+
+
+class Layout:
+    """Sizes of message types on the wire.
+
+    Args:
+        definition: Gives the definition of a type by name.
+    """
+
+    def __init__(self, definition: Callable[[str], Definition]) -> None:
+        self.definition = definition
+        self._weights: dict[str, int] = {}
+        self._minimums: dict[str, int] = {}
+
+    def is_inlined(self, type_name: str, is_element: bool) -> bool:
+        """Whether the code for a nested message stands in that for the message around it.
+
+        If it always did, types that contain each other many times would make code without end.
+        The elements of sequences are mostly of types that occur in several messages, so that it
+        pays to make their code once.
+        """
+        limit = _INLINED_ELEMENT_FIELDS if is_element else _INLINED_FIELDS
+        return self._weight(type_name, ()) <= limit
+
+    def minimum(self, kind: FieldType) -> int:
+        """Return the smallest number of bytes that a field of a type takes, without padding."""
+        if kind.shape in (Shape.BOUNDED, Shape.UNBOUNDED):
+            return _COUNT_SIZE
+        count = kind.capacity if kind.shape is Shape.ARRAY else 1
+        return count * self.element_minimum(kind)
+
+    def element_minimum(self, kind: FieldType) -> int:
+        """Return the smallest number of bytes that one value of a type takes."""
+        if kind.base in BLOCK_CODES:
+            return ITEM_SIZES[BLOCK_CODES[kind.base]]
+        if not kind.is_nested:
+            return _SHORTEST_STRING
+        if kind.base not in self._minimums:
+            self._weight(kind.base, ())
+            fields = self.definition(kind.base).wire_fields
+            self._minimums[kind.base] = sum(self.minimum(field.type) for field in fields)
+        return self._minimums[kind.base]
+
+    def check(self, type_name: str) -> None:
+        """Raise TeleopctlError for a type that cannot be sent."""
+        self._weight(type_name, ())
+
+    def _weight(self, type_name: str, outer: tuple[str, ...]) -> int:
+        """Return how many fields a message has, those of nested messages included."""
+        if type_name in outer:
+            raise TeleopctlError(f"{type_name} contains itself")
+        if type_name not in self._weights:
+            fields = self.definition(type_name).wire_fields
+            for field in fields:
+                if field.type.base == "wstring":
+                    raise TeleopctlError(
+                        f"{type_name} has a wide string, which cannot be sent or received"
+                    )
+            self._weights[type_name] = 1 + sum(
+                self._weight(kind.base, (*outer, type_name)) if kind.is_nested else 1
+                for kind in (field.type for field in fields)
+            )
+        return self._weights[type_name]

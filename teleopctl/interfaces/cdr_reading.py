@@ -1,0 +1,202 @@
+"""Source of the functions that read messages from CDR.
+
+Received bytes are not trusted. Whatever lies outside of the data, a count that the bytes left
+cannot hold and a string without its NUL raise ValueError or ``struct.error``. Only of strings and
+short arrays copies are made; blocks refer to the data.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped, empty
+from teleopctl.interfaces.cdr_codegen import LARGE_ARRAY, Generator
+from teleopctl.interfaces.cdr_layout import (
+    HEADER_SIZE,
+    Layout,
+    Offsets,
+    Run,
+    after_block,
+    padding,
+)
+from teleopctl.interfaces.definition import Definition, FieldType, Shape
+
+_COUNT = "I"
+
+
+class Read(Generator):
+    """Makes ``read(d, v, p, end)``, which returns a message and the place behind it.
+
+    ``d`` is the data, ``v`` a memoryview of it, ``p`` the place where the message starts, and
+    ``end`` the length of the data.
+
+    Args:
+        layout: Sizes of types.
+        function: Gives the function for a nested message that is not inlined.
+        message_class: Gives the class of a message.
+        is_little: The byte order of the data.
+    """
+
+    parameters = "d, v, p, end"
+
+    def __init__(
+        self,
+        layout: Layout,
+        function: Callable[[str], Any],
+        message_class: Callable[[str], type],
+        is_little: bool,
+    ) -> None:
+        super().__init__(layout, function)
+        self.order = "<" if is_little else ">"
+        self._swapped = is_little != (sys.byteorder == "little")
+        self._message_class = message_class
+        self._after_run: list[str] = []
+
+    def whole(self, definition: Definition) -> None:
+        """Emit the body of the function."""
+        self.constants.update(
+            new=object.__new__, bad_text=_bad_text, bad_count=_bad_count, swapped=byteswapped
+        )
+        self.line(f"m = {self._new(definition.type_name)}")
+        self.fields(definition, "m")
+        self.flush()
+        self.line("return m, p")
+
+    def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
+        """Emit the reading of a run."""
+        if run.is_single_pad():
+            self.line("p += 1")
+            return
+        name, size = self.structs(run, "unpack_from", at)
+        if size is None:
+            self.line(f"unpack, size = {name}[p & 7]")
+            name = "unpack"
+        targets = f"{', '.join(values)}{',' if len(values) == 1 else ''} = " if values else ""
+        self.line(f"{targets}{name}(d, p)")
+        self.line(f"p += {'size' if size is None else size}")
+        for text in self._after_run:
+            self.line(text)
+        self._after_run = []
+
+    def nested(self, kind: FieldType, place: str) -> None:
+        """Emit the reading of one nested message."""
+        if self.inlines(kind.base):
+            variable = self.fresh("m")
+            self.line(f"{variable} = {place} = {self._new(kind.base)}")
+            self.fields(self.layout.definition(kind.base), variable)
+        else:
+            self._call(kind, place)
+
+    def _call(self, kind: FieldType, place: str) -> None:
+        self.flush()
+        self.line(f"{place}, p = {self.function(kind.base)}(d, v, p, end)")
+        self.anywhere()
+
+    def _new(self, type_name: str) -> str:
+        return f"new({self.constant('class', self._message_class(type_name))})"
+
+    def single(self, kind: FieldType, place: str) -> None:
+        """Emit the reading of a number or a string."""
+        if kind.base in BLOCK_CODES:
+            self.value(BLOCK_CODES[kind.base], place)
+            return
+        self.value(_COUNT, "n")
+        self.flush()
+        self.line("e = p + n - 1")
+        with self.indented("if not p <= e < end or d[e]:"):
+            self.line("raise bad_text(n, p)")
+        self.line(f'{place} = str(d[p:e], "utf-8")')
+        if kind.string_capacity:
+            with self.indented(f"if len({place}) > {kind.string_capacity}:"):
+                self.line("raise bad_text(n, p)")
+        self.line("p = e")
+        self.anywhere()
+        self.skip_byte()
+
+    def fixed_block(self, kind: FieldType, place: str) -> None:
+        """Emit the reading of a fixed array."""
+        item = ITEM_SIZES[BLOCK_CODES[kind.base]]
+        if kind.capacity * item < LARGE_ARRAY:
+            variable = self.fresh("b")
+            self.value_block(kind, variable)
+            self._after_run.append(f"{place} = {self._view(kind, f'memoryview({variable})')}")
+            return
+        self.flush()
+        self._slice(kind, place, str(kind.capacity))
+
+    def block(self, kind: FieldType, place: str) -> None:
+        """Emit the reading of a sequence of numbers, bools or bytes."""
+        self.value(_COUNT, "n")
+        self.flush()
+        self._check_bound(kind)
+        before = self.at
+        with self.indented("if n:"):
+            self._slice(kind, place, "n")
+        with self.indented("else:"):
+            self.constants[f"empty_{kind.base}"] = empty(kind.base)
+            self.line(f"{place} = empty_{kind.base}")
+        self.at |= before
+
+    def _slice(self, kind: FieldType, place: str, count: str) -> None:
+        size = ITEM_SIZES[BLOCK_CODES[kind.base]]
+        self._align(size)
+        self.line(f"e = p + {count} * {size}" if size > 1 else f"e = p + {count}")
+        with self.indented("if e > end:"):
+            self.line(f"raise bad_count({count}, p)")
+        self.line(f"{place} = {self._view(kind, 'v[p:e]')}")
+        self.line("p = e")
+        self.at = after_block(self.at, size)
+
+    def several(self, kind: FieldType, place: str) -> None:
+        """Emit the reading of an array or a sequence of strings or messages."""
+        count = str(kind.capacity)
+        if kind.shape is not Shape.ARRAY:
+            count = "n"
+            self.value(_COUNT, count)
+        self.flush()
+        self._check_bound(kind)
+        with self.indented(f"if {count} * {self.layout.element_minimum(kind)} > end - p:"):
+            self.line(f"raise bad_count({count}, p)")
+        elements = self.fresh("a")
+        self.line(f"{elements} = {place} = []")
+        with self.loop(f"for _ in range({count}):"):
+            if not kind.is_nested:
+                self.single(kind.element, "t")
+                self.line(f"{elements}.append(t)")
+            elif self.inlines(kind.base, is_element=True):
+                variable = self.fresh("m")
+                self.line(f"{variable} = {self._new(kind.base)}")
+                self.line(f"{elements}.append({variable})")
+                self.fields(self.layout.definition(kind.base), variable)
+            else:
+                self._call(kind, "t")
+                self.line(f"{elements}.append(t)")
+
+    def _check_bound(self, kind: FieldType) -> None:
+        if kind.shape is Shape.BOUNDED:
+            with self.indented(f"if n > {kind.capacity}:"):
+                self.line("raise bad_count(n, p)")
+
+    def _view(self, kind: FieldType, data: str) -> str:
+        code = BLOCK_CODES[kind.base]
+        if self._swapped and ITEM_SIZES[code] > 1:
+            return f"swapped({kind.base!r}, {data})"
+        return data if code == "B" else f"{data}.cast({code!r})"
+
+    def _align(self, size: int) -> None:
+        """Emit the skipping of padding, where there may be some."""
+        gaps = {padding(position, size) for position in self.at}
+        if len(gaps) > 1:
+            self.line(f"p += ({HEADER_SIZE} - p) % {size}")
+        elif gaps != {0}:
+            self.line(f"p += {gaps.pop()}")
+
+
+def _bad_text(size: int, position: int) -> ValueError:
+    return ValueError(f"string length {size} at byte {position} is wrong, or its end is not NUL")
+
+
+def _bad_count(count: int, position: int) -> ValueError:
+    return ValueError(f"sequence length {count} at byte {position} is too large")

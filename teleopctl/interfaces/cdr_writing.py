@@ -1,0 +1,159 @@
+"""Source of the functions that write messages as little-endian CDR.
+
+A function appends to a bytearray, whose length is the place in the data. A large block of numbers
+is copied once, by ``extend``; ``+=`` would be numpy's addition for a numpy array.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped
+from teleopctl.interfaces.cdr_codegen import LARGE_ARRAY, Generator
+from teleopctl.interfaces.cdr_layout import HEADER_SIZE, Offsets, Run, after_block, padding
+from teleopctl.interfaces.definition import Definition, FieldType, Shape
+
+_COUNT = "I"
+_SWAPPED = sys.byteorder == "big"
+
+
+class Write(Generator):
+    """Makes ``write(out, m)``, which appends message ``m`` to bytearray ``out``."""
+
+    parameters = "out, m"
+
+    def whole(self, definition: Definition) -> None:
+        """Emit the body of the function."""
+        self.constants.update(
+            fixed=_fixed, listed=_listed, swapped=_swapped, ValueError=ValueError, zeros=bytes(8)
+        )
+        self.fields(definition, "m")
+        self.flush()
+
+    def emit_run(self, run: Run, values: list[str], at: Offsets) -> None:
+        """Emit the writing of a run."""
+        if run.is_single_pad():
+            self.line("out.append(0)")
+            return
+        name, size = self.structs(run, "pack", at)
+        pack = f"{name}[len(out) & 7]" if size is None else name
+        self.line(f"out += {pack}({', '.join(values)})")
+
+    def nested(self, kind: FieldType, place: str) -> None:
+        """Emit the writing of one nested message."""
+        if self.inlines(kind.base):
+            variable = self.fresh("m")
+            self.line(f"{variable} = {place}")
+            self.fields(self.layout.definition(kind.base), variable)
+        else:
+            self._call(kind, place)
+
+    def _call(self, kind: FieldType, place: str) -> None:
+        self.flush()
+        self.line(f"{self.function(kind.base)}(out, {place})")
+        self.anywhere()
+
+    def single(self, kind: FieldType, place: str) -> None:
+        """Emit the writing of a number or a string."""
+        if kind.base in BLOCK_CODES:
+            self.value(BLOCK_CODES[kind.base], place)
+            return
+        text = self.fresh("t")
+        self.line(f"{text} = {place}.encode()")
+        self.value(_COUNT, f"len({text}) + 1")
+        self.flush()
+        self.line(f"out += {text}")
+        self.anywhere()
+        self.skip_byte()
+
+    def fixed_block(self, kind: FieldType, place: str) -> None:
+        """Emit the writing of a fixed array."""
+        size = kind.capacity * ITEM_SIZES[BLOCK_CODES[kind.base]]
+        data = self._data(kind, place)
+        if size < LARGE_ARRAY:
+            self.value_block(kind, f"fixed({data}, {size})")
+            return
+        self.flush()
+        variable = self.fresh("v")
+        self.line(f"{variable} = fixed({data}, {size})")
+        self._align(ITEM_SIZES[BLOCK_CODES[kind.base]])
+        self.line(f"out += {variable}")
+        self.at = after_block(self.at, ITEM_SIZES[BLOCK_CODES[kind.base]])
+
+    def block(self, kind: FieldType, place: str) -> None:
+        """Emit the writing of a sequence of numbers, bools or bytes."""
+        size = ITEM_SIZES[BLOCK_CODES[kind.base]]
+        block, count = self.fresh("v"), self.fresh("n")
+        self.line(f"{block} = {self._data(kind, place)}")
+        self.line(f"{count} = len({block})")
+        self._check_bound(kind, count)
+        self.value(_COUNT, count)
+        self.flush()
+        before = self.at
+        with self.indented(f"if {count}:"):
+            self._align(size)
+            self.line(f"end = len(out) + {count} * {size}")
+            self.line(f"out.extend({block})")
+            with self.indented("if len(out) != end:"):
+                self.line('raise ValueError("it changed while it was serialised")')
+        self.at = before | after_block(self.at, size)
+
+    def several(self, kind: FieldType, place: str) -> None:
+        """Emit the writing of an array or a sequence of strings or messages."""
+        elements = self.fresh("v")
+        self.line(f"{elements} = [*{place}]")
+        if kind.shape is Shape.ARRAY:
+            with self.indented(f"if len({elements}) != {kind.capacity}:"):
+                self.line(f'raise ValueError("an array has not {kind.capacity} elements")')
+        else:
+            self._check_bound(kind, f"len({elements})")
+            self.value(_COUNT, f"len({elements})")
+        element = self.fresh("e")
+        with self.loop(f"for {element} in {elements}:"):
+            if not kind.is_nested:
+                self.single(kind.element, element)
+            elif self.inlines(kind.base, is_element=True):
+                self.fields(self.layout.definition(kind.base), element)
+            else:
+                self._call(kind, element)
+
+    def _data(self, kind: FieldType, place: str) -> str:
+        if not kind.is_numeric:
+            return f"listed({place}, {kind.base == 'byte'})"
+        return f"swapped({kind.base!r}, {place})" if _SWAPPED else place
+
+    def _check_bound(self, kind: FieldType, count: str) -> None:
+        if kind.shape is Shape.BOUNDED:
+            with self.indented(f"if {count} > {kind.capacity}:"):
+                self.line(f'raise ValueError("a sequence has more than {kind.capacity} elements")')
+
+    def _align(self, size: int) -> None:
+        """Emit padding, where there may have to be some."""
+        gaps = {padding(position, size) for position in self.at}
+        if len(gaps) > 1:
+            self.line(f"out += zeros[: ({HEADER_SIZE} - len(out)) % {size}]")
+        elif gaps != {0}:
+            self.line(f"out += zeros[: {gaps.pop()}]")
+
+
+def _fixed(block: Any, size: int) -> bytes:
+    """Return a fixed array as bytes."""
+    data: bytes = block if isinstance(block, bytes) else block.tobytes()
+    if len(data) != size:
+        raise ValueError(f"an array has {len(data)} bytes instead of {size}")
+    return data
+
+
+def _listed(block: Any, is_bytes: bool) -> Any:
+    """Return bools or bytes, which programs have in lists, as a block."""
+    if not isinstance(block, list):
+        return block
+    data = b"".join(block) if is_bytes else bytes(map(bool, block))
+    if len(data) != len(block):
+        raise ValueError("a byte is not one byte")
+    return data
+
+
+def _swapped(base: str, block: Any) -> Any:
+    return byteswapped(base, memoryview(block).cast("B"))
