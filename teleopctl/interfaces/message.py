@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import MemberDescriptorType
 from typing import Any, ClassVar, TypeAlias
 
@@ -77,18 +77,6 @@ class Message:
             for field in self.__definition__.fields
         )
         return f"{package}.{kind}.{name}({', '.join(fields)})"
-
-    def __reduce__(self) -> tuple[Callable[..., Message], tuple[str, dict[str, Any]]]:
-        values = {f.attribute: getattr(self, f.attribute) for f in self.__definition__.fields}
-        return restore, (self.TYPE_NAME, values)
-
-
-def restore(type_name: str, values: Mapping[str, Any]) -> Message:
-    """Make a message from the values of its fields; what pickle and copy call."""
-    from teleopctl.interfaces.store import get_class
-
-    message: Message = get_class(type_name)(**values)
-    return message
 
 
 def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:

@@ -6,7 +6,9 @@ safe to call from any thread.
 
 from __future__ import annotations
 
+import copyreg
 import threading
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -76,8 +78,23 @@ def get_message(type_name: str) -> type[Any]:
         raise TeleopctlError(f"{name} is {what}, not a message", exit_status=2)
     with _lock:
         if name not in _classes:
-            _classes[name] = make_class(definition, get_message)
+            made = make_class(definition, get_message)
+            # A class that was made here is found by its name, and by no import.
+            copyreg.pickle(made, _reduce)
+            _classes[name] = made
         return _classes[name]
+
+
+def restore(type_name: str, values: Mapping[str, Any]) -> Message:
+    """Make a message from the values of its fields; what pickle and copy call."""
+    message: Message = get_message(type_name)(**values)
+    return message
+
+
+def _reduce(message: Message) -> tuple[Callable[..., Message], tuple[str, dict[str, Any]]]:
+    fields = message.__definition__.fields
+    values = {field.attribute: getattr(message, field.attribute) for field in fields}
+    return restore, (message.TYPE_NAME, values)
 
 
 def get_service(type_name: str) -> type[Any]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from teleopctl.control.controllers.base import Environment
 from teleopctl.control.trajectory import position_commands
 from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint, to_nanoseconds
 from teleopctl.control.trajectory.settings import Settings
@@ -16,11 +17,6 @@ from teleopctl.control.trajectory.validation import (
     to_points,
     validate,
 )
-
-if TYPE_CHECKING:
-    from teleopctl.control.controllers.joint_trajectory_controller import (
-        JointTrajectoryController,
-    )
 
 # A start so far ahead (s) is rather a stamp of another clock than a plan.
 _FAR_AHEAD = 60.0
@@ -41,6 +37,34 @@ class Incoming:
     from_command: bool = False
 
 
+class TrajectoryFollower(Protocol):
+    """What the inputs need of the controller that follows the trajectories.
+
+    Attributes:
+        logger: Its logger.
+        node: Its node.
+        env: What its manager gives it.
+    """
+
+    logger: Any
+    node: Any
+    env: Environment
+
+    @property
+    def speed_scaling(self) -> float:
+        """Factor on the speed of the trajectory."""
+
+    @speed_scaling.setter
+    def speed_scaling(self, factor: float) -> None: ...
+
+    @property
+    def nominal_period(self) -> float:
+        """Seconds between two updates."""
+
+    def state_at(self, time_ns: int) -> TrajectoryPoint | None:
+        """Where the trajectory is at a time; None without one."""
+
+
 class TrajectoryInputs:
     """Subscriptions of one trajectory controller.
 
@@ -55,7 +79,7 @@ class TrajectoryInputs:
 
     def __init__(
         self,
-        controller: JointTrajectoryController,
+        controller: TrajectoryFollower,
         settings: Settings,
         incoming: deque[Incoming],
     ) -> None:
