@@ -26,11 +26,8 @@ def package_name(manifest: Path) -> str | None:
     Returns:
         The name, or None when the file cannot be read or declares none.
     """
-    try:
-        text = manifest.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return None
-    match = _NAME.search(_COMMENT.sub("", text))
+    text = _text_of(manifest)
+    match = None if text is None else _NAME.search(_COMMENT.sub("", text))
     return match.group(1) if match else None
 
 
@@ -81,8 +78,9 @@ def console_scripts(folder: Path) -> dict[str, str]:
         ("setup.py", _scripts_of_setup_py),
     ):
         file = folder / name
-        if file.is_file():
-            scripts.update(reader(file.read_text(encoding="utf-8", errors="replace")))
+        text = _text_of(file)
+        if text is not None:
+            scripts.update(reader(text))
     return scripts
 
 
@@ -93,6 +91,14 @@ def import_root(folder: Path, target: str) -> Path:
     if (source / top).is_dir() or (source / f"{top}.py").is_file():
         return source
     return folder
+
+
+def _text_of(file: Path) -> str | None:
+    """Read a file; None when there is none or it is not ours to read."""
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
 
 
 def _parse_entry_points(lines: list[str]) -> dict[str, str]:
@@ -134,7 +140,7 @@ def _scripts_of_pyproject(text: str) -> dict[str, str]:
 def _scripts_of_setup_py(text: str) -> dict[str, str]:
     try:
         tree = ast.parse(text)
-    except SyntaxError:
+    except (SyntaxError, ValueError):  # a null byte is no syntax error before Python 3.12
         return {}
     constants = {
         target.id: statement.value

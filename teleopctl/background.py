@@ -8,12 +8,12 @@ that is gone, nor of another one that was given the same pid.
 import contextlib
 import json
 import os
-import select
 import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -32,8 +32,8 @@ LAUNCH = "launch"
 
 _ANNOUNCE = "TELEOPCTL_ANNOUNCE"
 _RECORDS = "processes"
-# How far two readings of one start time may be apart, in seconds: the clock may have been set.
-_SAME_START_S = 1.0
+# A process that is no child cannot be waited for on every system: it is looked at this often.
+_LOOK_EVERY_S = 0.02
 
 # What keeps the signals of the starter's console away; elsewhere a session of its own does.
 if sys.platform == "win32":
@@ -45,12 +45,25 @@ else:
 _children: dict[int, subprocess.Popen[str]] = {}
 
 
+class Start(NamedTuple):
+    """When a process started.
+
+    Attributes:
+        time: In seconds since the Unix epoch, by the clock as it was set then; 0 before the start.
+        mark: What tells the process from any other one that has its pid, however the clock is
+            set; empty when it was too short-lived to be asked.
+    """
+
+    time: float = 0.0
+    mark: str = ""
+
+
 class ProcessRecord(NamedTuple):
-    """A background process; ``start_time`` in seconds since the Unix epoch."""
+    """A background process."""
 
     name: str
     pid: int
-    start_time: float
+    start: Start
     command: tuple[str, ...]
     log_file: Path
     kind: str
@@ -102,13 +115,13 @@ def start(
         TeleopctlError: The program cannot be started, or it reported a failure, ended or said
             nothing in time instead of announcing that it is ready.
     """
-    log_file = _new_log_file(name)
     environment = dict(os.environ if env is None else env)
     # It may be in our own environment, when this process has not announced itself yet.
     environment.pop(_ANNOUNCE, None)
     if ready_within_s is not None:
         environment[_ANNOUNCE] = "1"
-    with log_file.open("ab") as log:
+    with _new_log(name) as log:
+        log_file = Path(log.name)
         try:
             child = subprocess.Popen(
                 list(argv),
@@ -121,12 +134,12 @@ def start(
                 creationflags=_CREATION_FLAGS,
             )
         except OSError as error:
-            raise TeleopctlError(f"Cannot start {argv[0]}: {error.strerror}.") from error
+            raise TeleopctlError(f"Cannot start {argv[0]}: {error.strerror}") from error
     _children[child.pid] = child
     try:
         if ready_within_s is not None:
             _await_ready(child, name, log_file, ready_within_s)
-        record = ProcessRecord(name, child.pid, _start_time(child.pid), tuple(argv), log_file, kind)
+        record = ProcessRecord(name, child.pid, start_of(child.pid), tuple(argv), log_file, kind)
         _write(record)
     except BaseException:
         # Without a record nobody would find it again.
@@ -167,7 +180,7 @@ def records() -> list[ProcessRecord]:
             alive.append(record)
         elif record is None or record.kind != LAUNCH:
             path.unlink(missing_ok=True)
-    return sorted(alive, key=lambda record: record.start_time)
+    return sorted(alive, key=lambda record: record.start.time)
 
 
 def ended_launches() -> list[ProcessRecord]:
@@ -178,6 +191,18 @@ def ended_launches() -> list[ProcessRecord]:
 def forget(record: ProcessRecord) -> None:
     """Remove the record of a process that has ended."""
     (runtime_dir() / _RECORDS / f"{record.pid}.json").unlink(missing_ok=True)
+
+
+def start_of(pid: int) -> Start:
+    """When a process started, for its record."""
+    import psutil
+
+    try:
+        process = psutil.Process(pid)
+        return Start(process.create_time(), _start_mark(process))
+    except (psutil.Error, OSError):
+        # It has ended already, which is for its log to explain.
+        return Start(time.time())
 
 
 def is_alive(record: ProcessRecord) -> bool:
@@ -223,14 +248,14 @@ def _await_ready(
     reader.join(timeout_s)
     if reader.is_alive():
         raise TeleopctlError(
-            f"{name} was not ready within {timeout_s:g} s.", hint=f"Its output is in {log_file}."
+            f"{name} was not ready within {timeout_s:g} s", hint=f"Its output is in {log_file}."
         )
     stream.close()
     line = lines[0] if lines else ""
     if line == READY:
         return
     raise TeleopctlError(
-        line or f"{name} ended while it was starting.", hint=f"Its output is in {log_file}."
+        line or f"{name} ended while it was starting", hint=f"Its output is in {log_file}."
     )
 
 
@@ -240,33 +265,30 @@ def _read_line(stream: IO[str], lines: list[str]) -> None:
 
 
 def _wait(process: "psutil.Process", timeout_s: float) -> bool:
-    """Wait for the end of a process; False when the time is up."""
-    import psutil
+    """Wait for the end of a process; False when the time is up.
 
-    child = _children.get(process.pid)
-    try:
-        if child is not None:
-            child.wait(timeout_s)
-        elif sys.platform == "linux":
-            return _wait_on_linux(process.pid, timeout_s)
-        else:
-            process.wait(timeout_s)
-    except (psutil.TimeoutExpired, subprocess.TimeoutExpired):
-        return False
+    The processes of other commands are no children of this one, and psutil would wait until their
+    parent has taken note of the end, which in a container without an init process is never.
+    """
+    deadline = time.monotonic() + timeout_s
+    while _is_running(process):
+        if time.monotonic() >= deadline:
+            return False
+        time.sleep(_LOOK_EVERY_S)
     return True
 
 
-def _wait_on_linux(pid: int, timeout_s: float) -> bool:
-    # psutil would also wait until the parent has taken note of the end, which in a container
-    # without an init process is never.
+def _is_running(process: "psutil.Process") -> bool:
+    import psutil
+
+    child = _children.get(process.pid)
+    if child is not None:
+        return child.poll() is None
     try:
-        descriptor = os.pidfd_open(pid)
-    except ProcessLookupError:
-        return True
-    try:
-        return bool(select.select([descriptor], [], [], timeout_s)[0])
-    finally:
-        os.close(descriptor)
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.Error:
+        # Gone, or another user's by now, whose state some systems keep to themselves.
+        return False
 
 
 def _process(record: ProcessRecord) -> "psutil.Process | None":
@@ -279,44 +301,39 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
         return None
     try:
         process = psutil.Process(record.pid)
-        same = abs(process.create_time() - record.start_time) < _SAME_START_S
-        return process if same and process.status() != psutil.STATUS_ZOMBIE else None
-    except psutil.NoSuchProcess:
+        is_same = _start_mark(process) == record.start.mark
+    except (psutil.Error, OSError):
         return None
+    return process if is_same and _is_running(process) else None
 
 
-def _start_time(pid: int) -> float:
-    import psutil
-
-    try:
-        return psutil.Process(pid).create_time()
-    except psutil.NoSuchProcess:
-        # It has ended already, which is for its log to explain.
-        return datetime.now().timestamp()
-
-
-def _make_records_dir() -> Path:
-    folder = runtime_dir() / _RECORDS
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise TeleopctlError(
-            f"The folder {folder} for records of background processes cannot be made: "
-            f"{error.strerror}.",
-            hint="Set TELEOPCTL_RUNTIME_DIR to a folder that you may write to.",
-        ) from error
-    return folder
+def _start_mark(process: "psutil.Process") -> str:
+    if sys.platform != "linux":
+        return f"{process.create_time():.3f}"
+    # There psutil adds up the clock and the time since the boot, so that its answer changes when
+    # a machine without a battery for its clock, a robot say, finds the time in the network.
+    boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    stat = Path(f"/proc/{process.pid}/stat").read_text(encoding="utf-8", errors="replace")
+    # The name of the program, in parentheses, may hold anything; the start is the 22nd field.
+    return f"{boot}/{stat.rpartition(')')[2].split()[19]}"
 
 
 def _write(record: ProcessRecord) -> None:
-    path = _make_records_dir() / f"{record.pid}.json"
+    folder = runtime_dir() / _RECORDS
     entry = {**record._asdict(), "log_file": str(record.log_file)}
-    # Renaming is atomic: nobody reads half a record.
-    with tempfile.NamedTemporaryFile(
-        "w", dir=path.parent, suffix=".new", delete=False, encoding="utf-8"
-    ) as file:
-        json.dump(entry, file)
-    Path(file.name).replace(path)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # Renaming is atomic: nobody reads half a record.
+        with tempfile.NamedTemporaryFile(
+            "w", dir=folder, suffix=".new", delete=False, encoding="utf-8"
+        ) as file:
+            json.dump(entry, file)
+        Path(file.name).replace(folder / f"{record.pid}.json")
+    except OSError as error:
+        raise TeleopctlError(
+            f"Cannot record a background process in {folder}: {error.strerror}",
+            hint="Set TELEOPCTL_RUNTIME_DIR to a folder that you may write to.",
+        ) from error
 
 
 def _all_records() -> list[tuple[Path, ProcessRecord | None]]:
@@ -329,24 +346,24 @@ def _read(path: Path) -> ProcessRecord | None:
         return ProcessRecord(
             str(entry["name"]),
             int(entry["pid"]),
-            float(entry["start_time"]),
+            Start(float(entry["start"][0]), str(entry["start"][1])),
             tuple(str(word) for word in entry["command"]),
             Path(entry["log_file"]),
             str(entry["kind"]),
         )
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError):
         return None
 
 
-def _new_log_file(name: str) -> Path:
+def _new_log(name: str) -> IO[bytes]:
     folder = logs_dir()
     safe = "".join(c if c.isalnum() or c in "._-" else "_" for c in name)
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        return (folder / f"{safe}-{stamp}-{os.getpid()}.log").open("ab")
     except OSError as error:
         raise TeleopctlError(
-            f"The folder {folder} for log files cannot be made: {error.strerror}.",
+            f"Cannot write to the log folder {folder}: {error.strerror}",
             hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error
-    return folder / f"{safe}-{stamp}-{os.getpid()}.log"

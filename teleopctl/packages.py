@@ -14,12 +14,11 @@ that is used in it, while executables that it does not define still come from th
 """
 
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 ENTRY_POINT_GROUP = "teleopctl.nodes"
@@ -55,8 +54,7 @@ _NODE_PACKAGES: dict[str, dict[str, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Executable:
+class Executable(NamedTuple):
     """A program of a package: a function to call, or a file to run.
 
     Attributes:
@@ -74,8 +72,7 @@ class Executable:
     import_root: Path | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Package:
+class Package(NamedTuple):
     """A ROS package.
 
     Attributes:
@@ -97,17 +94,12 @@ def find_package(name: str) -> Package:
     """
     # Entry points are read from the metadata of every installed distribution, which takes tens
     # of milliseconds: they are asked only when nothing else knows the package.
-    layers = [
-        package
-        for package in (_folder_packages().get(name), _builtin_package(name))
-        if package is not None
-    ]
-    if not layers:
-        layers = [package for package in (_installed_packages().get(name),) if package is not None]
+    layers = _known(_folder_packages().get(name), _builtin_package(name))
+    layers = layers or _known(_installed_packages().get(name))
     if not layers:
         raise TeleopctlError(
             f"Package '{name}' not found",
-            hint=suggest(name, (package.name for package in list_packages()))
+            hint=did_you_mean(name, (package.name for package in list_packages()))
             or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
             "and among the installed distributions.",
         )
@@ -119,10 +111,7 @@ def list_packages() -> list[Package]:
     builtin = {name: _builtin_package(name) for name in (*_DATA_PACKAGES, *_NODE_PACKAGES)}
     sources = (_folder_packages(), builtin, _installed_packages())
     names = sorted({name for source in sources for name in source})
-    return [
-        _overlay([package for source in sources if (package := source.get(name)) is not None])
-        for name in names
-    ]
+    return [_overlay(_known(*(source.get(name) for source in sources))) for name in names]
 
 
 def package_share(name: str) -> Path:
@@ -146,34 +135,49 @@ def find_executable(package: str | None, name: str) -> Executable:
             offer different programs of that name.
     """
     if package is not None:
-        found = find_package(package)
-        if name not in found.executables:
-            installed = _installed_packages().get(package)
-            if installed is not None and name in installed.executables:
-                return installed.executables[name]
-            raise TeleopctlError(
-                "No executable found",
-                hint=suggest(name, found.executables) or _offered(package, found.executables),
-            )
-        return found.executables[name]
+        return _executable_of(package, name)
     if is_path(name):
-        file = Path(name).expanduser().absolute()
-        if not file.is_file():
-            raise TeleopctlError("No executable found", hint=f"There is no file {file}.")
-        return Executable(name=file.name, file=file, import_root=file.parent)
+        return _executable_file(name)
+    return _only_executable(name)
+
+
+def _executable_of(package: str, name: str) -> Executable:
+    offered = find_package(package).executables
+    if name in offered:
+        return offered[name]
+    # A package that needs no look at the entry points may have more programs among them.
+    installed = _installed_packages().get(package)
+    if installed is not None and name in installed.executables:
+        return installed.executables[name]
+    names = ", ".join(sorted(offered))
+    raise TeleopctlError(
+        "No executable found",
+        hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
+    )
+
+
+def _executable_file(path: str) -> Executable:
+    file = Path(path).expanduser().absolute()
+    if not file.is_file():
+        raise TeleopctlError("No executable found", hint=f"There is no file {file}.")
+    return Executable(name=file.name, file=file, import_root=file.parent)
+
+
+def _only_executable(name: str) -> Executable:
+    """Return the program of that name, which several packages may share."""
     packages = list_packages()
-    found_in = [entry.executables[name] for entry in packages if name in entry.executables]
-    if not found_in:
+    found = [entry.executables[name] for entry in packages if name in entry.executables]
+    if not found:
         every = {executable for entry in packages for executable in entry.executables}
-        raise TeleopctlError("No executable found", hint=suggest(name, every))
-    if len({(entry.target, entry.file, entry.import_root) for entry in found_in}) > 1:
-        owners = ", ".join(entry.package for entry in found_in)
+        raise TeleopctlError("No executable found", hint=did_you_mean(name, every))
+    if len({(entry.target, entry.file, entry.import_root) for entry in found}) > 1:
+        owners = ", ".join(entry.package for entry in found)
         raise TeleopctlError(
             f"Several packages have an executable '{name}': {owners}",
-            hint=f"Name one: teleopctl run {found_in[0].package} {name}",
+            hint=f"Name one: teleopctl run {found[0].package} {name}",
             exit_status=2,
         )
-    return found_in[0]
+    return found[0]
 
 
 def is_path(text: str) -> bool:
@@ -205,17 +209,8 @@ def resolve_uri(uri: str) -> Path:
     raise TeleopctlError(f"Cannot open '{uri}': expected package://, file:// or a path")
 
 
-def suggest(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint that names what a misspelled name may have meant, or None."""
-    from difflib import get_close_matches
-
-    matches = get_close_matches(name, list(known), n=3)
-    return f"Did you mean {' or '.join(matches)}?" if matches else None
-
-
-def _offered(package: str, executables: Iterable[str]) -> str:
-    names = ", ".join(sorted(executables))
-    return f"{package} has {names}." if names else f"{package} has no executables."
+def _known(*layers: Package | None) -> list[Package]:
+    return [package for package in layers if package is not None]
 
 
 def _overlay(layers: list[Package]) -> Package:

@@ -35,7 +35,7 @@ def test_what_was_started_is_on_record_until_it_is_stopped():
     assert record.name == "sleeper"
     assert record.command == tuple(SLEEPER)
     assert record.kind == "node"
-    assert record.start_time == pytest.approx(psutil.Process(record.pid).create_time())
+    assert record.start.time == pytest.approx(psutil.Process(record.pid).create_time())
     background.stop(record)
     assert background.records() == []
     assert not psutil.pid_exists(record.pid)
@@ -55,17 +55,24 @@ def test_several_of_one_name_are_listed_oldest_first():
     started = [background.start("twin", SLEEPER, kind="node") for _ in range(3)]
     listed = background.records()
     assert {record.pid for record in listed} == {record.pid for record in started}
-    assert [r.start_time for r in listed] == sorted(r.start_time for r in listed)
+    assert [r.start.time for r in listed] == sorted(r.start.time for r in listed)
 
 
 def test_another_process_with_the_same_pid_is_not_ours():
     record = background.start("sleeper", SLEEPER, kind="node")
-    impostor = record._replace(start_time=record.start_time - 100)
+    impostor = record._replace(start=record.start._replace(mark="another"))
     background._write(impostor)
     assert background.records() == []
     background.stop(impostor)
     assert psutil.pid_exists(record.pid)
     psutil.Process(record.pid).kill()
+
+
+def test_a_record_holds_when_the_clock_is_set():
+    record = background.start("sleeper", SLEEPER, kind="node")
+    an_hour_ago = record._replace(start=record.start._replace(time=record.start.time - 3600))
+    background._write(an_hour_ago)
+    assert background.records() == [an_hour_ago]
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"pid": "x"}', "\0"])
@@ -124,9 +131,17 @@ def test_a_process_that_cannot_be_recorded_does_not_stay(monkeypatch, tmp_path):
     before = {child.pid for child in psutil.Process().children()}
     with monkeypatch.context() as unwritable:
         unwritable.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "file"))
-        with pytest.raises(TeleopctlError, match="cannot be made"):
+        with pytest.raises(TeleopctlError, match="Cannot record a background process in "):
             background.start("sleeper", SLEEPER, kind="node")
     assert {child.pid for child in psutil.Process().children()} == before
+
+
+def test_a_log_folder_that_takes_no_files_is_named(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file"))
+    with pytest.raises(TeleopctlError, match=r"Cannot write to the log folder .*file: ") as failure:
+        background.start("sleeper", SLEEPER, kind="node")
+    assert "ROS_LOG_DIR" in failure.value.hint
 
 
 def test_looking_for_records_makes_no_folder(monkeypatch, tmp_path):

@@ -121,6 +121,12 @@ def test_scripts_are_read_from_setup_cfg_and_pyproject_too(empty_folder):
     assert ament.console_scripts(folder) == {"one": "p.one:main", "two": "p.two:main"}
 
 
+def test_files_that_cannot_be_read_declare_nothing(empty_folder):
+    folder = make_package(empty_folder / "p", "p", setup_dot_py="setup()\0")
+    (folder / "setup.cfg").mkdir()
+    assert ament.console_scripts(folder) == {}
+
+
 def test_a_source_layout_is_imported_from_its_src_folder(empty_folder):
     folder = make_package(empty_folder / "p", "p")
     (folder / "src" / "p").mkdir(parents=True)

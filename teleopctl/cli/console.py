@@ -11,9 +11,9 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TextIO
 
+from teleopctl.cli.program import PROGRAM
 from teleopctl.errors import TeleopctlError
 
-_PROGRAM = "teleopctl"
 _BOLD_RED = "\x1b[1;31m"
 _YELLOW = "\x1b[33m"
 _RESET = "\x1b[0m"
@@ -61,7 +61,7 @@ def warn(text: str) -> None:
 
 def error(failure: TeleopctlError) -> None:
     """Write what went wrong and what to do about it to stderr."""
-    note(f"{_coloured(f'{_PROGRAM}:', _BOLD_RED, sys.stderr)} {failure.message}")
+    note(f"{_coloured(f'{PROGRAM}:', _BOLD_RED, sys.stderr)} {failure.message}")
     if failure.hint:
         note(f"  {failure.hint}")
 
@@ -75,6 +75,8 @@ def colour_enabled(stream: TextIO) -> bool:
         return False
     if os.environ.get("FORCE_COLOR"):
         return True
+    if os.name == "nt" and not os.environ.keys() & {"WT_SESSION", "TERM"}:
+        return False  # the old console would show the codes themselves
     return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 

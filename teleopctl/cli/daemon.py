@@ -1,9 +1,8 @@
 """``teleopctl daemon``: the router that introduces nodes to each other."""
 
-from typing import Annotated
-
 from teleopctl.cli import console
-from teleopctl.cli.verb import Group, Option, Verb
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Group, Verb
 
 GROUP = Group(
     "Manage the router that introduces nodes to each other.",
@@ -14,10 +13,8 @@ GROUP = Group(
     },
 )
 
-_AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
 
-
-def start(as_json: _AsJson = False) -> None:
+def start(as_json: AsJson = False) -> None:
     """Start the daemon if it is not running."""
     from teleopctl.wire.router import router_endpoint, start_router
 
@@ -28,7 +25,7 @@ def start(as_json: _AsJson = False) -> None:
         console.out("The daemon has been started" if started else "The daemon is already running")
 
 
-def stop(as_json: _AsJson = False) -> None:
+def stop(as_json: AsJson = False) -> None:
     """Stop the daemon if it is running."""
     from teleopctl.wire.router import router_endpoint, stop_router
 
@@ -39,7 +36,7 @@ def stop(as_json: _AsJson = False) -> None:
         console.out("The daemon has been stopped" if stopped else "The daemon is not running")
 
 
-def status(as_json: _AsJson = False) -> None:
+def status(as_json: AsJson = False) -> None:
     """Tell whether the daemon is running, and where."""
     from teleopctl.wire.router import find_router, router_endpoint, router_is_running
 

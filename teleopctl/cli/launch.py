@@ -77,7 +77,7 @@ def launch(
         return starting.run_here(plan)
     for warning in plan.warnings:
         console.warn(warning)
-    record = starting.start_in_background(plan, file.stem, _report)
+    record = starting.start_in_background(plan, file.stem.removesuffix(".launch"), _report)
     if all(process.ends_by_itself for process in plan.processes):
         console.out(f"{record.name} has finished")
     else:

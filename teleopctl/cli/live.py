@@ -8,8 +8,6 @@ from teleopctl.wire.graph import query_graph
 from teleopctl.wire.session import open_session
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from teleopctl.wire.graph import Graph
 
 
@@ -26,11 +24,3 @@ def live_graph() -> Graph:
 def absolute_name(name: str) -> str:
     """The name with its leading slash, which people leave out."""
     return name if name.startswith("/") else f"/{name}"
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A hint that names what is spelt alike, or None when nothing is."""
-    from difflib import get_close_matches
-
-    matches = get_close_matches(name, list(known), n=3)
-    return f"did you mean {' or '.join(matches)}?" if matches else None

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
+from teleopctl import background
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError
@@ -66,18 +67,8 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
     if len(found) > 1:
         names = ", ".join(entry.qualified_name for entry in found)
         raise TeleopctlError(f"'{name}' may be {names}", hint="Name one of them.", exit_status=2)
-    entry = found[0]
-
-    def is_running() -> bool:
-        import psutil
-
-        try:
-            process = psutil.Process(entry.record.pid)
-            return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
-        except psutil.NoSuchProcess:
-            return False
-
-    return entry.record.log_file, is_running
+    record = found[0].record
+    return record.log_file, lambda: background.is_alive(record)
 
 
 def _copy(read: Callable[[int], bytes]) -> None:

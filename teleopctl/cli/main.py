@@ -18,12 +18,10 @@ from typing import TYPE_CHECKING, NoReturn
 from teleopctl import __version__
 from teleopctl.cli import console
 from teleopctl.cli.program import COMPLETION_VARIABLE
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 
 if TYPE_CHECKING:
     from teleopctl.cli.verb import Verb
-
-INTERRUPTED = 130
 
 VERBS: dict[str, tuple[str, str]] = {
     "run": ("teleopctl.cli.run", "Start one node."),
@@ -75,7 +73,7 @@ def run(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt as interrupt:
         if interrupt.args:
             console.note(str(interrupt))
-        return INTERRUPTED
+        return EXIT_INTERRUPTED
     except Exception as error:  # noqa: BLE001 -- whatever it is, a person reads one message
         failure = error if isinstance(error, TeleopctlError) else _unforeseen(error, words)
         if debug:
@@ -124,6 +122,9 @@ def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
         console.discard_output()
         return TeleopctlError(f"Cannot write: {error.strerror}")
+    if isinstance(error, OSError) and error.filename is not None:
+        # Permissions, broken links and the like: nothing that a defect of ours would explain.
+        return TeleopctlError(f"Cannot use {error.filename}: {error.strerror}")
     if isinstance(error, UnicodeEncodeError):
         # Bytes that are no text come in as lone surrogates, which no encoding has.
         for word in words:
@@ -131,5 +132,5 @@ def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
                 return TeleopctlError(f"{word!r} is not text in this encoding", exit_status=2)
     return TeleopctlError(
         f"unexpected {type(error).__name__}: {error}",
-        hint="this is a defect of teleopctl; `teleopctl --debug …` shows where",
+        hint="This is a defect of teleopctl; `teleopctl --debug …` shows where.",
     )

@@ -5,9 +5,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
-from teleopctl.cli.verb import Argument, Group, Option, Verb
-from teleopctl.errors import TeleopctlError
+from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.options import AsJson, NodeName
+from teleopctl.cli.verb import Group, Option, Verb
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.wire.graph import is_hidden_name
 from teleopctl.wire.tokens import EntityKind
 
@@ -36,7 +37,7 @@ def list_nodes(
     count_nodes: Annotated[
         bool, Option("-c", "--count-nodes", help="Print only how many there are.")
     ] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the nodes."""
     names = live_graph().node_names(include_all)
@@ -56,11 +57,11 @@ def list_nodes(
 
 
 def node_info(
-    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    node_name: NodeName,
     include_hidden: Annotated[
         bool, Option("--include-hidden", help="List hidden topics and services, too.")
     ] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show what a node publishes, subscribes and serves."""
     graph = live_graph()

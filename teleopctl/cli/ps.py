@@ -3,10 +3,10 @@
 import shutil
 import sys
 import time
-from typing import Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.verb import Option, Verb
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Verb
 from teleopctl.launch.running import Running, running
 from teleopctl.launch.status import command_text
 
@@ -16,7 +16,7 @@ _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
 
 
 def ps(
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """List what runs in the background.
 
@@ -45,9 +45,15 @@ def _row(entry: Running, now: float) -> tuple[str, ...]:
         f"  {record.name}" if entry.launch else record.name,
         str(record.pid),
         record.kind,
-        _duration(now - record.start_time),
-        command_text(record.command),
+        _duration(now - record.start.time),
+        command_text(_without_python(record.command)),
     )
+
+
+def _without_python(command: tuple[str, ...]) -> tuple[str, ...]:
+    """What was started, where Python's own part would fill the whole line."""
+    _, *options = command
+    return command[3:] if options[:2] == ["-P", "-m"] else command
 
 
 def _as_json(entry: Running, now: float) -> dict[str, console.Json]:
@@ -58,8 +64,8 @@ def _as_json(entry: Running, now: float) -> dict[str, console.Json]:
         "kind": record.kind,
         "launch": entry.launch.name if entry.launch else None,
         "node": entry.node_name,
-        "start_time": record.start_time,
-        "uptime_s": round(max(0.0, now - record.start_time), 3),
+        "start_time": record.start.time,
+        "uptime_s": round(max(0.0, now - record.start.time), 3),
         "command": list(record.command),
         "log_file": str(record.log_file),
     }

@@ -93,11 +93,10 @@ def _take_arguments(declared: list[Parameter], words: list[str], values: dict[st
 def _convert(parameter: Parameter, text: str) -> object | None:
     """The text as the parameter's type; None when it is not plainly one."""
     declaration = parameter.declaration
-    if isinstance(declaration, Option):
-        if text.startswith("-"):
-            return None
-        if declaration.choices and text not in declaration.choices:
-            return None
+    if isinstance(declaration, Option) and text.startswith("-"):
+        return None
+    if declaration.choices and text not in declaration.choices:
+        return None
     if parameter.type is str:
         return text
     if not text or not _NUMBER_CHARACTERS.issuperset(text):

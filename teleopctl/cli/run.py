@@ -9,7 +9,7 @@ from typing import Annotated
 from teleopctl import packages
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.packages import Executable
 
 VERB = Verb(
@@ -66,7 +66,6 @@ def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
     first, *rest = words
     if packages.is_path(first):
         return packages.find_executable(None, first), rest
-    package: str | None = first
     try:
         offered = packages.find_package(first).executables
     except TeleopctlError as unknown_package:
@@ -78,17 +77,17 @@ def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
             unknown_package.hint = _suggestion(first) or unknown_package.hint
             raise unknown_package from None
     if rest and not rest[0].startswith("-"):
-        return packages.find_executable(package, rest[0]), rest[1:]
+        return packages.find_executable(first, rest[0]), rest[1:]
     # The name of the package alone: of the program of that name, or of its only one.
     if first in offered or len(offered) != 1:
-        return packages.find_executable(package, first), rest
+        return packages.find_executable(first, first), rest
     return next(iter(offered.values())), rest
 
 
 def _suggestion(name: str) -> str | None:
     everything = packages.list_packages()
     programs = {program for package in everything for program in package.executables}
-    return packages.suggest(name, {package.name for package in everything} | programs)
+    return did_you_mean(name, {package.name for package in everything} | programs)
 
 
 def _words(prefix: str) -> list[str]:
@@ -102,7 +101,7 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
     program = [str(executable.file)]
     if executable.file is None:
         program = [executable.package, executable.name]
-    return [sys.executable, "-m", "teleopctl.nodes", *program, *arguments]
+    return [sys.executable, "-P", "-m", "teleopctl.nodes", *program, *arguments]
 
 
 def _replace_this_process(command: list[str]) -> int:

@@ -3,9 +3,10 @@
 from typing import Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
+from teleopctl.cli.listing import out_names, out_types, types_of
+from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.options import AsJson, ServiceName
 from teleopctl.cli.verb import Argument, Group, Option, Verb
-from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.typenames import normalize
 
 GROUP = Group(
@@ -37,7 +38,7 @@ def list_services(
         bool,
         Option("--include-hidden-services", help="List names with a part that starts with _, too."),
     ] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the services."""
     graph = live_graph()
@@ -49,23 +50,14 @@ def list_services(
                 for name, types in services
             ]
         )
-    elif count_services:
-        console.out(str(len(services)))
-    elif show_types:
-        console.out_lines(f"{name} [{', '.join(types)}]" for name, types in services)
     else:
-        console.out_lines(name for name, _ in services)
+        out_names(services, only_count=count_services, show_types=show_types)
 
 
-def service_type(
-    service_name: Annotated[str, Argument(help="The service.", complete="services")],
-) -> None:
+def service_type(service_name: ServiceName, as_json: AsJson = False) -> None:
     """Print the type of a service."""
-    service = absolute_name(service_name)
-    services = dict(live_graph().service_names_and_types(include_hidden=True))
-    if service not in services:
-        raise TeleopctlError(f"Unknown service '{service}'", hint=did_you_mean(service, services))
-    console.out_lines(services[service])
+    services = live_graph().service_names_and_types(include_hidden=True)
+    out_types(types_of(absolute_name(service_name), services, kind="service"), as_json=as_json)
 
 
 def services_of_type(
@@ -77,12 +69,10 @@ def services_of_type(
         bool,
         Option("--include-hidden-services", help="List names with a part that starts with _, too."),
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the services of a type."""
     wanted = normalize(type_name, "srv")
     services = live_graph().service_names_and_types(include_hidden)
-    found = [name for name, types in services if wanted in types]
-    if count_services:
-        console.out(str(len(found)))
-    else:
-        console.out_lines(found)
+    found = [(name, types) for name, types in services if wanted in types]
+    out_names(found, only_count=count_services, as_json=as_json)

@@ -1,12 +1,12 @@
 """``teleopctl service call``."""
 
-import threading
 import time
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_service, type_hash
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def call(
-    service_name: Annotated[str, Argument(help="The service.", complete="services")],
+    service_name: ServiceName,
     service_type: Annotated[str, Argument(help="Its type, such as std_srvs/srv/Trigger.")],
     values: Annotated[
         str, Argument(help="The request as YAML; fields left out have their defaults.")
@@ -44,7 +44,6 @@ def call(
     with command_node(session_mode="client") as node:
         client = node.create_client(service_class, absolute_name(service_name))
         _wait_for_server(client, timeout)
-        pause = threading.Event()
         while True:
             started = time.monotonic()
             if not as_json:
@@ -60,7 +59,7 @@ def call(
             console.flush()
             if rate is None:
                 return
-            pause.wait(max(0.0, started + 1.0 / rate - time.monotonic()))
+            time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
 
 
 def _wait_for_server(client: "Client", longest_wait_s: float | None) -> None:
@@ -75,5 +74,5 @@ def _wait_for_server(client: "Client", longest_wait_s: float | None) -> None:
         raise TeleopctlError(
             f"The server of '{name}' ({servers[0].full_name}) means another version of "
             f"{client.type_name}: the type hashes differ",
-            hint="does ROS_DISTRO name its distribution?",
+            hint="Does ROS_DISTRO name its distribution?",
         )

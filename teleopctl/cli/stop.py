@@ -1,6 +1,5 @@
 """``teleopctl stop``: ends what runs in the background."""
 
-import threading
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -48,16 +47,16 @@ def stop(
 
 
 def _stop_together(entries: Sequence[Running]) -> None:
-    threads = [threading.Thread(target=_stop, args=(entry,)) for entry in entries]
-    for thread in threads:
-        thread.start()
-    for thread, entry in zip(threads, entries, strict=True):
-        thread.join()
-        console.out(f"{entry.record.name} has been stopped")
-        console.flush()
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(max_workers=max(1, len(entries))) as threads:
+        for name in threads.map(_stop, entries):
+            console.out(f"{name} has been stopped")
+            console.flush()
 
 
-def _stop(entry: Running) -> None:
+def _stop(entry: Running) -> str:
     if entry.launch is not None:
         status.mark_stopped(status.folder_of(entry.launch), entry.record.name)
     stop_process(entry.record)
+    return entry.record.name

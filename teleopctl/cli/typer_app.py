@@ -7,6 +7,7 @@ so that ``--help`` lists all of them and imports none.
 from __future__ import annotations
 
 import inspect
+import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
@@ -14,12 +15,12 @@ from importlib import import_module
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command, get_group, get_install_completion_arguments
 
 from teleopctl.cli import candidates
 from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
-from teleopctl.cli.verb import Group, Option, Parameter, Verb, epilog, parameters
+from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError
 
 
@@ -73,9 +74,11 @@ def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
         epilog="Each verb explains itself with --help.",
     )
     def teleopctl(
-        version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+        version: Annotated[
+            bool, typer.Option("--version", help="Print the version.", metavar="")
+        ] = False,
         debug: Annotated[
-            bool, typer.Option("--debug", help="Show the traceback of an error.")
+            bool, typer.Option("--debug", help="Show the traceback of an error.", metavar="")
         ] = False,
     ) -> None:
         """Both options are read before Typer is loaded; they stand here for ``--help``."""
@@ -132,8 +135,9 @@ def _spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
 def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., int | None]) -> None:
     app.command(
         name,
+        cls=_TidyCommand,
         help=_long_help(verb, function),
-        epilog=epilog(verb.examples),
+        epilog=_epilog(verb.examples),
         context_settings={
             "help_option_names": ["-h", "--help"],
             "ignore_unknown_options": verb.negative_numbers,
@@ -150,13 +154,19 @@ def _first_word(words: Sequence[str]) -> tuple[int, str]:
     return len(words), ""
 
 
+def _epilog(examples: Sequence[str]) -> str | None:
+    """What ``--help`` ends with; paragraphs, since lines that stand closer would be joined."""
+    return "\n\n".join(("Examples:", *examples)) if examples else None
+
+
 def _long_help(verb: Verb, function: Callable[..., object]) -> str:
     """The one-line help and, for the verb in hand, what its docstring adds to that."""
     if function is _placeholder:
         return verb.help
     _, _, more = (inspect.getdoc(function) or "").partition("\n\n")
-    more = more.partition("Args:")[0].strip()
-    return f"{verb.help}\n\n{more}" if more else verb.help
+    paragraphs = more.partition("Args:")[0].split("\n\n")
+    # One line each, to be wrapped where the terminal ends and not where the source does.
+    return "\n\n".join([verb.help, *(" ".join(each.split()) for each in paragraphs)]).strip()
 
 
 def _typer_function(verb: Verb) -> Callable[..., int | None]:
@@ -170,6 +180,8 @@ def _typer_function(verb: Verb) -> Callable[..., int | None]:
 
     @wraps(function)
     def call(**values: object) -> int | None:
+        for parameter in parameters(function):
+            _check_finite(parameter, values[parameter.name])
         return function(**values)
 
     call.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
@@ -178,42 +190,84 @@ def _typer_function(verb: Verb) -> Callable[..., int | None]:
     return call
 
 
+def _check_finite(parameter: Parameter, value: object) -> None:
+    """Refuse ``nan`` and ``inf``, which are floats to Typer and no time or rate to anybody."""
+    if isinstance(value, float) and not math.isfinite(value):
+        declaration = parameter.declaration
+        name = parameter.name.upper()
+        if isinstance(declaration, Option):
+            name = declaration.flags[-1]
+        raise typer.BadParameter(f"{value} is not a finite number.", param_hint=f"'{name}'")
+
+
 def _typer_annotation(parameter: Parameter) -> object:
     declaration = parameter.declaration
     value_type: Any = parameter.type
-    live = getattr(candidates, declaration.complete) if declaration.complete else None
-    if isinstance(declaration, Option):
-        if declaration.choices:
-            value_type = Literal[declaration.choices]
-        if parameter.many:
-            value_type = list[value_type]
-        if parameter.optional and parameter.default is None:
-            value_type = value_type | None
-        return Annotated[
-            value_type,
-            typer.Option(
-                *declaration.flags,
-                help=declaration.help,
-                metavar=declaration.metavar,
-                autocompletion=live,
-            ),
-        ]
+    help_text = declaration.help
+    if declaration.choices:
+        value_type = Literal[declaration.choices]
+        help_text += f" One of {', '.join(declaration.choices)}."
     if parameter.many:
         value_type = list[value_type]
     if parameter.optional and parameter.default is None:
         value_type = value_type | None
-    return Annotated[
-        value_type,
-        typer.Argument(
-            help=declaration.help,
-            metavar=declaration.metavar or parameter.name.upper(),
-            autocompletion=live,
-        ),
-    ]
+    live = getattr(candidates, declaration.complete) if declaration.complete else None
+    metavar = declaration.metavar
+    if isinstance(declaration, Option):
+        if parameter.type is bool:
+            metavar = ""
+        elif declaration.choices:
+            metavar = metavar or "NAME"
+        read = typer.Option(
+            *declaration.flags, help=help_text, metavar=metavar, autocompletion=live
+        )
+    else:
+        metavar = metavar or parameter.name.upper()
+        read = typer.Argument(help=help_text, metavar=metavar, autocompletion=live)
+    return Annotated[value_type, read]
+
+
+class _Tidy:
+    """What Typer's help says of a command, without what is true and helps nobody."""
+
+    params: list[Any]
+
+    def collect_usage_pieces(self, _: object) -> list[str]:
+        """The words behind the command's name: ``TOPIC [TYPE]`` where Typer has ``{TOPIC}``."""
+        arguments = [parameter for parameter in self.params if isinstance(parameter, TyperArgument)]
+        return ["[OPTIONS]", *map(_placeholder_of, arguments)]
+
+    def get_help_option(self, context: Any) -> TyperOption | None:
+        """``--help``, which as any other flag takes no value."""
+        option: TyperOption | None = super().get_help_option(context)  # type: ignore[misc]
+        if option is not None:
+            option.metavar = ""
+        return option
+
+
+class _TidyCommand(_Tidy, TyperCommand):
+    """A verb."""
+
+
+class _TidyGroup(_Tidy, TyperGroup):
+    """A noun, and the program itself."""
+
+    def collect_usage_pieces(self, context: object) -> list[str]:
+        return [*super().collect_usage_pieces(context), self.subcommand_metavar]
+
+
+def _placeholder_of(argument: TyperArgument) -> str:
+    name = argument.display_name_raw
+    if "[" in name:  # it says itself what may be left out
+        return name
+    if argument.nargs != 1 and not name.endswith("..."):
+        name += "..."
+    return name if argument.required else f"[{name}]"
 
 
 def _new_app() -> typer.Typer:
     return typer.Typer(
+        cls=_TidyGroup,
         add_completion=False,
         rich_markup_mode=_markup_mode(),
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -235,6 +289,6 @@ def _usage_error(wrong: typer.TyperException) -> TeleopctlError:
     return TeleopctlError(
         # "Value error" is how the library behind Typer's types introduces any wrong value.
         wrong.format_message().replace("Value error, ", ""),
-        hint=f"see `{path} --help`",
+        hint=f"See `{path} --help`.",
         exit_status=getattr(wrong, "exit_code", 2),
     )

@@ -7,60 +7,56 @@ turns them into Typer's for everything else.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 
-class Option:
-    """A parameter given by name; one of type ``bool`` is a flag without a value.
+class Declaration:
+    """What the parsers have to know of a parameter besides its name, type and default.
 
     Args:
-        flags: Its spellings, such as ``"-t", "--show-types"``.
         help: One sentence for ``--help``.
         metavar: The placeholder of its value in ``--help``.
         choices: The only values it may have; empty for any.
-        complete: Name of the function in `completion` that lists live candidates.
+        complete: Name of the function in `candidates` that lists live values.
     """
 
-    __slots__ = ("choices", "complete", "flags", "help", "metavar")
-
-    def __init__(
-        self,
-        *flags: str,
-        help: str,  # noqa: A002 - the word that argument parsers use
-        metavar: str | None = None,
-        choices: tuple[str, ...] = (),
-        complete: str | None = None,
-    ) -> None:
-        self.flags = flags
-        self.help = help
-        self.metavar = metavar
-        self.choices = choices
-        self.complete = complete
-
-
-class Argument:
-    """A parameter given by position; one of type ``list[str]`` takes all that is left.
-
-    Args:
-        help: One sentence for ``--help``.
-        metavar: Its placeholder in ``--help``.
-        complete: Name of the function in `completion` that lists live candidates.
-    """
-
-    __slots__ = ("complete", "help", "metavar")
+    __slots__ = ("choices", "complete", "help", "metavar")
 
     def __init__(
         self,
         *,
         help: str,  # noqa: A002 - the word that argument parsers use
         metavar: str | None = None,
+        choices: tuple[str, ...] = (),
         complete: str | None = None,
     ) -> None:
         self.help = help
         self.metavar = metavar
+        self.choices = choices
         self.complete = complete
+
+
+class Argument(Declaration):
+    """A parameter given by position; one of type ``list[str]`` takes all that is left."""
+
+    __slots__ = ()
+
+
+class Option(Declaration):
+    """A parameter given by name; one of type ``bool`` is a flag without a value.
+
+    Args:
+        flags: Its spellings, such as ``"-t", "--show-types"``.
+        declaration: The keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
+    """
+
+    __slots__ = ("flags",)
+
+    def __init__(self, *flags: str, **declaration: Any) -> None:
+        super().__init__(**declaration)
+        self.flags = flags
 
 
 class Verb:
@@ -85,22 +81,17 @@ class Verb:
         passes_on: bool = False,
         examples: tuple[str, ...] = (),
     ) -> None:
-        self.examples = examples
         self.target = target
         self.help = help
         self.negative_numbers = negative_numbers
         self.passes_on = passes_on
+        self.examples = examples
 
     def load(self) -> Callable[..., int | None]:
         """Import and return the function."""
         module, _, name = self.target.partition(":")
         function: Callable[..., int | None] = getattr(import_module(module), name)
         return function
-
-
-def epilog(examples: Sequence[str]) -> str | None:
-    """What ``--help`` ends with; paragraphs, since lines that stand closer would be joined."""
-    return "\n\n".join(("Examples:", *examples)) if examples else None
 
 
 class Group:
@@ -131,7 +122,7 @@ class Parameter:
         self.name = name
         self.default = default
         self.optional = not required
-        self.declaration: Option | Argument = annotation.__metadata__[0]
+        self.declaration: Declaration = annotation.__metadata__[0]
         self.type, self.many = _scalar_type(annotation.__origin__)
 
 
@@ -153,11 +144,11 @@ def parameters(function: Callable[..., object]) -> list[Parameter]:
 
 
 def _scalar_type(annotation: Any) -> tuple[type, bool]:
-    """``str`` of ``str``, ``str | None``, ``list[str]``; and whether it is a list."""
+    """``str`` of ``str``, ``list[str]`` and both with ``| None``; and whether it is a list."""
     members: tuple[type, ...] = getattr(annotation, "__args__", ())
     if getattr(annotation, "__origin__", None) is list:
         return members[0], True
     for member in members:
         if member is not type(None):
-            return member, False
+            return _scalar_type(member)
     return annotation, False

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.context import LaunchContext
-from teleopctl.launch.descriptions import Action, DeclareArgument, Group, Include, Let, Timer
+from teleopctl.launch.descriptions import DeclareArgument, Group, Include, Let, Step, Timer
 from teleopctl.launch.evaluation import included_path
 from teleopctl.launch.parser import parse_file
 from teleopctl.launch.substitutions import render
@@ -62,14 +62,14 @@ def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[Declar
     if depth > _MAX_DEPTH:
         return
     with context.inside(file):
-        yield from _declared_in(parse_file(file).actions, context, depth)
+        yield from _declared_in(parse_file(file).steps, context, depth)
 
 
 def _declared_in(
-    actions: tuple[Action, ...], context: LaunchContext, depth: int
+    steps: tuple[Step, ...], context: LaunchContext, depth: int
 ) -> Iterator[DeclareArgument]:
     variables = context.scope.variables
-    for action in actions:
+    for action in (step.action for step in steps):
         if isinstance(action, DeclareArgument):
             yield action
             if action.default is not None and action.name not in variables:
@@ -78,7 +78,7 @@ def _declared_in(
             if action.name.is_literal:
                 _try_to_set(context, action.name.source, action.value)
         elif isinstance(action, Group | Timer):
-            yield from _declared_in(action.actions, context, depth)
+            yield from _declared_in(action.steps, context, depth)
         elif isinstance(action, Include):
             try:
                 path = included_path(render(action.file, context), context.file)

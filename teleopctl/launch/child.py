@@ -42,6 +42,7 @@ class Child:
         self._screen = screen
         self._on_exit = on_exit
         self._process: subprocess.Popen[bytes] | None = None
+        self._log: IO[bytes] | None = None
         self._signals_sent: set[int] = set()
 
     @property
@@ -76,35 +77,37 @@ class Child:
         """Start the process; nothing is read from it before :meth:`attend`.
 
         Raises:
-            OSError: It cannot be started.
+            OSError: It cannot be started, or its log cannot be written.
+            ValueError: Likewise: a null byte stands in its command line.
         """
         plan = self.plan
-        environment = dict(os.environ)
-        # Without it, what a node prints appears only when a buffer is full.
-        environment["PYTHONUNBUFFERED"] = "1"
-        for name, value in plan.environment.items():
-            if value is None:
-                environment.pop(name, None)
-            else:
-                environment[name] = value
         self._signals_sent.clear()
+        log = self.log_file.open("ab", buffering=0)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
-        with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
-            self._process = subprocess.Popen(
-                plan.command[0] if plan.shell else plan.command,
-                shell=plan.shell,
-                cwd=plan.working_directory,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                **_own_group(),
-            )
+        try:
+            with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
+                self._process = subprocess.Popen(
+                    plan.command[0] if plan.shell else plan.command,
+                    shell=plan.shell,
+                    cwd=plan.working_directory,
+                    env=_environment(plan),
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    **_own_group(),
+                )
+        except BaseException:
+            log.close()
+            raise
+        self._log = log
 
     def attend(self) -> None:
         """Relay what the started process writes, until it ends, on another thread."""
         threading.Thread(
-            target=self._attend, args=(self._process,), name=self.plan.name, daemon=True
+            target=self._attend,
+            args=(self._process, self._log),
+            name=self.plan.name,
+            daemon=True,
         ).start()
 
     def signal(self, number: signal.Signals) -> None:
@@ -122,10 +125,10 @@ class Child:
             else:
                 os.killpg(process.pid, number)
 
-    def _attend(self, process: subprocess.Popen[bytes]) -> None:
+    def _attend(self, process: subprocess.Popen[bytes], log: IO[bytes]) -> None:
         assert process.stdout is not None
         assert process.stderr is not None
-        with self.log_file.open("ab", buffering=0) as log:
+        with log:
             readers = [
                 threading.Thread(target=self._relay, args=(pipe, log, shown), daemon=True)
                 for pipe, shown in (
@@ -148,6 +151,12 @@ class Child:
                     log.write(line)
                 if shown:
                     self._screen.relay(self.plan.name, line)
+
+
+def _environment(plan: ProcessPlan) -> dict[str, str]:
+    # Unbuffered, since otherwise what a node prints appears only when a buffer is full.
+    wanted = {**os.environ, "PYTHONUNBUFFERED": "1", **plan.environment}
+    return {name: value for name, value in wanted.items() if value is not None}
 
 
 @contextlib.contextmanager

@@ -81,11 +81,16 @@ class LaunchContext:
         finally:
             self.start_delay -= seconds
 
+    def environment(self) -> dict[str, str]:
+        """Return the environment as the processes will see it."""
+        merged = {**os.environ, **self.scope.environment}
+        return {name: value for name, value in merged.items() if value is not None}
+
     def environment_value(self, name: str) -> str | None:
-        """Return an environment variable as the processes will see it."""
+        """Return a variable of that environment, or None."""
         if name in self.scope.environment:
             return self.scope.environment[name]
-        return os.environ.get(name)
+        return os.environ.get(name)  # which on Windows knows it in any letter case
 
     def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
         """Expand a xacro file; each combination of file and arguments only once.

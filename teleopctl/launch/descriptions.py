@@ -1,12 +1,9 @@
 """What a launch file says, read but not yet evaluated: plain data with unevaluated texts."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from teleopctl.launch.template import Template
-
-Output = Literal["screen", "log", "both"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +52,6 @@ class Parameter:
     name: Template
     value: ParameterTree
     type_name: str | None
-    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +59,6 @@ class ParameterFile:
     """``param: - from: FILE``."""
 
     path: Template
-    place: Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,17 +84,25 @@ class NodePart:
     ros_arguments: Template | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Action:
+    """What an entry of a launch file does; there is a subclass for each kind."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
     """One entry of a launch file.
 
     Attributes:
         place: Where it stands.
         conditions: All have to hold.
+        action: What it does then.
     """
 
     place: Place
-    conditions: tuple[Condition, ...] = ()
+    conditions: tuple[Condition, ...]
+    action: Action
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,22 +142,22 @@ class Include(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group(Action):
-    """``group``: actions under one condition and, where scoped, with settings of their own."""
+    """``group``: steps under one condition and, where scoped, with settings of their own."""
 
     scoped: bool
-    actions: tuple[Action, ...]
+    steps: tuple[Step, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timer(Action):
-    """``timer``: actions that start later.
+    """``timer``: steps that are taken later.
 
     Attributes:
         period: Seconds after the start of the launch.
     """
 
     period: Template
-    actions: tuple[Action, ...]
+    steps: tuple[Step, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,8 +242,8 @@ class LaunchFile:
 
     Attributes:
         path: The file.
-        actions: Its entries in order.
+        steps: Its entries in order.
     """
 
     path: Path
-    actions: tuple[Action, ...] = field(default_factory=tuple)
+    steps: tuple[Step, ...]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from teleopctl.errors import did_you_mean
 from teleopctl.launch.template import Template
 from teleopctl.launch.yaml_tree import Element
-from teleopctl.packages import suggest
 
 
 class Entry:
@@ -30,14 +30,9 @@ class Entry:
             if name is None:
                 raise value.error(
                     f"unknown key '{key}', expected one of {', '.join(keys)}",
-                    hint=suggest(key, keys),
+                    hint=did_you_mean(key, keys),
                 )
             self._fields[name] = value
-
-    @property
-    def whole(self) -> Element:
-        """The mapping itself."""
-        return self._element
 
     def element(self, key: str) -> Element | None:
         """Return what stands under a key, or None."""

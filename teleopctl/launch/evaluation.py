@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch import values
 from teleopctl.launch.context import LaunchContext
 from teleopctl.launch.descriptions import (
     Action,
@@ -28,12 +29,13 @@ from teleopctl.launch.descriptions import (
     SetRemap,
     Shutdown,
     StartProcess,
+    Step,
     Timer,
 )
 from teleopctl.launch.parser import parse_file
 from teleopctl.launch.plan import LaunchPlan
-from teleopctl.launch.processes import ProcessBuilder, join_namespace
-from teleopctl.launch.substitutions import parse_condition, render
+from teleopctl.launch.processes import ProcessBuilder, at_key, join_namespace
+from teleopctl.launch.substitutions import render
 from teleopctl.launch.template import Template
 from teleopctl.packages import resolve_uri
 
@@ -108,16 +110,16 @@ class _Evaluation:
 
     def run_file(self, file: LaunchFile) -> None:
         with self.context.inside(file.path):
-            self._run(file.actions)
+            self._run(file.steps)
 
-    def _run(self, actions: tuple[Action, ...]) -> None:
-        for action in actions:
-            with located(action.place):
+    def _run(self, steps: tuple[Step, ...]) -> None:
+        for step in steps:
+            with located(step.place):
                 if all(
-                    parse_condition(self._text(condition.text)) == condition.expected
-                    for condition in action.conditions
+                    values.flag(self._text(condition.text)) == condition.expected
+                    for condition in step.conditions
                 ):
-                    _HANDLERS[type(action)](self, action)
+                    _HANDLERS[type(step.action)](self, step.action)
 
     def _text(self, text: Template) -> str:
         return render(text, self.context)
@@ -169,18 +171,15 @@ class _Evaluation:
     def group(self, action: Group) -> None:
         if action.scoped:
             with self.context.scoped():
-                self._run(action.actions)
+                self._run(action.steps)
         else:
-            self._run(action.actions)
+            self._run(action.steps)
 
     def timer(self, action: Timer) -> None:
-        text = self._text(action.period)
-        try:
-            seconds = float(text)
-        except ValueError:
-            raise TeleopctlError(f"'period': expected seconds, got '{text}'") from None
+        with at_key("period"):
+            seconds = values.number(self._text(action.period))
         with self.context.delayed(seconds):
-            self._run(action.actions)
+            self._run(action.steps)
 
     def push_namespace(self, action: PushNamespace) -> None:
         scope = self.context.scope

@@ -128,9 +128,11 @@ def _binary(node: ast.BinOp) -> Any:
     function = _BINARY.get(type(node.op))
     if function is None:
         raise ExpressionError(f"'{ast.unparse(node)}' is not allowed in an expression")
-    if isinstance(node.op, ast.Mult | ast.Mod) and isinstance(left, str | list):
-        raise ExpressionError("text and lists cannot be repeated or formatted")
-    if isinstance(node.op, ast.Mult) and isinstance(right, str | list):
+    formats = isinstance(node.op, ast.Mod) and isinstance(left, str)
+    repeats = isinstance(node.op, ast.Mult) and any(
+        isinstance(side, str | list) for side in (left, right)
+    )
+    if formats or repeats:
         raise ExpressionError("text and lists cannot be repeated or formatted")
     return function(left, right)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
-from teleopctl.packages import find_package, suggest
+from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.packages import find_package
 
 _BUILTIN = Path(__file__).parent / "files"
 SUFFIXES = (".yaml", ".yml")
@@ -48,7 +48,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
     where = f" in package '{package}'" if package is not None else ""
     known = {*builtin_files(), *(files_in_package(package) if package is not None else ())}
     stem = Path(name).name.split(".", maxsplit=1)[0]
-    guess = suggest(name, known) or suggest(stem, {file.split(".")[0] for file in known})
+    guess = did_you_mean(name, known) or did_you_mean(stem, {file.split(".")[0] for file in known})
     listed = f"There are {', '.join(sorted(known))}, and any YAML file by its path."
     raise TeleopctlError(
         f"Launch file '{name}' not found{where}",

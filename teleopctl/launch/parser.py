@@ -6,10 +6,11 @@ same. A key that does not belong is an error, since a misspelled one would silen
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from teleopctl.errors import did_you_mean
 from teleopctl.launch import template
 from teleopctl.launch.descriptions import (
     Action,
@@ -25,12 +26,19 @@ from teleopctl.launch.descriptions import (
     SetParameter,
     SetRemap,
     Shutdown,
+    Step,
     Timer,
 )
 from teleopctl.launch.entries import Entry
-from teleopctl.launch.process_entries import pairs, parameter, parse_executable, parse_node
+from teleopctl.launch.process_entries import (
+    EXECUTABLE_KEYS,
+    NODE_KEYS,
+    pairs,
+    parameter,
+    read_executable,
+    read_node,
+)
 from teleopctl.launch.yaml_tree import Element, load
-from teleopctl.packages import suggest
 
 
 def parse_file(path: Path) -> LaunchFile:
@@ -46,16 +54,16 @@ def parse_file(path: Path) -> LaunchFile:
     unknown = [key for key in root.value if key != "launch"]
     if unknown:
         raise root.value[unknown[0]].error("expected only the key 'launch' at the top of the file")
-    return LaunchFile(path=path, actions=_actions(root.value["launch"]))
+    return LaunchFile(path, _steps(root.value["launch"]))
 
 
-def _actions(element: Element) -> tuple[Action, ...]:
+def _steps(element: Element) -> tuple[Step, ...]:
     if element.value is None:
         return ()
-    return tuple(_action(item) for item in element.items("a list of actions"))
+    return tuple(_step(item) for item in element.items("a list of actions"))
 
 
-def _action(element: Element) -> Action:
+def _step(element: Element) -> Step:
     fields = element.mapping("an action, such as 'node: …'")
     if len(fields) != 1:
         raise element.error(
@@ -63,34 +71,33 @@ def _action(element: Element) -> Action:
             hint="What belongs to an action is indented below its name.",
         )
     name, content = next(iter(fields.items()))
-    parse = _PARSERS.get(name.replace("-", "_"))
-    if parse is None:
-        unsupported = _UNSUPPORTED.get(name.replace("-", "_"))
-        if unsupported is not None:
-            raise content.error(unsupported)
+    canonical = name.replace("-", "_")
+    if canonical in _UNSUPPORTED:
+        raise content.error(_UNSUPPORTED[canonical])
+    if canonical not in _ACTIONS:
         raise content.error(
-            f"unknown action '{name}', expected one of {', '.join(sorted(_PARSERS))}",
-            hint=suggest(name, _PARSERS),
+            f"unknown action '{name}', expected one of {', '.join(sorted(_ACTIONS))}",
+            hint=did_you_mean(name, _ACTIONS),
         )
-    return parse(content)
+    if canonical == "group" and isinstance(content.value, list):
+        # The short form: a list of children and nothing else.
+        return Step(content.place, (), Group(scoped=True, steps=_steps(content)))
+    keys, read = _ACTIONS[canonical]
+    entry = Entry(content, (*keys, "if", "unless"))
+    return Step(content.place, tuple(_conditions(entry)), read(entry))
 
 
-def _conditions(entry: Entry) -> tuple[Condition, ...]:
-    found = (("if", True), ("unless", False))
-    return tuple(
-        Condition(text, expected)
-        for key, expected in found
-        if (text := entry.optional(key)) is not None
-    )
+def _conditions(entry: Entry) -> Iterator[Condition]:
+    for key, expected in (("if", True), ("unless", False)):
+        text = entry.optional(key)
+        if text is not None:
+            yield Condition(text, expected)
 
 
-def _declare_argument(element: Element) -> Action:
-    entry = Entry(element, ("name", "default", "description", "choice", "if", "unless"))
+def _declare_argument(entry: Entry) -> DeclareArgument:
     choices = entry.element("choice")
     description = entry.element("description")
     return DeclareArgument(
-        place=element.place,
-        conditions=_conditions(entry),
         name=entry.required_text("name"),
         default=entry.optional("default"),
         description=None if description is None else description.text(),
@@ -101,45 +108,24 @@ def _declare_argument(element: Element) -> Action:
     )
 
 
-def _let(element: Element) -> Action:
-    entry = Entry(element, ("name", "value", "if", "unless"))
-    return Let(
-        place=element.place,
-        conditions=_conditions(entry),
-        name=entry.required("name"),
-        value=entry.required("value"),
-    )
+def _let(entry: Entry) -> Let:
+    return Let(name=entry.required("name"), value=entry.required("value"))
 
 
-def _set_environment(element: Element) -> SetEnvironment:
-    entry = Entry(element, ("name", "value", "if", "unless"))
-    return SetEnvironment(
-        place=element.place,
-        conditions=_conditions(entry),
-        name=entry.required("name"),
-        value=entry.required("value"),
-    )
+def _set_environment(entry: Entry) -> SetEnvironment:
+    return SetEnvironment(name=entry.required("name"), value=entry.required("value"))
 
 
-def _append_environment(element: Element) -> Action:
-    return replace(_set_environment(element), append=True)
+def _append_environment(entry: Entry) -> SetEnvironment:
+    return replace(_set_environment(entry), append=True)
 
 
-def _unset_environment(element: Element) -> Action:
-    entry = Entry(element, ("name", "if", "unless"))
-    return SetEnvironment(
-        place=element.place,
-        conditions=_conditions(entry),
-        name=entry.required("name"),
-        value=None,
-    )
+def _unset_environment(entry: Entry) -> SetEnvironment:
+    return SetEnvironment(name=entry.required("name"), value=None)
 
 
-def _include(element: Element) -> Action:
-    entry = Entry(element, ("file", "arg", "let", "if", "unless"))
+def _include(entry: Entry) -> Include:
     return Include(
-        place=element.place,
-        conditions=_conditions(entry),
         file=entry.required("file"),
         arguments=(
             *pairs(entry.element("arg"), "name", "value"),
@@ -148,98 +134,60 @@ def _include(element: Element) -> Action:
     )
 
 
-def _group(element: Element) -> Action:
-    if isinstance(element.value, list):
-        return Group(place=element.place, scoped=True, actions=_actions(element))
-    entry = Entry(element, ("children", "scoped", "if", "unless"))
+def _group(entry: Entry) -> Group:
     scoped = entry.element("scoped")
     if scoped is not None and not isinstance(scoped.value, bool):
         raise scoped.error(f"expected true or false, got {scoped.describe()}")
     return Group(
-        place=element.place,
-        conditions=_conditions(entry),
         scoped=scoped is None or scoped.value is True,
-        actions=_actions(entry.required_element("children")),
+        steps=_steps(entry.required_element("children")),
     )
 
 
-def _timer(element: Element) -> Action:
-    entry = Entry(element, ("period", "children", "if", "unless"))
-    return Timer(
-        place=element.place,
-        conditions=_conditions(entry),
-        period=entry.required("period"),
-        actions=_actions(entry.required_element("children")),
-    )
+def _timer(entry: Entry) -> Timer:
+    return Timer(period=entry.required("period"), steps=_steps(entry.required_element("children")))
 
 
-def _push_namespace(element: Element) -> Action:
-    entry = Entry(element, ("namespace", "if", "unless"))
-    return PushNamespace(
-        place=element.place, conditions=_conditions(entry), namespace=entry.required("namespace")
-    )
+def _push_namespace(entry: Entry) -> PushNamespace:
+    return PushNamespace(namespace=entry.required("namespace"))
 
 
-def _set_parameter(element: Element) -> Action:
-    entry = Entry(element, ("name", "value", "type", "if", "unless"))
-    return SetParameter(
-        place=element.place, conditions=_conditions(entry), parameter=parameter(entry)
-    )
+def _set_parameter(entry: Entry) -> SetParameter:
+    return SetParameter(parameter=parameter(entry))
 
 
-def _set_remap(element: Element) -> Action:
-    entry = Entry(element, ("from", "to", "if", "unless"))
-    return SetRemap(
-        place=element.place,
-        conditions=_conditions(entry),
-        source=entry.required("from"),
-        target=entry.required("to"),
-    )
+def _set_remap(entry: Entry) -> SetRemap:
+    return SetRemap(source=entry.required("from"), target=entry.required("to"))
 
 
-def _log(element: Element) -> Action:
-    entry = Entry(element, ("level", "message", "if", "unless"))
+def _log(entry: Entry) -> Log:
     return Log(
-        place=element.place,
-        conditions=_conditions(entry),
         level=entry.optional("level") or template.literal("INFO"),
         message=entry.required("message"),
     )
 
 
-def _shutdown(element: Element) -> Action:
-    entry = Entry(element, ("reason", "if", "unless"))
-    return Shutdown(
-        place=element.place, conditions=_conditions(entry), reason=entry.required("reason")
-    )
+def _shutdown(entry: Entry) -> Shutdown:
+    return Shutdown(reason=entry.required("reason"))
 
 
-def _node(element: Element) -> Action:
-    process, entry = parse_node(element)
-    return replace(process, conditions=_conditions(entry))
-
-
-def _executable(element: Element) -> Action:
-    process, entry = parse_executable(element)
-    return replace(process, conditions=_conditions(entry))
-
-
-_PARSERS: dict[str, Callable[[Element], Action]] = {
-    "append_env": _append_environment,
-    "arg": _declare_argument,
-    "executable": _executable,
-    "group": _group,
-    "include": _include,
-    "let": _let,
-    "log": _log,
-    "node": _node,
-    "push_ros_namespace": _push_namespace,
-    "set_env": _set_environment,
-    "set_parameter": _set_parameter,
-    "set_remap": _set_remap,
-    "shutdown": _shutdown,
-    "timer": _timer,
-    "unset_env": _unset_environment,
+# Name → its keys, besides the conditions that every action may have, and who reads them.
+_ACTIONS: dict[str, tuple[tuple[str, ...], Callable[[Entry], Action]]] = {
+    "append_env": (("name", "value"), _append_environment),
+    "arg": (("name", "default", "description", "choice"), _declare_argument),
+    "executable": (EXECUTABLE_KEYS, read_executable),
+    "group": (("children", "scoped"), _group),
+    "include": (("file", "arg", "let"), _include),
+    "let": (("name", "value"), _let),
+    "log": (("level", "message"), _log),
+    "node": (NODE_KEYS, read_node),
+    "push_ros_namespace": (("namespace",), _push_namespace),
+    "set_env": (("name", "value"), _set_environment),
+    "set_parameter": (("name", "value", "type"), _set_parameter),
+    "set_remap": (("from", "to"), _set_remap),
+    "shutdown": (("reason",), _shutdown),
+    "timer": (("period", "children"), _timer),
+    "unset_env": (("name",), _unset_environment),
 }
 
 _UNSUPPORTED = dict.fromkeys(

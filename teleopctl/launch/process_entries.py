@@ -33,7 +33,6 @@ _PROCESS_KEYS = (
     "cwd",
     "emulate_tty",  # output reaches us unbuffered with and without it
     "env",
-    "if",
     "launch-prefix",
     "on_exit",
     "output",
@@ -43,9 +42,8 @@ _PROCESS_KEYS = (
     "respawn_max_retries",
     "sigkill_timeout",
     "sigterm_timeout",
-    "unless",
 )
-_NODE_KEYS = (
+NODE_KEYS = (
     "pkg",
     "exec",
     "name",
@@ -56,12 +54,11 @@ _NODE_KEYS = (
     "ros_args",
     *_PROCESS_KEYS,
 )
-_EXECUTABLE_KEYS = ("cmd", "name", "shell", *_PROCESS_KEYS)
+EXECUTABLE_KEYS = ("cmd", "name", "shell", *_PROCESS_KEYS)
 
 
-def parse_node(element: Element) -> tuple[StartProcess, Entry]:
-    """Read a ``node``; its conditions are left to the caller."""
-    entry = Entry(element, _NODE_KEYS)
+def read_node(entry: Entry) -> StartProcess:
+    """Read a ``node``."""
     node = NodePart(
         package=entry.required("pkg"),
         executable=entry.required("exec"),
@@ -71,19 +68,17 @@ def parse_node(element: Element) -> tuple[StartProcess, Entry]:
         remaps=tuple(pairs(entry.element("remap"), "from", "to")),
         ros_arguments=entry.optional("ros_args"),
     )
-    return _process(entry, process_name=entry.optional("exec_name"), node=node), entry
+    return _process(entry, process_name=entry.optional("exec_name"), node=node)
 
 
-def parse_executable(element: Element) -> tuple[StartProcess, Entry]:
-    """Read an ``executable``; its conditions are left to the caller."""
-    entry = Entry(element, _EXECUTABLE_KEYS)
-    process = _process(
+def read_executable(entry: Entry) -> StartProcess:
+    """Read an ``executable``."""
+    return _process(
         entry,
         process_name=entry.optional("name"),
         command=entry.required("cmd"),
         shell=entry.optional("shell"),
     )
-    return process, entry
 
 
 def parameter(entry: Entry, prefix: str = "") -> Parameter:
@@ -99,7 +94,6 @@ def parameter(entry: Entry, prefix: str = "") -> Parameter:
         name=parse(f"{prefix}{name.source}") if prefix else name,
         value=_parameter_value(entry.required_element("value")),
         type_name=type_name,
-        place=entry.whole.place,
     )
 
 
@@ -112,7 +106,6 @@ def _process(
     shell: Template | None = None,
 ) -> StartProcess:
     return StartProcess(
-        place=entry.whole.place,
         node=node,
         command=command,
         shell=shell,
@@ -155,7 +148,7 @@ def _parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter
     for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):
         entry = Entry(item, ("name", "value", "type", "param", "from"))
         if entry.element("from") is not None:
-            yield ParameterFile(entry.required("from"), item.place)
+            yield ParameterFile(entry.required("from"))
         elif entry.element("param") is not None:
             yield from _parameters(
                 entry.element("param"), f"{prefix}{entry.required_text('name')}."

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
-import shlex
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch import values
 from teleopctl.launch.context import LaunchContext
 from teleopctl.launch.descriptions import (
     NodePart,
@@ -18,7 +21,7 @@ from teleopctl.launch.descriptions import (
 )
 from teleopctl.launch.parameters import convert, infer, parameter_file, unify
 from teleopctl.launch.plan import ProcessPlan
-from teleopctl.launch.substitutions import parse_condition, render
+from teleopctl.launch.substitutions import render
 from teleopctl.launch.template import Template
 from teleopctl.packages import find_executable, resolve_uri
 
@@ -29,12 +32,23 @@ _PROGRAMS_THAT_END = frozenset(
 _OUTPUTS = ("screen", "log", "both", "own_log", "full")
 _UNSAFE = re.compile(r"[^\w.\-]")
 
+Value = TypeVar("Value")
+
 
 def join_namespace(outer: str, inner: str) -> str:
     """Return a namespace below another one; an absolute one stands for itself."""
     if inner.startswith("/"):
         return "/" + inner.strip("/")
     return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")
+
+
+@contextmanager
+def at_key(key: str) -> Iterator[None]:
+    """Put a key before the message of an error raised in the block."""
+    try:
+        yield
+    except TeleopctlError as error:
+        raise TeleopctlError(f"'{key}': {error.message}", hint=error.hint) from error
 
 
 class ProcessBuilder:
@@ -66,24 +80,11 @@ class ProcessBuilder:
             TeleopctlError: When the package, the program or a parameter file does not exist, or
                 a value cannot be read.
         """
-        shell = self._flag(action.shell, "shell")
-        program: str
-        if action.node is not None:
-            package = self._text(action.node.package)
-            program = self._text(action.node.executable)
-            find_executable(package, program)
-            command = [sys.executable, "-m", "teleopctl.nodes", package, program]
-        else:
-            package = ""
-            assert action.command is not None
-            text = self._text(action.command)
-            command = [text] if shell else _split(text, "cmd")
-            if not command:
-                raise TeleopctlError("'cmd': the command is empty")
-            program = Path((text.split() or [""])[0] if shell else command[0]).name
+        shell = self._value(action.shell, "shell", values.flag, default=False)
+        package, program, command = self._program(action, shell=shell)
         if action.arguments is not None:
-            words = self._text(action.arguments)
-            command = [f"{command[0]} {words}"] if shell else [*command, *_split(words, "args")]
+            text = self._text(action.arguments)
+            command = [f"{command[0]} {text}"] if shell else [*command, *_words(text, "args")]
         name = self._optional(action.process_name) or program
         name = f"{_UNSAFE.sub('_', name)}-{len(self.plans) + 1}"
         node_name = None
@@ -107,16 +108,39 @@ class ProcessBuilder:
                 node_name=node_name,
                 ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
                 start_delay=self._context.start_delay,
-                respawn=self._flag(action.respawn, "respawn"),
-                respawn_delay=self._seconds(action.respawn_delay, "respawn_delay", 0.0),
-                respawn_max_retries=int(
-                    self._seconds(action.respawn_max_retries, "respawn_max_retries", -1)
+                respawn=self._value(action.respawn, "respawn", values.flag, default=False),
+                respawn_delay=self._value(
+                    action.respawn_delay, "respawn_delay", values.number, default=0.0
                 ),
-                shutdown_on_exit=self._flag(action.shutdown_on_exit, "required"),
-                sigterm_timeout=self._seconds(action.sigterm_timeout, "sigterm_timeout", 5.0),
-                sigkill_timeout=self._seconds(action.sigkill_timeout, "sigkill_timeout", 5.0),
+                respawn_max_retries=self._value(
+                    action.respawn_max_retries, "respawn_max_retries", values.integer, default=-1
+                ),
+                shutdown_on_exit=self._value(
+                    action.shutdown_on_exit, "required", values.flag, default=False
+                ),
+                sigterm_timeout=self._value(
+                    action.sigterm_timeout, "sigterm_timeout", values.number, default=5.0
+                ),
+                sigkill_timeout=self._value(
+                    action.sigkill_timeout, "sigkill_timeout", values.number, default=5.0
+                ),
             )
         )
+
+    def _program(self, action: StartProcess, *, shell: bool) -> tuple[str, str, list[str]]:
+        """Return package (empty for an ``executable``), program and how the command begins."""
+        if action.node is not None:
+            package = self._text(action.node.package)
+            program = self._text(action.node.executable)
+            find_executable(package, program)
+            command = [sys.executable, "-P", "-m", "teleopctl.nodes", package, program]
+            return package, program, command
+        assert action.command is not None
+        text = self._text(action.command)
+        command = [text] if shell else _words(text, "cmd")
+        if not text.strip():
+            raise TeleopctlError("'cmd': the command is empty")
+        return "", Path(text.split()[0] if shell else command[0]).name, command
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
         scope = self._context.scope
@@ -138,7 +162,7 @@ class ProcessBuilder:
         for source, target in remaps:
             words += ["-r", f"{source}:={target}"]
         if node.ros_arguments is not None:
-            words += _split(self._text(node.ros_arguments), "ros_args")
+            words += _words(self._text(node.ros_arguments), "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
         return (["--ros-args", *words] if words else []), full_name
 
@@ -197,7 +221,7 @@ class ProcessBuilder:
         text = self._optional(prefix) or self._prefix
         if not text:
             return command
-        return [f"{text} {command[0]}"] if shell else [*_split(text, "launch-prefix"), *command]
+        return [f"{text} {command[0]}"] if shell else [*_words(text, "launch-prefix"), *command]
 
     def _shows_stdout(self, output: Template | None) -> bool:
         text = self._optional(output) or "log"
@@ -211,26 +235,15 @@ class ProcessBuilder:
     def _optional(self, text: Template | None) -> str | None:
         return None if text is None else self._text(text)
 
-    def _flag(self, text: Template | None, key: str) -> bool:
-        if text is None:
-            return False
-        try:
-            return parse_condition(self._text(text))
-        except TeleopctlError as error:
-            raise TeleopctlError(f"'{key}': {error.message}") from error
-
-    def _seconds(self, text: Template | None, key: str, default: float) -> float:
+    def _value(
+        self, text: Template | None, key: str, read: Callable[[str], Value], *, default: Value
+    ) -> Value:
         if text is None:
             return default
-        value = self._text(text)
-        try:
-            return float(value)
-        except ValueError:
-            raise TeleopctlError(f"'{key}': expected a number, got '{value}'") from None
+        with at_key(key):
+            return read(self._text(text))
 
 
-def _split(text: str, key: str) -> list[str]:
-    try:
-        return shlex.split(text)
-    except ValueError as error:
-        raise TeleopctlError(f"'{key}': {error}: {text}") from error
+def _words(text: str, key: str) -> list[str]:
+    with at_key(key):
+        return values.words(text)

@@ -135,15 +135,14 @@ def wait_for_launch(
             if process.name in up and process.name not in reported:
                 reported.add(process.name)
                 on_up(process, up[process.name])
-        for process in statuses:
-            if process.state == "died":
-                raise TeleopctlError(
-                    f"{process.name} died with exit code {process.exit_status}:\n"
-                    f"{log_tail(Path(process.log_file))}",
-                    hint=None
-                    if launch_ended
-                    else f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it.",
-                )
+        died = next((process for process in statuses if process.state == "died"), None)
+        if died is not None:
+            rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
+            raise TeleopctlError(
+                f"{died.name} died with exit code {died.exit_status}:\n"
+                f"{log_tail(Path(died.log_file))}",
+                hint=None if launch_ended else rest,
+            )
         if published is not None and len(up) == len(statuses):
             return
         if launch_ended:

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.launch import status
-from teleopctl.packages import suggest
 
 # In seconds, before each harder signal.
 _PATIENCE_S = 5.0
@@ -90,7 +89,7 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
     known = [entry.record.name for entry in everything if entry.is_alive]
     raise TeleopctlError(
         f"Nothing named '{name}' runs in the background",
-        hint=suggest(name, known) or _listing(known),
+        hint=did_you_mean(name, known) or _listing(known),
     )
 
 

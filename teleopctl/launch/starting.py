@@ -76,7 +76,7 @@ def start_in_background(
     with NewNodes() as new_nodes:
         record = background.start(
             free_name(name),
-            [sys.executable, "-m", "teleopctl.launch", str(plan_file)],
+            [sys.executable, "-P", "-m", "teleopctl.launch", str(plan_file)],
             kind=background.LAUNCH,
         )
         with stopped_by_ctrl_c(record):
@@ -107,5 +107,5 @@ def _prepare(plan: LaunchPlan) -> None:
     except OSError as error:
         raise TeleopctlError(
             f"Cannot write to the log folder {plan.log_directory}: {error.strerror}",
-            hint="ROS_LOG_DIR names another one.",
+            hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error

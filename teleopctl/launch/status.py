@@ -11,10 +11,12 @@ import json
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from teleopctl.background import ProcessRecord
-from teleopctl.launch.child import Child
+from teleopctl.background import ProcessRecord, Start
+
+if TYPE_CHECKING:
+    from teleopctl.launch.child import Child
 
 PLAN_FILE = "plan.json"
 _STATUS_FILE = "processes.json"
@@ -29,7 +31,7 @@ class ProcessStatus(NamedTuple):
     Attributes:
         name: ``exec-N``.
         pid: Process id, 0 before the start.
-        start_time: Seconds since the epoch, 0 before the start.
+        start: When it started.
         state: Whether it waits for its start, runs, has ended well, or has died.
         exit_status: What it ended with; negative for a signal.
         log_file: Its output.
@@ -41,7 +43,7 @@ class ProcessStatus(NamedTuple):
 
     name: str
     pid: int
-    start_time: float
+    start: Start
     state: State
     exit_status: int | None
     log_file: str
@@ -55,14 +57,14 @@ class ProcessStatus(NamedTuple):
         return ProcessRecord(
             self.name,
             self.pid,
-            self.start_time,
+            self.start,
             tuple(self.command),
             Path(self.log_file),
             "node" if self.is_node else "process",
         )
 
 
-def status_of(child: Child, start_time: float) -> ProcessStatus:
+def status_of(child: Child, start: Start) -> ProcessStatus:
     """Return what became of a child so far."""
     state: State = "waiting"
     if child.is_running:
@@ -72,7 +74,7 @@ def status_of(child: Child, start_time: float) -> ProcessStatus:
     return ProcessStatus(
         name=child.plan.name,
         pid=child.pid or 0,
-        start_time=start_time,
+        start=start,
         state=state,
         exit_status=child.exit_status,
         log_file=str(child.log_file),
@@ -84,7 +86,11 @@ def status_of(child: Child, start_time: float) -> ProcessStatus:
 
 
 def write(folder: Path, statuses: Iterable[ProcessStatus]) -> None:
-    """Replace the status file of a launch; nobody reads half of it."""
+    """Replace the status file of a launch; nobody reads half of it.
+
+    Raises:
+        OSError: It cannot be written; the old one is still there.
+    """
     text = json.dumps([status._asdict() for status in statuses], ensure_ascii=False)
     new = folder / f"{_STATUS_FILE}.new"
     new.write_text(text, encoding="utf-8")
@@ -95,8 +101,8 @@ def read(folder: Path) -> list[ProcessStatus] | None:
     """Read the status file of a launch; None while it has none."""
     try:
         entries = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
-        return [ProcessStatus(**entry) for entry in entries]
-    except (OSError, ValueError, TypeError):
+        return [ProcessStatus(**{**entry, "start": Start(*entry["start"])}) for entry in entries]
+    except (OSError, ValueError, LookupError, TypeError):
         return None
 
 

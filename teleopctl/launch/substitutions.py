@@ -8,17 +8,17 @@ says about a node.
 
 from __future__ import annotations
 
-import shlex
 import shutil
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.launch import values
 from teleopctl.launch.context import LaunchContext
 from teleopctl.launch.expression import ExpressionError, evaluate
 from teleopctl.launch.template import Argument, Call, Template
-from teleopctl.packages import package_share, resolve_uri, suggest
+from teleopctl.packages import package_share, resolve_uri
 
 _COMMAND_TIMEOUT_S = 60.0
 
@@ -32,20 +32,6 @@ def render(template: Template, context: LaunchContext) -> str:
     return template.render(lambda call: _substitute(call, context))
 
 
-def parse_condition(text: str) -> bool:
-    """Read what ``if:`` and ``unless:`` evaluate to.
-
-    Raises:
-        TeleopctlError: When it is neither true nor false.
-    """
-    word = text.strip().lower()
-    if word in ("true", "1"):
-        return True
-    if word in ("false", "0"):
-        return False
-    raise TeleopctlError(f"expected true, 1, false or 0, got '{text}'")
-
-
 def _substitute(call: Call, context: LaunchContext) -> str:
     if call.name == "eval" and call.arguments:
         return _evaluate(call, context)
@@ -53,7 +39,7 @@ def _substitute(call: Call, context: LaunchContext) -> str:
     if entry is None:
         raise TeleopctlError(
             f"{call.source}: unknown substitution '{call.name}'",
-            hint=suggest(call.name, _FUNCTIONS),
+            hint=did_you_mean(call.name, _FUNCTIONS),
         )
     function, least, most = entry
     count = len(call.arguments)
@@ -88,7 +74,7 @@ def _var(arguments: Sequence[str], context: LaunchContext) -> str:
         return arguments[1]
     raise TeleopctlError(
         f"launch configuration '{name}' does not exist",
-        hint=suggest(name, context.scope.variables),
+        hint=did_you_mean(name, context.scope.variables),
     )
 
 
@@ -145,7 +131,7 @@ def _xacro(arguments: Sequence[str], context: LaunchContext) -> str:
 
 
 def _command(arguments: Sequence[str], context: LaunchContext) -> str:
-    words = shlex.split(arguments[0])
+    words = values.words(arguments[0])
     if not words:
         raise TeleopctlError("$(command …): the command is empty")
     if Path(words[0]).name == "xacro" and len(words) > 1 and words[1][:1] != "-":
@@ -160,12 +146,14 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
         result = subprocess.run(
             words,
             capture_output=True,
-            text=True,
+            encoding="utf-8",
+            errors="replace",
             check=False,
             timeout=_COMMAND_TIMEOUT_S,
             stdin=subprocess.DEVNULL,
+            env=context.environment(),
         )
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except (OSError, ValueError, subprocess.TimeoutExpired) as error:
         raise TeleopctlError(f"$(command '{arguments[0]}'): {error}") from error
     complaint = result.stderr.strip()
     if result.returncode != 0:
@@ -208,17 +196,20 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _not(arguments: Sequence[str], _: LaunchContext) -> str:
-    return _word(not parse_condition(arguments[0]))
+    return _word(not values.flag(arguments[0]))
 
 
 def _all(arguments: Sequence[str], _: LaunchContext) -> str:
-    conditions = [parse_condition(argument) for argument in arguments]
-    return _word(all(conditions))
+    return _word(all(_flags(arguments)))
 
 
 def _any(arguments: Sequence[str], _: LaunchContext) -> str:
-    conditions = [parse_condition(argument) for argument in arguments]
-    return _word(any(conditions))
+    return _word(any(_flags(arguments)))
+
+
+def _flags(arguments: Sequence[str]) -> list[bool]:
+    """Read every argument, so that a wrong one is reported even where others decide."""
+    return [values.flag(argument) for argument in arguments]
 
 
 def _equals(arguments: Sequence[str], _: LaunchContext) -> str:
@@ -230,7 +221,7 @@ def _not_equals(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _if(arguments: Sequence[str], _: LaunchContext) -> str:
-    if parse_condition(arguments[0]):
+    if values.flag(arguments[0]):
         return arguments[1]
     return arguments[2] if len(arguments) > 2 else ""
 

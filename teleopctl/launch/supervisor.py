@@ -16,17 +16,20 @@ from collections.abc import Callable
 from functools import partial
 from types import FrameType
 
+from teleopctl.background import Start, start_of
+from teleopctl.errors import EXIT_INTERRUPTED
 from teleopctl.launch import status
 from teleopctl.launch.child import Child
 from teleopctl.launch.plan import LaunchPlan
 from teleopctl.launch.screen import Screen
 
-EXIT_INTERRUPTED = 130
 _LAUNCH = "launch"
 # Windows lets no signal handler run while the main thread waits without end.
 _LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 # Signals that come in one bunch, as from `timeout`, are one request to end.
 _SAME_REQUEST_S = 1.0
+# When to write the status file again that could not be written.
+_TRY_AGAIN_AFTER_S = 1.0
 _STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
@@ -60,7 +63,8 @@ class Supervisor:
         # Those of which something is still to come, and of these those whose process was started.
         self._expected = set(range(len(self._children)))
         self._live: set[int] = set()
-        self._start_times: dict[int, float] = {}
+        self._starts: dict[int, Start] = {}
+        self._status_is_late = False
         self._shutting_down = False
         self._interrupted = False
         self._step = 0
@@ -114,10 +118,13 @@ class Supervisor:
             return
         try:
             child.start()
-        except OSError as error:
+        except (OSError, ValueError) as error:
             self._died = True
             self._expected.discard(index)
-            reason = f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+            reason = str(error)
+            if isinstance(error, OSError) and error.strerror:
+                named = f": {error.filename}" if error.filename else ""
+                reason = f"{error.strerror}{named}"
             self._screen.say("ERROR", child.plan.name, f"process failed to start: {reason}")
             if child.plan.shutdown_on_exit:
                 self._required_ended(child)
@@ -125,7 +132,8 @@ class Supervisor:
             self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
             child.attend()
             self._live.add(index)
-            self._note_start_time(index)
+            if self._in_background and child.pid is not None:
+                self._starts[index] = start_of(child.pid)
         if publish:
             self._publish_status()
 
@@ -237,22 +245,23 @@ class Supervisor:
     def _say(self, level: str, text: str) -> None:
         self._screen.say(level, _LAUNCH, text)
 
-    def _note_start_time(self, index: int) -> None:
-        if self._in_background:
-            import psutil
-
-            pid = self._children[index].pid
-            try:
-                self._start_times[index] = psutil.Process(pid).create_time()
-            except psutil.NoSuchProcess:
-                self._start_times[index] = time.time()
-
     def _publish_status(self) -> None:
-        if self._in_background:
+        if not self._in_background:
+            return
+        try:
             status.write(
                 self._plan.log_directory,
-                (
-                    status.status_of(child, self._start_times.get(index, 0.0))
+                [
+                    status.status_of(child, self._starts.get(index, Start()))
                     for index, child in enumerate(self._children)
-                ),
+                ],
             )
+        except OSError:
+            # A full disk, or on Windows a reader: no reason to end what runs.
+            if not self._status_is_late:
+                self._status_is_late = True
+                self._after(_TRY_AGAIN_AFTER_S, self._publish_late_status)
+
+    def _publish_late_status(self) -> None:
+        self._status_is_late = False
+        self._publish_status()

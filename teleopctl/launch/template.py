@@ -101,7 +101,7 @@ class _Parser:
         while self._at < len(self._text) and not ends(self._peek()):
             character = self._peek()
             following = self._text[self._at + 1 : self._at + 2]
-            if character == "\\" and following in _ESCAPABLE and following:
+            if character == "\\" and following in _ESCAPABLE:
                 literal_text.append(following)
                 self._at += 2
             elif character == "$" and following == "(":
@@ -122,8 +122,6 @@ class _Parser:
         self._skip_blanks()
         name_start = self._at
         while self._peek().isalnum() or self._peek() in ("-", "_"):
-            if not self._peek():
-                break
             self._at += 1
         name = self._text[name_start : self._at]
         if not name:

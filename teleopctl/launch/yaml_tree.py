@@ -13,6 +13,7 @@ from teleopctl import ros_yaml
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import template
 from teleopctl.launch.descriptions import Place
+from teleopctl.text_file import read_text
 
 _MAX_DEPTH = 50
 
@@ -96,12 +97,7 @@ def load(path: Path) -> Element:
     Raises:
         TeleopctlError: When the file cannot be read or is not YAML; the message has the line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise TeleopctlError(f"Cannot read launch file {path}: {reason}") from error
-    loader = ros_yaml.RosLoader(text)
+    loader = ros_yaml.RosLoader(read_text(path))
     try:
         node = loader.get_single_node()
         if node is None:

@@ -1,15 +1,15 @@
 """``python -m teleopctl.nodes [PACKAGE] EXECUTABLE [ARGS…]``: one node, one process.
 
-This is what ``teleopctl launch`` and ``--detach`` start, so it imports nothing that the node
-does not need. A first argument that is a path stands for itself; otherwise the package comes first.
+This is what ``teleopctl run`` and ``launch`` start, so it imports nothing that the node does not
+need; with ``-P``, so that a ``random.py`` in the current folder is not taken for Python's. A first
+argument that is a path stands for itself; otherwise the package comes first.
 """
 
-import os
 import signal
 import sys
 
-from teleopctl.errors import TeleopctlError
-from teleopctl.nodes.execute import EXIT_INTERRUPTED, run_executable
+from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
+from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
 
 
@@ -31,9 +31,6 @@ def _take_interrupts() -> None:
 
 
 def _run() -> int:
-    # `-m` puts the current folder on the import path, which no node asked for.
-    if sys.path and sys.path[0] == os.getcwd():  # noqa: PTH109 -- compared as it was made
-        del sys.path[0]
     arguments = sys.argv[1:]
     if arguments and is_path(arguments[0]):
         package, executable, rest = None, arguments[0], arguments[1:]

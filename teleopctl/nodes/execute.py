@@ -12,10 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.packages import Executable, find_executable
-
-EXIT_INTERRUPTED = 130
 
 
 def run_executable(package: str | None, executable: str, args: Sequence[str]) -> int:

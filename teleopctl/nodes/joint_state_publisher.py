@@ -24,6 +24,7 @@ from teleopctl.node.ros_args import parse_ros_arguments
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.free_joints import JointSet
 from teleopctl.robot.urdf import Mimic
+from teleopctl.text_file import read_text
 
 
 class JointStatePublisher(Node):
@@ -152,7 +153,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="joint_state_publisher")
     parser.add_argument("urdf_file", nargs="?", help="URDF file, instead of the topic")
     options = parser.parse_args(parse_ros_arguments(words).program)
-    urdf = None if options.urdf_file is None else _read_file(Path(options.urdf_file))
+    urdf = None if options.urdf_file is None else _read_description(Path(options.urdf_file))
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=words),
@@ -162,12 +163,9 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-def _read_file(path: Path) -> str:
+def _read_description(path: Path) -> str:
     if path.suffix == ".xacro":
         from teleopctl.robot.xacro_file import expand
 
         return expand(path)
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise TeleopctlError(f"Cannot read {path}: {error.strerror}") from error
+    return read_text(path)

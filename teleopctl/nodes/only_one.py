@@ -18,6 +18,6 @@ def refuse_a_second(node: Node) -> None:
     if node.get_fully_qualified_node_names().count(name) > 1:
         raise TeleopctlError(
             f"A node named {name} is already running: two of them would fight over the robot",
-            hint="stop it first (`teleopctl ps` shows what runs in the background), or give "
-            "this one another name with --ros-args -r __node:=NAME",
+            hint="Stop it first (`teleopctl ps` shows what runs in the background), or give "
+            "this one another name with --ros-args -r __node:=NAME.",
         )

@@ -169,8 +169,8 @@ def _read(urdf: str) -> RobotDescription:
     if not urdf:
         raise TeleopctlError(
             "The robot_description parameter must not be empty",
-            hint="give it by --params-file, or start the node by a launch file such as "
-            "`teleopctl launch display.yaml model:=FILE`",
+            hint="Give it by --params-file, or start the node by a launch file such as "
+            "`teleopctl launch display.yaml model:=FILE`.",
         )
     return RobotDescription.from_urdf(urdf)
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
+import queue
 import signal
 import sys
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from types import FrameType
 from typing import NoReturn
 
-from teleopctl.control.client import ManagerClient, ManagerUnavailableError
+from teleopctl.control.client import ManagerClient
 from teleopctl.control.controller_files import manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
@@ -293,28 +294,36 @@ def _colors_wanted() -> bool:
     return sys.stderr.isatty() and "NO_COLOR" not in os.environ
 
 
-def _catch_signals() -> threading.Event:
-    """From now on Ctrl-C and SIGTERM only set the event that is returned."""
-    received = threading.Event()
+def _catch_signals() -> queue.SimpleQueue[int]:
+    """From now on Ctrl-C and SIGTERM only go into the queue that is returned."""
+    # An event would not do: its lock may be held by the very wait that the signal interrupts.
+    received: queue.SimpleQueue[int] = queue.SimpleQueue()
 
     def receive(number: int, frame: FrameType | None) -> None:
-        del number, frame
-        received.set()
+        del frame
+        received.put(number)
 
     signal.signal(signal.SIGINT, receive)
     signal.signal(signal.SIGTERM, receive)
     return received
 
 
+def _wait_for_signal(received: queue.SimpleQueue[int]) -> None:
+    while True:
+        with contextlib.suppress(queue.Empty):
+            received.get(timeout=1.0)  # waking up now and then lets Windows deliver the signal
+            return
+
+
 def main(args: list[str] | None = None) -> int:
     """Spawn controllers; returns the exit status.
 
     Args:
-        args: Command line with the program's name first; None takes the process's.
+        args: Command line; None takes the process's.
     """
-    arguments = sys.argv if args is None else args
-    options, requests = read_command_line(parse_ros_arguments(arguments).program[1:])
-    init(args=arguments, session_mode="client")
+    words = sys.argv[1:] if args is None else args
+    options, requests = read_command_line(parse_ros_arguments(words).program)
+    init(args=words, session_mode="client")
     node = Node(f"spawner_{requests[0].name}", start_parameter_services=False)
     spawner = Spawner(node, options)
     try:
@@ -322,13 +331,12 @@ def main(args: list[str] | None = None) -> int:
         if options.unload_on_kill:
             received = _catch_signals()
             node.get_logger().info("Waiting until interrupt to unload controllers")
-            while not received.wait(1.0):
-                pass  # waking up now and then lets Windows deliver the signal
+            _wait_for_signal(received)
             node.get_logger().info("KeyboardInterrupt successfully captured!")
             spawner.unload(requests)
     except (SpawnError, ExternalShutdownException):
         return 1
-    except (ManagerUnavailableError, TeleopctlError) as error:
+    except TeleopctlError as error:
         node.get_logger().fatal(error.message)
         if error.hint:
             node.get_logger().info(error.hint)

@@ -15,9 +15,9 @@ def main(args: list[str] | None = None) -> int:
     """Unspawn controllers; returns the exit status.
 
     Args:
-        args: Command line with the program's name first; None takes the process's.
+        args: Command line; None takes the process's.
     """
-    arguments = sys.argv if args is None else args
+    words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(
         prog="unspawner", description="Deactivate and unload controllers."
     )
@@ -30,9 +30,9 @@ def main(args: list[str] | None = None) -> int:
         help="name of the controller manager's node",
     )
     parser.add_argument("--switch-timeout", type=float, default=5.0, metavar="S")
-    options = parser.parse_args(parse_ros_arguments(arguments).program[1:])
+    options = parser.parse_args(parse_ros_arguments(words).program)
     names: list[str] = options.controller_names
-    init(args=arguments, session_mode="client")
+    init(args=words, session_mode="client")
     node = Node(f"unspawner_{names[0]}", start_parameter_services=False)
     logger = node.get_logger()
     try:

@@ -5,10 +5,13 @@ Lengths in metres, angles in radians, rates in Hz.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
 from teleopctl.robot.urdf import Pose
+
+Default = TypeVar("Default", bound=float | None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +147,7 @@ def _read_sensor(element: Element, link: str) -> Sensor:
         name=required(element, "name"),
         type=required(element, "type"),
         link=link,
-        update_rate=_number(element, "update_rate", 0.0) or 0.0,
+        update_rate=_number(element, "update_rate", 0.0),
         always_on=_flag(element, child_text(element, "always_on", "false")),
         visualize=_flag(element, child_text(element, "visualize", "false")),
         topic=child_text(element, "topic"),
@@ -160,10 +163,7 @@ def _read_camera(element: Element) -> Camera:
     if image is None:
         raise TeleopctlError(f"{describe(element)}: a camera needs an <image> with its size")
     distortion, clip = element.find("distortion"), element.find("clip")
-    coefficients = {
-        name: (_number(distortion, name, 0.0) or 0.0) if distortion is not None else 0.0
-        for name in ("k1", "k2", "k3", "p1", "p2")
-    }
+    coefficients = {name: _number(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")}
     center = (0.5, 0.5)
     if distortion is not None and distortion.find("center") is not None:
         x, y = _vector(distortion, child_text(distortion, "center"), 2)
@@ -175,8 +175,9 @@ def _read_camera(element: Element) -> Camera:
         height=int(_required_number(image, "height")),
         format=child_text(image, "format", "R8G8B8"),
         vertical_fov=_number(element, "vertical_fov", None),
-        near=(_number(clip, "near", 0.1) or 0.1) if clip is not None else 0.1,
-        far=(_number(clip, "far", 100.0) or 100.0) if clip is not None else 100.0,
+        # Nothing can be drawn from a distance of zero on.
+        near=_number(clip, "near", 0.0) or 0.1,
+        far=_number(clip, "far", 0.0) or 100.0,
         center=center,
         **coefficients,
     )
@@ -215,10 +216,10 @@ def _vector(element: Element, text: str, count: int) -> list[float]:
     return values
 
 
-def _number(element: Element, tag: str, default: float | None) -> float | None:
+def _number(element: Element | None, tag: str, default: Default) -> float | Default:
     """Return a child's number; Gazebo takes it as text or as the attribute ``value``."""
-    child = element.find(tag)
-    if child is None:
+    child = None if element is None else element.find(tag)
+    if element is None or child is None:
         return default
     text = (child.text or "").strip() or child.get("value") or ""
     value = to_number(text)

@@ -9,6 +9,7 @@ import pytest
 
 from teleopctl.cli import main
 from teleopctl.cli.program import COMPLETION_VARIABLE
+from tests.processes import eventually
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,8 @@ def test_live_nodes_and_the_types_of_a_topic_are_completed(ros, monkeypatch, cap
 
 def test_frames_and_what_runs_in_the_background_are_completed(ros, monkeypatch, capsys):
     ros.run("run --detach tf2_ros static_transform_publisher --frame-id map --child-frame-id odom")
-    assert ros.run("topic echo --once /tf_static").returncode == 0
+    # A node may be up some moments before its topics are.
+    eventually(lambda: ros.run("topic echo --once /tf_static").returncode == 0)
     assert candidates(monkeypatch, capsys, "teleopctl tf echo map o") == ["odom"]
     assert candidates(monkeypatch, capsys, "teleopctl stop st") == ["static_transform_publisher"]
     assert candidates(monkeypatch, capsys, "teleopctl logs st") == ["static_transform_publisher"]

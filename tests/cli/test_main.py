@@ -7,7 +7,7 @@ from typing import Annotated
 import pytest
 
 from teleopctl import __version__
-from teleopctl.cli import main
+from teleopctl.cli import main, typer_app
 from teleopctl.cli.verb import Argument, Group, Verb
 from teleopctl.errors import TeleopctlError
 
@@ -28,6 +28,8 @@ def end(how: Annotated[str, Argument(help="How to end.")]) -> int | None:
             raise KeyboardInterrupt
         case "defect":
             raise ZeroDivisionError("by zero")
+        case "denied":
+            raise PermissionError(13, "Permission denied", "/the/file")
         case "pipe":
             raise BrokenPipeError
     return None
@@ -50,6 +52,7 @@ def sample(monkeypatch):
         ("status", 1, ""),
         ("fail", 1, "teleopctl: no such arm\n  buy one\n"),
         ("misuse", 2, "teleopctl: not like this\n"),
+        ("denied", 1, "teleopctl: Cannot use /the/file: Permission denied\n"),
         ("interrupt", 130, ""),
         ("pipe", 0, ""),
     ],
@@ -120,6 +123,29 @@ def test_a_group_lists_its_verbs_and_a_verb_explains_itself(sample, capsys):
     explanation = capsys.readouterr().out
     assert "How to end." in explanation
     assert "The second paragraph is for help." in explanation
+
+
+@pytest.mark.parametrize("verb", ["", "topic", "topic echo", "topic hz", "run", "launch"])
+def test_help_shows_no_value_for_a_flag_and_no_bracket_that_nobody_types(capsys, verb):
+    assert main.run([*verb.split(), "--help"]) == 0
+    listing = capsys.readouterr().out
+    assert "bool" not in listing
+    usage, _, _ = listing.partition("\n\n")
+    assert "{" not in usage
+    assert "......" not in usage.replace("]", "")
+
+
+def test_help_lists_the_choices_of_an_option_in_words(capsys):
+    assert main.run(["topic", "echo", "--help"]) == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert "--qos-history NAME How many messages are kept. One of system_default, " in words
+
+
+def test_help_wraps_where_the_terminal_does_and_not_where_the_source_does():
+    tree = typer_app.command_tree(main.VERBS, ["topic", "echo"])
+    paragraphs = tree.commands["topic"].commands["echo"].help.split("\n\n")
+    assert len(paragraphs) == 2
+    assert not any("\n" in paragraph for paragraph in paragraphs)
 
 
 def test_a_reader_that_goes_away_is_no_error():

@@ -33,6 +33,14 @@ def many(names: Annotated[list[str], Argument(help="Names.")]) -> None:
     seen.append(dict(locals()))
 
 
+def several(names: Annotated[list[str] | None, Argument(help="Names.")] = None) -> None:
+    seen.append(dict(locals()))
+
+
+def chosen(state: Annotated[str, Argument(help="A choice.", choices=("on", "off"))]) -> None:
+    seen.append(dict(locals()))
+
+
 def program(
     words: Annotated[list[str], Argument(help="A program and its arguments.")],
     detach: Annotated[bool, Option("-d", help="A flag.")] = False,
@@ -103,6 +111,11 @@ def test_well_formed_lines_need_no_typer(words, changed):
     assert quick_reading(sample, words) == expected | changed
 
 
+@pytest.mark.parametrize("line", ["a --rate nan", "a -r inf", "a --rate=-inf"])
+def test_a_number_is_finite(line):
+    assert quick_reading(sample, line.split()) is None is typer_reading(sample, line.split())
+
+
 @pytest.mark.parametrize(
     "line",
     ["", "a b c", "a --help", "a --rate", "a --times 1.5", "a --policy loud", "a -1", "a -v=1"],
@@ -115,6 +128,16 @@ def test_a_list_takes_all_that_is_left():
     names = ["a", "b"]
     assert quick_reading(many, names) == {"names": names} == typer_reading(many, names)
     assert quick_reading(many, []) is None
+
+
+def test_a_list_may_be_left_out_where_its_default_is_none():
+    assert quick_reading(several, ["a"]) == {"names": ["a"]} == typer_reading(several, ["a"])
+    assert quick_reading(several, []) == {"names": None} == typer_reading(several, [])
+
+
+def test_an_argument_with_choices_takes_no_other():
+    assert quick_reading(chosen, ["on"]) == {"state": "on"} == typer_reading(chosen, ["on"])
+    assert quick_reading(chosen, ["of"]) is None is typer_reading(chosen, ["of"])
 
 
 def test_negative_numbers_are_values_where_the_verb_says_so():

@@ -172,7 +172,7 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     assert process.node_name == "/fleet/robot/talker"
     assert process.show_stdout
     assert process.command == [
-        *[sys.executable, "-m", "teleopctl.nodes", "teleop_py_pkg", "simple_publisher"],
+        *[sys.executable, "-P", "-m", "teleopctl.nodes", "teleop_py_pkg", "simple_publisher"],
         *["--loud", "two words", "--ros-args", "-r", "__node:=talker", "-r", "__ns:=/fleet/robot"],
         *["--params-file", first, "--params-file", str(given), "--params-file", second],
         *["-r", "a:=b", "-r", "chatter:=/said", "--log-level", "debug"],
@@ -206,12 +206,27 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
         ("pkg: camera, exec: camera, name: $(vra who)", "unknown substitution 'vra'"),
         ("pkg: camera, exec: camera, name: $(var)", "expected 1 to 2 argument"),
         ("pkg: camera, exec: camera, name: $(eval 1 +)", "is not an expression"),
-        ('pkg: camera, exec: camera, args: "\'"', "'args'"),
+        ('pkg: camera, exec: camera, args: "\'"', "'args': No closing quotation"),
+        ('pkg: camera, exec: camera, name: $(command "echo \'")', "No closing quotation"),
+        ("pkg: camera, exec: camera, sigterm_timeout: .inf", "'sigterm_timeout': expected a num"),
+        ("pkg: camera, exec: camera, respawn_max_retries: .inf", "expected an integer, got 'inf'"),
     ],
 )
 def test_what_cannot_be_evaluated_is_an_error_before_anything_starts(plan, node, message):
     with pytest.raises(TeleopctlError, match=message):
         plan(f"launch:\n- node: {{{node}}}")
+
+
+def test_a_command_sees_the_environment_that_the_file_sets_and_may_write_any_bytes(plan, tmp_path):
+    script = tmp_path / "says.py"
+    script.write_text(
+        "import os, sys\nsys.stdout.buffer.write(os.environ['WHO'].encode() + bytes([255]))\n"
+    )
+    text = f"""launch:
+- set_env: {{name: WHO, value: me}}
+- executable: {{cmd: "echo $(command '{sys.executable} {script}')"}}
+"""
+    assert words(plan(text)) == ["me\ufffd"]
 
 
 def test_prefixes_and_shells(plan):

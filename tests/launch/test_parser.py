@@ -37,6 +37,7 @@ def write(tmp_path):
         ("launch:\n- let: {name: a, name: b}", 2, "stands here twice"),
         ("launch:\n- let: {a: [}", 2, "not YAML"),
         ("launch:\n- group: {children: [], scoped: maybe}", 2, "expected true or false"),
+        ("launch:\n- let: {name: a, value: !!int x}", 2, "not YAML: invalid literal"),
         ("launch:\n- node_container: {}", 2, "C\\+\\+ libraries"),
         ("launch:\n- node: {pkg: a, exec: b, on_exit: explode}", 2, "expected 'shutdown'"),
     ],
@@ -55,7 +56,7 @@ def test_a_misspelled_key_has_a_suggestion(write):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(TeleopctlError, match=r"Cannot read launch file .*nope\.yaml"):
+    with pytest.raises(TeleopctlError, match=r"Cannot read .*nope\.yaml: No such file"):
         parse_file(tmp_path / "nope.yaml")
 
 
@@ -63,7 +64,7 @@ def test_names_with_hyphens_and_underscores_are_the_same(write):
     text = (
         "launch:\n- push-ros-namespace: {namespace: a}\n- node: {pkg: a, exec: b, launch_prefix: c}"
     )
-    assert len(parse_file(write(text)).actions) == 2
+    assert len(parse_file(write(text)).steps) == 2
 
 
 values = st.recursive(

@@ -90,8 +90,8 @@ def test_two_of_a_name_are_told_apart(ros):
 
 
 def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_listed(ros):
-    (ros.folder / "two.yaml").write_text(TWO_NODES)
-    started = ros.run("launch -d two.yaml")
+    (ros.folder / "two.launch.yaml").write_text(TWO_NODES)
+    started = ros.run("launch -d two.launch.yaml")
     assert started.returncode == 0, started.stderr
     assert "simple_publisher-1 is up: /mouth [pid " in started.stdout
     assert ros.run("node list").stdout == "/mouth\n/simple_subscriber\n"
@@ -101,7 +101,8 @@ def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_list
     assert listed["simple_publisher-1"]["node"] == "/mouth"
     lines = ros.run("ps").stdout.splitlines()
     assert lines[0].split() == ["NAME", "PID", "KIND", "UPTIME", "COMMAND"]
-    assert any(line.startswith("  simple_publisher-1 ") for line in lines)
+    (publisher,) = [line for line in lines if line.startswith("  simple_publisher-1 ")]
+    assert " teleopctl.nodes teleop_py_pkg simple_publisher --ros-args " in publisher
     for name in ("simple_publisher-1", "two/simple_publisher-1", "mouth", "/mouth"):
         assert "[mouth]: Publishing at 1 Hz" in ros.run(["logs", name]).stdout
     assert "[INFO] [simple_publisher-1]: process started with pid" in ros.run("logs two").stdout

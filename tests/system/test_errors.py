@@ -54,6 +54,14 @@ def test_echo_of_an_unpublished_topic_has_ros2s_warning(graph):
 
 
 @pytest.mark.parametrize(
+    ("verb", "way_out"),
+    [("echo", "Give the type"), ("hz", "Start its publisher"), ("delay", "Start its publisher")],
+)
+def test_the_type_is_asked_for_only_where_it_can_be_given(graph, verb, way_out):
+    assert way_out in graph.run(f"topic {verb} /nothing").stderr
+
+
+@pytest.mark.parametrize(
     ("kind", "values", "fragments"),
     [
         ("std_msgs/msg/String", "{date: 1}", ["date", "data"]),

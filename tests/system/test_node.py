@@ -70,6 +70,9 @@ def test_service_list_type_and_find(graph):
     assert f"/simple_parameter/get_parameters [{kind}]\n" in graph.run("service list -t").stdout
     assert graph.run("service type /simple_parameter/get_parameters").stdout == f"{kind}\n"
     assert graph.run(f"service find {kind}").stdout == "/simple_parameter/get_parameters\n"
+    assert json.loads(graph.run("service type /simple_parameter/get_parameters --json").stdout) == [
+        kind
+    ]
 
 
 def test_service_call(graph):

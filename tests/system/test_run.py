@@ -169,6 +169,15 @@ def test_the_router_is_started_where_none_answers(ros_without_router):
     assert publisher.wait() == 0
 
 
+def test_a_file_with_the_name_of_a_python_module_is_not_taken_for_it(ros_without_router):
+    ros = ros_without_router
+    for name in ("copy", "queue", "random", "select"):
+        (ros.folder / f"{name}.py").write_text(f"raise SystemExit('took {name}.py')\n")
+    line = "-P -m teleopctl run simple_publisher"
+    publisher = ros.spawn_command([sys.executable, *line.split()])
+    publisher.wait_for_line("Publishing")
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs env, a program of Unix")
 def test_a_prefix_stands_before_the_command_line(ros):
     (ros.folder / "show.py").write_text("import os\nprint(os.environ['A_WORD'])\n")

@@ -8,6 +8,7 @@ import pytest
 
 from teleopctl.wire.graph import GraphWatcher
 from teleopctl.wire.session import open_session
+from tests.processes import eventually
 
 STRING = "std_msgs/msg/String"
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -113,6 +114,8 @@ def test_type_and_find(ros):
     assert ros.run("topic type /chatter").stdout == f"{STRING}\n"
     assert ros.run("topic find std_msgs/msg/String").stdout == "/chatter\n"
     assert ros.run("topic find -c std_msgs/String").stdout == "1\n"
+    assert json.loads(ros.run("topic type /chatter --json").stdout) == [STRING]
+    assert json.loads(ros.run("topic find std_msgs/msg/String --json").stdout) == ["/chatter"]
 
 
 def test_echo_prints_what_pub_sends(ros):
@@ -273,6 +276,17 @@ def test_pub_gives_up_waiting(ros):
     done = ros.run(f"topic pub --once --max-wait-time-secs 0.1 /late {STRING}")
     assert done.returncode == 1
     assert "0 of 1 subscribers" in done.stderr
+
+
+def test_pub_does_not_take_a_subscriber_of_another_type_for_its_own(ros):
+    ros.spawn("run simple_subscriber")
+    eventually(lambda: ros.run("topic type /chatter").stdout == f"{STRING}\n")
+    done = ros.run("topic pub --once --max-wait-time-secs 0.1 /chatter std_msgs/msg/Int32")
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[:2] == [
+        f"WARNING: topic [/chatter] is subscribed with the type {STRING}",
+        "Waiting for at least 1 matching subscription(s)...",
+    ]
 
 
 @pytest.mark.parametrize("option", ["--stdin", "--yaml-file -"])

@@ -4,14 +4,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.control.session import (
+    DEFAULT_MANAGER,
+    ControllerName,
+    ManagerName,
+    TargetState,
+    manager_client,
+)
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
     from teleopctl.control.client import ManagerClient
 
-_STATES = ("unconfigured", "inactive", "active")
 _LOGS = "check controller_manager logs"
 
 
@@ -24,7 +29,8 @@ def load_controller(
         str | None,
         Option(
             "--set-state",
-            help="Configure it (inactive) or activate it (active) as well.",
+            help="Bring it to this state as well.",
+            metavar="STATE",
             choices=("inactive", "active"),
         ),
     ] = None,
@@ -62,7 +68,7 @@ def _set_param_file(client: "ManagerClient", name: str, file: str) -> None:
 
 
 def unload_controller(
-    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
+    controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Unload a controller."""
@@ -73,7 +79,7 @@ def unload_controller(
 
 
 def cleanup_controller(
-    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
+    controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Bring a controller back to unconfigured."""
@@ -84,49 +90,42 @@ def cleanup_controller(
 
 
 def set_controller_state(
-    controller_name: Annotated[str, Argument(help="The controller.", complete="controllers")],
-    state: Annotated[str, Argument(help="unconfigured, inactive or active.")],
+    controller_name: ControllerName,
+    state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Bring a controller to a state."""
-    if state not in _STATES:
-        raise TeleopctlError(
-            f"unknown state '{state}'", hint=f"one of {', '.join(_STATES)}", exit_status=2
-        )
     name = controller_name
     with manager_client(controller_manager) as client:
         present = _states(client).get(name)
-        if present is None:
-            raise TeleopctlError(f"controller {name} does not seem to be loaded")
-        if state == "unconfigured":
-            if present != "inactive":
-                raise TeleopctlError(f"cannot cleanup {name} from its current state {present}")
-            if not client.cleanup(name):
-                raise TeleopctlError(f"Error cleaning up controller, {_LOGS}")
-            console.out(f"successfully cleaned up {name}")
-        elif state == "inactive" and present == "unconfigured":
-            if not client.configure(name):
-                raise TeleopctlError(f"Error configuring controller, {_LOGS}")
-            console.out(f"Successfully configured {name}")
-        elif state == "inactive" and present == "active":
-            if not client.switch((), [name])[0]:
-                raise TeleopctlError(f"Error stopping controller, {_LOGS}")
-            console.out(f"Successfully deactivated {name}")
-        elif state == "inactive":
-            raise TeleopctlError(
-                f"cannot put {name} in 'inactive' state from its current state {present}"
-            )
-        else:
-            _activate(client, name, present)
-
-
-def _activate(client: "ManagerClient", name: str, present: str) -> None:
-    if present != "inactive":
-        raise TeleopctlError(f"cannot activate {name} from its current state {present}")
-    ok, message = client.switch([name])
-    if not ok:
-        raise TeleopctlError(f"Error activating controller, {_LOGS}", hint=message)
-    console.out(f"Successfully activated {name}")
+        match present, state:
+            case None, _:
+                raise TeleopctlError(f"controller {name} does not seem to be loaded")
+            case "inactive", "unconfigured":
+                if not client.cleanup(name):
+                    raise TeleopctlError(f"Error cleaning up controller, {_LOGS}")
+                console.out(f"successfully cleaned up {name}")
+            case "unconfigured", "inactive":
+                if not client.configure(name):
+                    raise TeleopctlError(f"Error configuring controller, {_LOGS}")
+                console.out(f"Successfully configured {name}")
+            case "active", "inactive":
+                ok, message = client.switch((), [name])
+                if not ok:
+                    raise TeleopctlError(f"Error stopping controller, {_LOGS}", hint=message)
+                console.out(f"Successfully deactivated {name}")
+            case "inactive", "active":
+                ok, message = client.switch([name])
+                if not ok:
+                    raise TeleopctlError(f"Error activating controller, {_LOGS}", hint=message)
+                console.out(f"Successfully activated {name}")
+            case _:
+                refused = {
+                    "unconfigured": f"cleanup {name}",
+                    "inactive": f"put {name} in 'inactive' state",
+                    "active": f"activate {name}",
+                }[state]
+                raise TeleopctlError(f"cannot {refused} from its current state {present}")
 
 
 def switch_controllers(

@@ -3,7 +3,8 @@
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, TargetState, manager_client
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 
@@ -16,7 +17,7 @@ def list_hardware_components(
         bool, Option("-v", "--verbose", help="List state interfaces and data types, too.")
     ] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List hardware and its states."""
     with manager_client(controller_manager) as client:
@@ -48,7 +49,7 @@ def list_hardware_components(
 def list_hardware_interfaces(
     verbose: Annotated[bool, Option("-v", "--verbose", help="Show data types.")] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List what is commanded and measured."""
     with manager_client(controller_manager) as client:
@@ -75,14 +76,10 @@ def list_hardware_interfaces(
 
 def set_hardware_component_state(
     component_name: Annotated[str, Argument(help="The hardware component.")],
-    state: Annotated[str, Argument(help="unconfigured, inactive or active.")],
+    state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Bring a hardware component to a state."""
-    if state not in _STATES:
-        raise TeleopctlError(
-            f"unknown state '{state}'", hint=f"one of {', '.join(_STATES)}", exit_status=2
-        )
     from teleopctl.interfaces.store import get_message
 
     target = get_message("lifecycle_msgs/msg/State")(id=_STATES[state], label=state)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
@@ -46,7 +47,7 @@ def list_controllers(
     ] = False,
     verbose: Annotated[bool, Option("-v", "--verbose", help="List all of that.")] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List loaded controllers and their states."""
     with manager_client(controller_manager) as client:
@@ -105,7 +106,7 @@ def _as_document(controller: Any) -> dict[str, Any]:
 
 def list_controller_types(
     controller_manager: ManagerName = DEFAULT_MANAGER,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the types that can be loaded."""
     with manager_client(controller_manager) as client:

@@ -1,4 +1,4 @@
-"""A short-lived node that asks a controller manager."""
+"""A short-lived node that asks a controller manager, and what its verbs are told."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Annotated
 
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.verb import Option
+from teleopctl.cli.verb import Argument, Option
 from teleopctl.control.client import ManagerClient
 
 ManagerName = Annotated[
@@ -15,6 +15,10 @@ ManagerName = Annotated[
     Option(
         "-c", "--controller-manager", help="Name of the controller manager's node.", metavar="NAME"
     ),
+]
+ControllerName = Annotated[str, Argument(help="The controller.", complete="controllers")]
+TargetState = Annotated[
+    str, Argument(help="The state.", choices=("unconfigured", "inactive", "active"))
 ]
 DEFAULT_MANAGER = "controller_manager"
 # Seconds to wait for a manager: it is in the graph or it is not, so only a busy one needs any.

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.live import absolute_name, did_you_mean
-from teleopctl.errors import TeleopctlError
+from teleopctl.cli.live import absolute_name
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.wire.graph import query_graph
 

@@ -3,20 +3,21 @@
 from typing import Annotated, Any
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.param.client import parameter_client
 from teleopctl.cli.param.text import type_name
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verb import Argument
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.yaml_io import message_to_dict
 
 
 def describe_parameters(
-    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    node_name: NodeName,
     parameter_names: Annotated[
         list[str],
         Argument(help="The parameters.", metavar="PARAMETER_NAME...", complete="parameter_names"),
     ],
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Explain parameters."""
     with parameter_client() as client:
@@ -24,7 +25,7 @@ def describe_parameters(
         descriptors = client.ask(node, "DescribeParameters", names=parameter_names).descriptors
     if len(descriptors) != len(parameter_names):
         raise TeleopctlError(
-            "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is"
+            "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is."
         )
     if as_json:
         console.out_json([message_to_dict(descriptor) for descriptor in descriptors])

@@ -4,17 +4,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.param.client import parameter_client
 from teleopctl.cli.param.text import python_value
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verb import Argument
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.parameter import Parameter
 from teleopctl.node.parameter_file import read_parameter_file
 
 
 def dump_parameters(
-    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    node_name: NodeName,
+    as_json: AsJson = False,
 ) -> None:
     """Print a node's parameters as a file.
 
@@ -37,7 +38,7 @@ def dump_parameters(
 
 
 def load_parameters(
-    node_name: Annotated[str, Argument(help="The node.", complete="nodes")],
+    node_name: NodeName,
     parameter_file: Annotated[str, Argument(help="A parameter file.")],
 ) -> int:
     """Set parameters from a file.

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.param.client import ParameterClient, parameter_client
 from teleopctl.cli.param.text import type_name
 from teleopctl.cli.verb import Argument, Option
@@ -25,7 +26,7 @@ def list_parameters(
         str | None,
         Option("--filter", help="List only names in which this regular expression is found."),
     ] = None,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """List parameters."""
     wanted = _pattern(name_filter)

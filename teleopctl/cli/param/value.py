@@ -3,11 +3,11 @@
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.live import did_you_mean
+from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.param.client import ParameterClient, parameter_client
 from teleopctl.cli.param.text import python_value, type_name, value_label
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.parameter import (
     ParameterType,
@@ -15,7 +15,6 @@ from teleopctl.node.parameter import (
     parameter_value_to_python,
 )
 
-NodeName = Annotated[str, Argument(help="The node.", complete="nodes")]
 ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
 
 
@@ -23,7 +22,7 @@ def get_parameter(
     node_name: NodeName,
     parameter_name: ParameterName,
     hide_type: Annotated[bool, Option("--hide-type", help="Print only the value.")] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print the value of a parameter."""
     with parameter_client() as client:
@@ -72,7 +71,7 @@ def _value(client: ParameterClient, node: str, name: str) -> Any:
     if not values or values[0].type == ParameterType.NOT_SET:
         hint = did_you_mean(name, client.names(node))
         raise TeleopctlError(
-            "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is"
+            "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is."
         )
     return values[0]
 

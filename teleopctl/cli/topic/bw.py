@@ -5,21 +5,22 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import TopicName
 from teleopctl.cli.topic.listening import listen
 from teleopctl.cli.topic.source import TopicSource, find_source
 from teleopctl.cli.topic.statistics import BandwidthWindow, bandwidth_text
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verb import Option
 
 
 def measure_bandwidth(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    topic_name: TopicName,
     window: Annotated[
         int, Option("-w", "--window", help="How many messages the average is taken over.")
     ] = 100,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
 ) -> None:
     """Measure the bandwidth of a topic."""
-    source = find_source(absolute_name(topic_name), None)
+    source = find_source(absolute_name(topic_name))
     sizes = BandwidthWindow(window)
     lock = threading.Lock()
 

@@ -6,15 +6,16 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import TopicName
 from teleopctl.cli.topic.listening import listen
 from teleopctl.cli.topic.source import TopicSource, find_source
 from teleopctl.cli.topic.statistics import Window, delay_text
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verb import Option
 from teleopctl.errors import TeleopctlError
 
 
 def measure_delay(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    topic_name: TopicName,
     window: Annotated[
         int, Option("-w", "--window", help="How many messages the average is taken over.")
     ] = 10000,
@@ -25,7 +26,7 @@ def measure_delay(
     It is the time between a message's header.stamp and its arrival, so that the clocks of both
     machines matter.
     """
-    source = find_source(absolute_name(topic_name), None)
+    source = find_source(absolute_name(topic_name))
     if "header" not in source.message_class.get_fields_and_field_types():
         raise TeleopctlError(
             f"{source.message_class.TYPE_NAME} has no header, so its age cannot be told"

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import TopicName
 from teleopctl.cli.topic.qos_options import (
     Depth,
     DurabilityName,
@@ -30,7 +31,7 @@ Info = Mapping[str, Any]
 
 
 def echo(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    topic_name: TopicName,
     message_type: Annotated[
         str | None,
         Argument(
@@ -80,7 +81,7 @@ def echo(
     The quality of service follows what the publishers offer, so that latched messages are printed
     as well. Ctrl-C ends it.
     """
-    source = find_source(absolute_name(topic_name), message_type)
+    source = find_source(absolute_name(topic_name), message_type, takes_type=True)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
     qos = wishes.applied_to(suited_to(source.offered_qos, _DEPTH))
     select = field_reader(field) if field else None

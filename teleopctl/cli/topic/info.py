@@ -4,28 +4,26 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
-from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import TeleopctlError
+from teleopctl.cli.listing import types_of
+from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.options import AsJson, TopicName
+from teleopctl.cli.verb import Option
 
 if TYPE_CHECKING:
     from teleopctl.wire.tokens import EndpointToken
 
 
 def topic_info(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    topic_name: TopicName,
     verbose: Annotated[
         bool, Option("-v", "--verbose", help="Show each publisher and subscriber with its QoS.")
     ] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show who publishes and subscribes a topic."""
     topic = absolute_name(topic_name)
     graph = live_graph()
-    topics = dict(graph.topic_names_and_types(include_hidden=True))
-    if topic not in topics:
-        raise TeleopctlError(f"Unknown topic '{topic}'", hint=did_you_mean(topic, topics))
-    types = topics[topic]
+    types = types_of(topic, graph.topic_names_and_types(include_hidden=True), kind="topic")
     publishers, subscriptions = graph.publishers(topic), graph.subscriptions(topic)
     if as_json:
         console.out_json(

@@ -3,7 +3,9 @@
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.listing import out_names
 from teleopctl.cli.live import live_graph
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 
 
@@ -21,7 +23,7 @@ def list_topics(
         bool,
         Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
     ] = False,
-    as_json: Annotated[bool, Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the topics."""
     graph = live_graph()
@@ -38,17 +40,13 @@ def list_topics(
                 for name, types in topics
             ]
         )
-    elif count_topics:
-        console.out(str(len(topics)))
-    elif verbose:
+    elif verbose and not count_topics:
         published = [(name, types, len(graph.publishers(name))) for name, types in topics]
         subscribed = [(name, types, len(graph.subscriptions(name))) for name, types in topics]
         console.out_lines(_section("Published topics:", published, "publisher"))
         console.out_lines(_section("Subscribed topics:", subscribed, "subscriber"))
-    elif show_types:
-        console.out_lines(f"{name} [{', '.join(types)}]" for name, types in topics)
     else:
-        console.out_lines(name for name, _ in topics)
+        out_names(topics, only_count=count_topics, show_types=show_types)
 
 
 def _section(title: str, topics: list[tuple[str, list[str], int]], role: str) -> list[str]:

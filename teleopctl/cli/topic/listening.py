@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -45,10 +44,9 @@ def listen(
                 raw=raw,
                 immediate=True,
             )
-        tick = threading.Event()
         due = time.monotonic()
         while node.context.ok():
             due += PRINT_PERIOD_S
-            tick.wait(max(0.0, due - time.monotonic()))
+            time.sleep(max(0.0, due - time.monotonic()))
             report(time.monotonic())
             console.flush()

@@ -1,14 +1,16 @@
 """``teleopctl topic pub``."""
 
+import itertools
 import sys
-import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import TopicName
 from teleopctl.cli.topic.qos_options import (
     Depth,
     DurabilityName,
@@ -22,18 +24,21 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml_io import message_from_yaml
 from teleopctl.node.qos import QoSProfile
+from teleopctl.text_file import read_text
 from teleopctl.wire.graph import query_graph
 from teleopctl.wire.router import ensure_router
+from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
     from teleopctl.node.node import Node
+    from teleopctl.node.publisher import Publisher
 
 _DEPTH = 10
 _PRESENT_TIME = ("auto", "now")
 
 
 def publish(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
+    topic_name: TopicName,
     message_type: Annotated[
         str, Argument(help="Its type, such as std_msgs/msg/String.", complete="message_types")
     ],
@@ -90,7 +95,8 @@ def publish(
     file = "-" if stdin else yaml_file
     text = _read(file) if file else values
     message_class = get_message(message_type)
-    message_from_yaml(message_class, text)  # a mistake is reported before anything starts
+    message = message_from_yaml(message_class, text)  # a mistake is reported before anything starts
+    is_stamped = any(word in text for word in _PRESENT_TIME)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
     qos = wishes.applied_to(QoSProfile(depth=_DEPTH))
     subscribers = wait_matching_subscriptions
@@ -102,47 +108,55 @@ def publish(
     with command_node(session_mode="client" if count == 1 else "peer", name=node_name) as node:
         publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
         if subscribers:
-            _wait_for_subscribers(node, publisher.topic_name, subscribers, max_wait_time)
+            _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
         console.out("publisher: beginning loop")
         console.flush()
-        stamped = any(word in text for word in _PRESENT_TIME)
-        message = message_from_yaml(message_class, text)
-        pause = threading.Event()
-        start = time.monotonic()
-        number = 0
-        while not count or number < count:
-            if number:
-                # Against the start, so that lateness of one message does not delay all others.
-                pause.wait(max(0.0, start + number / rate - time.monotonic()))
-            if stamped:
-                message = message_from_yaml(
-                    message_class, text, now=node.get_clock().now().to_msg()
-                )
-            number += 1
+        for number in _paced(rate, count):
+            if is_stamped:
+                now = node.get_clock().now().to_msg()
+                message = message_from_yaml(message_class, text, now=now)
             if print_every and number % print_every == 0:
                 console.out(f"publishing #{number}: {message!r}\n")
                 console.flush()
             publisher.publish(message)
-        pause.wait(keep_alive)
+        time.sleep(max(0.0, keep_alive))
+
+
+def _paced(rate: float, count: int) -> Iterator[int]:
+    """Count from 1 to ``count``, or without end where it is 0, at a rate in Hz.
+
+    Each number is due against the start, so that the lateness of one does not delay all others.
+    """
+    start = time.monotonic()
+    for number in itertools.count():
+        if count and number == count:
+            return
+        time.sleep(max(0.0, start + number / rate - time.monotonic()))
+        yield number + 1
 
 
 def _wait_for_subscribers(
-    node: "Node", topic: str, count: int, longest_wait_s: float | None
+    node: "Node", publisher: "Publisher", count: int, longest_wait_s: float | None
 ) -> None:
-    if len(query_graph(node.context.session).subscriptions(topic)) < count:
+    topic, type_name = publisher.topic_name, publisher.type_name
+    graph = query_graph(node.context.session)
+    if len(graph.subscriptions(topic, type_name)) < count:
+        others = sorted({each.type_name for each in graph.subscriptions(topic)} - {type_name})
+        if others:
+            console.warn(f"topic [{topic}] is subscribed with the type {', '.join(others)}")
         console.note(f"Waiting for at least {count} matching subscription(s)...")
-    if not node.wait_for_subscribers(topic, count, longest_wait_s):
+    if not node.wait_for_match(EntityKind.MS, topic, type_name, count, longest_wait_s):
+        came = publisher.get_subscription_count()
         raise TeleopctlError(
-            f"Only {node.count_subscribers(topic)} of {count} subscribers came to '{topic}' within "
-            f"{longest_wait_s:g} s",
-            hint="-w 0 publishes without a subscriber",
+            f"Only {came} of {count} subscribers came to '{topic}' within {longest_wait_s:g} s",
+            hint="-w 0 publishes without a subscriber.",
         )
 
 
 def _read(file: str) -> str:
-    if file == "-":
-        return sys.stdin.read()
+    if file != "-":
+        return read_text(Path(file))
     try:
-        return Path(file).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise TeleopctlError(f"Cannot read the message: {error}") from error
+        return sys.stdin.buffer.read().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise TeleopctlError("Cannot read standard input: it is not UTF-8 text") from error

@@ -28,7 +28,7 @@ def field_reader(path: str) -> Callable[[Any], Any]:
         if match is None or (path[position] == "." and not steps):
             raise TeleopctlError(
                 f"Invalid field '{path}'",
-                hint="write it as in Python, such as pose.position or transforms[0].header",
+                hint="Write it as in Python, such as pose.position or transforms[0].header.",
                 exit_status=2,
             )
         position = match.end()

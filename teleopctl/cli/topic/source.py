@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.live import did_you_mean, live_graph
-from teleopctl.errors import TeleopctlError
+from teleopctl.cli.live import live_graph
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.interfaces.store import get_message, type_hash
 from teleopctl.interfaces.typenames import normalize
 from teleopctl.wire.graph import Graph
@@ -38,12 +38,15 @@ class TopicSource:
         return [publisher.qos for publisher in self.publishers]
 
 
-def find_source(topic: str, type_name: str | None) -> TopicSource:
+def find_source(
+    topic: str, type_name: str | None = None, *, takes_type: bool = False
+) -> TopicSource:
     """Look a topic up.
 
     Args:
         topic: Its full name.
         type_name: Its type, where the person gave one; the topic need not exist then.
+        takes_type: Whether the verb has an argument for the type, to be named in an error.
 
     Raises:
         TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
@@ -56,7 +59,7 @@ def find_source(topic: str, type_name: str | None) -> TopicSource:
             raise
         ensure_router()
         graph = Graph()
-    message_type = normalize(type_name) if type_name else _only_type(graph, topic)
+    message_type = normalize(type_name) if type_name else _only_type(graph, topic, takes_type)
     _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
     _warn_of_other_versions(topic, message_type, publishers)
@@ -73,7 +76,7 @@ def find_sources(topics: Sequence[str]) -> list[TopicSource]:
     found = []
     for topic in topics:
         try:
-            found.append(find_source(topic, None))
+            found.append(find_source(topic))
         except RouterNotRunning:
             raise
         except TeleopctlError as failure:
@@ -85,19 +88,24 @@ def find_sources(topics: Sequence[str]) -> list[TopicSource]:
     return found
 
 
-def _only_type(graph: Graph, topic: str) -> str:
+def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
     topics = dict(graph.topic_names_and_types(include_hidden=True))
     types = topics.get(topic, [])
     if not types:
         console.warn(f"topic [{topic}] does not appear to be published yet")
+        way_out = (
+            "Give the type to wait for the first publisher."
+            if takes_type
+            else "Start its publisher first."
+        )
         raise TeleopctlError(
             "Could not determine the type for the passed topic",
-            hint=did_you_mean(topic, topics) or "give the type to wait for the first publisher",
+            hint=did_you_mean(topic, topics) or way_out,
         )
     if len(types) > 1:
         raise TeleopctlError(
             f"Topic '{topic}' has more than one type: {', '.join(types)}",
-            hint="name the one that is meant",
+            hint="Name the one that is meant." if takes_type else None,
         )
     return types[0]
 

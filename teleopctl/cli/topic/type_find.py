@@ -2,22 +2,17 @@
 
 from typing import Annotated
 
-from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, did_you_mean, live_graph
+from teleopctl.cli.listing import out_names, out_types, types_of
+from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.options import AsJson, TopicName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.typenames import normalize
 
 
-def topic_type(
-    topic_name: Annotated[str, Argument(help="The topic.", complete="topics")],
-) -> None:
+def topic_type(topic_name: TopicName, as_json: AsJson = False) -> None:
     """Print the type of a topic."""
-    topic = absolute_name(topic_name)
-    topics = dict(live_graph().topic_names_and_types(include_hidden=True))
-    if topic not in topics:
-        raise TeleopctlError(f"Unknown topic '{topic}'", hint=did_you_mean(topic, topics))
-    console.out_lines(topics[topic])
+    topics = live_graph().topic_names_and_types(include_hidden=True)
+    out_types(types_of(absolute_name(topic_name), topics, kind="topic"), as_json=as_json)
 
 
 def topics_of_type(
@@ -31,12 +26,10 @@ def topics_of_type(
         bool,
         Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the topics of a type."""
     wanted = normalize(message_type)
     topics = live_graph().topic_names_and_types(include_hidden=include_hidden)
-    found = [name for name, types in topics if wanted in types]
-    if count_topics:
-        console.out(str(len(found)))
-    else:
-        console.out_lines(found)
+    found = [(name, types) for name, types in topics if wanted in types]
+    out_names(found, only_count=count_topics, as_json=as_json)

@@ -1,0 +1,63 @@
+"""Topics and services by name: what the verbs that list them and look them up share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teleopctl.cli import console
+from teleopctl.errors import TeleopctlError, did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    NamesAndTypes = Sequence[tuple[str, Sequence[str]]]
+
+
+def out_names(
+    entries: NamesAndTypes,
+    *,
+    only_count: bool,
+    show_types: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Print names, one a line.
+
+    Args:
+        entries: Each name with its types.
+        only_count: Print how many there are instead.
+        show_types: Print the types behind each name.
+        as_json: Print a list of the names instead.
+    """
+    if as_json:
+        console.out_json([name for name, _ in entries])
+    elif only_count:
+        console.out(str(len(entries)))
+    elif show_types:
+        console.out_lines(f"{name} [{', '.join(types)}]" for name, types in entries)
+    else:
+        console.out_lines(name for name, _ in entries)
+
+
+def out_types(types: Sequence[str], *, as_json: bool) -> None:
+    """Print the types of one name, one a line or as a list."""
+    if as_json:
+        console.out_json(list(types))
+    else:
+        console.out_lines(types)
+
+
+def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
+    """Look up what types a name has.
+
+    Args:
+        name: A full name.
+        known: Every name with its types.
+        kind: What it is the name of, for the message.
+
+    Raises:
+        TeleopctlError: Nothing has that name.
+    """
+    types = dict(known)
+    if name not in types:
+        raise TeleopctlError(f"Unknown {kind} '{name}'", hint=did_you_mean(name, types))
+    return types[name]

@@ -1,0 +1,61 @@
+"""Evaluated texts of a launch file, read as the flag, number or command line that they mean."""
+
+from __future__ import annotations
+
+import math
+import shlex
+
+from teleopctl.errors import TeleopctlError
+
+
+def flag(text: str) -> bool:
+    """Read a condition.
+
+    Raises:
+        TeleopctlError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
+    """
+    word = text.strip().lower()
+    if word in ("true", "1"):
+        return True
+    if word in ("false", "0"):
+        return False
+    raise TeleopctlError(f"expected true, 1, false or 0, got '{text}'")
+
+
+def number(text: str) -> float:
+    """Read a finite number.
+
+    Raises:
+        TeleopctlError: When it is something else.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise TeleopctlError(f"expected a number, got '{text}'")
+    return value
+
+
+def integer(text: str) -> int:
+    """Read an integer.
+
+    Raises:
+        TeleopctlError: When it is something else.
+    """
+    try:
+        return int(text)
+    except ValueError:
+        raise TeleopctlError(f"expected an integer, got '{text}'") from None
+
+
+def words(text: str) -> list[str]:
+    """Split a command line as a shell splits it.
+
+    Raises:
+        TeleopctlError: When a quotation is left open.
+    """
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise TeleopctlError(f"{error}: {text}") from error
