@@ -19,6 +19,8 @@ import psutil
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
 
+ROOT = Path(__file__).parents[1]
+
 LONGEST_WAIT_S = 20.0
 """Deadline of every wait unless a test names one: generous, since it is reached only on failure."""
 
@@ -240,9 +242,9 @@ class RosEnvironment:
         self, module: str, args: Sequence[str] | str = (), *, cwd: Path | None = None
     ) -> Process:
         """Start ``python -m MODULE ARGS``; it is killed at the end of the test."""
-        process = Process(
-            [sys.executable, "-m", module, *_words(args)], self.env, cwd or self.folder
-        )
+        # The tests' own programs are not installed: Python finds them from the root.
+        home = ROOT if module.startswith("tests.") else self.folder
+        process = Process([sys.executable, "-m", module, *_words(args)], self.env, cwd or home)
         self._processes.append(process)
         return process
 

@@ -70,7 +70,7 @@ def start_router() -> bool:
     try:
         background.start(
             "router",
-            [sys.executable, "-m", "teleopctl.wire.router", endpoint],
+            [sys.executable, "-P", "-m", "teleopctl.wire.router", endpoint],
             kind=_KIND,
             ready_within_s=_READY_WITHIN_S,
         )

@@ -14,10 +14,7 @@ MODULE = "tests.interop.foreign_peer"
 @pytest.fixture
 def peer(ros):
     """Start the foreign peer in one of its roles."""
-    from pathlib import Path
-
-    root = Path(__file__).parents[2]
-    return lambda role: ros.spawn_module(MODULE, [role, str(ros.port)], cwd=root)
+    return lambda role: ros.spawn_module(MODULE, [role, str(ros.port)])
 
 
 def test_topic_echo_prints_what_a_foreign_node_publishes(ros, peer):
