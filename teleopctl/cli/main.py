@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, NoReturn
 
 from teleopctl import __version__
-from teleopctl.cli import console
+from teleopctl.cli import console, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 
@@ -91,6 +91,7 @@ def _dispatch(words: list[str]) -> int:
         from teleopctl.cli import completion, typer_app
 
         typer_app.answer_shell(VERBS, completion.typed_words())
+    words = ros2_options.dropped(words)
     status = _run_quickly(words)
     if status is not None:
         return status

@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command, get_group, get_install_completion_arguments
 
-from teleopctl.cli import candidates
+from teleopctl.cli import candidates, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError
@@ -91,7 +91,7 @@ def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
         module = import_module(table[chosen][0])
         verb: Verb | None = getattr(module, "VERB", None)
         if verb is None:
-            tree.add_command(_group_command(module.GROUP, words[position + 1 :]), chosen)
+            tree.add_command(_group_command(chosen, module.GROUP, words[position + 1 :]), chosen)
         else:
             app = _new_app()
             _add_verb(app, chosen, verb, _typer_function(verb))
@@ -99,10 +99,13 @@ def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
     return tree
 
 
-def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
+def _group_command(name: str, group: Group, words: Sequence[str]) -> TyperGroup:
     app = _new_app()
 
-    @app.callback(help=group.help)
+    @app.callback(
+        help=group.help,
+        epilog=ros2_options.EXPLANATION if name in ros2_options.GROUPS else None,
+    )
     def noun() -> None:
         """A noun does nothing without a verb."""
 

@@ -4,7 +4,7 @@
 
 - ``<package>.msg``, ``<package>.srv`` and ``<package>.action`` of every package whose interface
   definitions are known, with classes made when they are first used, and
-- ``rclpy``, ``tf2_ros`` and ``ament_index_python``, which are modules of teleopctl.
+- ``rclpy``, ``tf2_ros``, ``ament_index_python`` and the like, which are modules of teleopctl.
 
 What is really installed always wins. Nothing is written anywhere, and no other process sees it.
 """
@@ -32,7 +32,18 @@ from teleopctl.compat.interface_modules import (
 # Import name → the module that serves it. Submodules follow unless they have an entry.
 _ALIASES = {
     "rclpy": "teleopctl.compat.rclpy",
+    "cv_bridge": "teleopctl.compat.cv_bridge",
+    "sensor_msgs_py": "teleopctl.compat.sensor_msgs_py",
+    "tf_transformations": "teleopctl.compat.tf_transformations",
+    "tf2_geometry_msgs": "teleopctl.compat.tf2_geometry_msgs",
+    "tf2_geometry_msgs.tf2_geometry_msgs": "teleopctl.compat.tf2_geometry_msgs",
+    "tf2_py": "teleopctl.compat.tf2_py",
     "tf2_ros": "teleopctl.compat.tf2_ros",
+    "tf2_ros.buffer": "teleopctl.tf.buffer",
+    "tf2_ros.buffer_interface": "teleopctl.tf.conversions",
+    "tf2_ros.static_transform_broadcaster": "teleopctl.tf.broadcaster",
+    "tf2_ros.transform_broadcaster": "teleopctl.tf.broadcaster",
+    "tf2_ros.transform_listener": "teleopctl.tf.listener",
     "ament_index_python": "teleopctl.compat.ament_index_python",
     "ament_index_python.packages": "teleopctl.compat.ament_index_python",
 }
@@ -116,7 +127,7 @@ def _alias_spec(fullname: str) -> ModuleSpec | None:
         served = sys.modules.get(top)
         if served is None or served.__name__ != _ALIASES[top]:
             return None
-    elif PathFinder.find_spec(top) is not None:
+    elif _is_installed(top, None):
         return None
     target = _ALIASES.get(fullname) or f"{_ALIASES[top]}.{rest}"
     if find_spec(target) is None:

@@ -9,6 +9,7 @@ from typing import Any
 
 KINDS = ("msg", "srv", "action")
 
+_CLASS = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*\Z")
 
 
@@ -29,12 +30,16 @@ class InterfaceModule(ModuleType):
     def __getattr__(self, name: str) -> Any:
         if name == "__all__":
             return self.__dir__()
-        from teleopctl.interfaces.store import get_class
+        from teleopctl.interfaces.store import catalog, get_class
 
-        if name not in self.__dir__():
-            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         package, kind = self.__name__.split(".")[:2]
-        found = get_class(f"{package}/{kind}/{name}")
+        type_name = f"{package}/{kind}/{name}"
+        # A package of the user's may add to one that is known; the list of names leaves that out.
+        if name not in self.__dir__() and (
+            not _CLASS.match(name) or catalog().find(type_name) is None
+        ):
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        found = get_class(type_name)
         setattr(self, name, found)
         return found
 
@@ -54,8 +59,8 @@ def class_names(module: str) -> list[str]:
     package, kind, *single = module.split(".")
     types = [
         name
-        for name in catalog().package_names(package)
-        if name.startswith(f"{package}/{kind}/") and (not single or module_name(name) == module)
+        for name in catalog().package_names(package, kind)
+        if not single or module_name(name) == module
     ]
     if single:
         types = [part for name in types for part in catalog().parts(name)]
@@ -68,9 +73,7 @@ def has_package(package: str, kind: str | None = None) -> bool:
         return False
     from teleopctl.interfaces.store import catalog
 
-    return any(
-        kind is None or name.split("/")[1] == kind for name in catalog().package_names(package)
-    )
+    return bool(catalog().package_names(package, kind))
 
 
 def unknown_name(name: str, module: str) -> str:

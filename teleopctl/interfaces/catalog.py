@@ -117,19 +117,24 @@ class Catalog:
                 names.update(name for name, _ in _files(folder, package_name))
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
 
-    def package_names(self, package: str) -> list[str]:
-        """Return the names of the types of one package, sorted; empty for an unknown package."""
+    def package_names(self, package: str, kind: str | None = None) -> list[str]:
+        """Return the names of the types of one package, sorted; empty for an unknown package.
+
+        The user's packages are looked through for what nobody else has: a package, or its
+        definitions of one kind.
+        """
+        start = f"{package}/" if kind is None else f"{package}/{kind}/"
         with self._lock:
-            start = f"{package}/"
             names = {name for name in self._standard.names() if name.startswith(start)}
             names.update(
                 name
                 for name in self._definitions
                 if name.startswith(start) and "_" not in split(name)[2]
             )
-            names.update(name for name, _ in _files(_BUILT_IN / package, package))
+            built_in = _files(_BUILT_IN / package, package)
+            names.update(name for name, _ in built_in if name.startswith(start))
             if not names and (share := self._packages().get(package)) is not None:
-                names.update(name for name, _ in _files(share, package))
+                names.update(name for name, _ in _files(share, package) if name.startswith(start))
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 _NO_TIMEOUT_S = 1e9
 
 
+def _look_again() -> None:
+    """Do nothing; whoever spins comes back from it."""
+
+
 class _Answer(Future):
     """The future of a response: what waits for it is called back by the executor of the node."""
 
@@ -64,6 +68,7 @@ class Client(Endpoint, Waitable):
         self._lock = threading.Lock()
         self._pending: set[Future] = set()
         self._callbacks: collections.deque[Callable[[], Any]] = collections.deque()
+        self._news = False
         self._channel: Any = node.context.session.declare_querier(
             self.key,
             target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -109,6 +114,7 @@ class Client(Endpoint, Waitable):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
         payload = cdr.serialize(request)
         future = _Answer(self)
+        future.on_end(self._tell_of_answer)
         with self._lock:
             self._pending.add(future)
         sequence = next(self._sequence)
@@ -161,16 +167,27 @@ class Client(Endpoint, Waitable):
         self._callbacks.append(callback)
         self.tell_executor()
 
+    def _tell_of_answer(self) -> None:
+        self._news = True
+        self.tell_executor()
+
     def pending(self) -> int:
-        """Return how many callbacks of answers wait."""
-        return len(self._callbacks)
+        """Return how much the executor has to do for answers."""
+        return len(self._callbacks) or int(self._news)
 
     def take(self) -> Callable[[], Any] | None:
-        """Return the oldest callback of an answer; None when none waits."""
+        """Return the oldest callback of an answer.
+
+        An answer that calls nobody back is work as well, though there is nothing to do: who spins
+        once and then looks at the future is waiting for it.
+        """
+        # Cleared only where it was set: an answer that comes between the two is seen by this one.
+        if news := self._news:
+            self._news = False
         try:
             return self._callbacks.popleft()
         except IndexError:
-            return None
+            return _look_again if news else None
 
     def remove_pending_request(self, future: Future) -> None:
         """Give up a request; its answer will be dropped."""

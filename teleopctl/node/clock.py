@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
+from teleopctl.node.exceptions import NotInitializedException
 from teleopctl.node.time import ClockType, Duration, Time
 
 
@@ -60,11 +61,14 @@ class Clock:
             True when it was reached, False when the context was shut down before.
 
         Raises:
+            NotInitializedException: The context does not run.
             ValueError: The time belongs to another clock.
         """
         if until.clock_type != self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
         owner = context or Context.default()
+        if not owner.ok():
+            raise NotInitializedException
         wake = threading.Event()
         owner.on_shutdown(wake.set)
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import atexit
 import itertools
 import sys
 import threading
@@ -75,8 +76,8 @@ class Context:
             session_mode: ``peer`` for anything that lives or streams, ``client`` for one-shot
                 commands (opens faster, needs a router).
             initialize_logging: Without meaning here.
-            signal_handler_options: Whether SIGTERM ends the context; it does if None. Ctrl-C is
-                never touched.
+            signal_handler_options: Which signals end the context; SIGINT and SIGTERM if None.
+                Ctrl-C raises KeyboardInterrupt in any case.
 
         Raises:
             RuntimeError: The context runs already.
@@ -95,9 +96,10 @@ class Context:
             self._ended_by_signal = False
             self._initialized = True
             self._running = True
-        options = signals.SignalHandlerOptions
-        if signal_handler_options in (None, options.ALL, options.SIGTERM):
-            signals.heed(self)
+        # A session that only goes with the interpreter may wait for threads that no longer run.
+        atexit.register(self._release)
+        every = signals.SignalHandlerOptions.ALL
+        signals.heed(self, every if signal_handler_options is None else signal_handler_options)
 
     def ok(self) -> bool:
         """Return True between ``init()`` and ``shutdown()``."""
@@ -105,7 +107,7 @@ class Context:
 
     @property
     def ended_by_signal(self) -> bool:
-        """True when SIGTERM ended the context, so that spinning raises instead of returning."""
+        """True when a signal ended the context, so that spinning raises instead of returning."""
         return self._ended_by_signal
 
     @property
@@ -225,6 +227,12 @@ class Context:
         """End the context if it runs."""
         self._running = False
         self._tell_end()
+        self._release()
+        signals.forget(self)
+
+    def _release(self) -> None:
+        """Leave the graph and close the session."""
+        atexit.unregister(self._release)
         with self._lock:
             self._initialized = False
             session, self._session = self._session, None
@@ -234,7 +242,6 @@ class Context:
             watcher.close()
         if session is not None:
             session.close()
-        signals.forget(self)
 
     def end_by_signal(self) -> None:
         """Mark the context as ended and tell everybody, leaving the session open.

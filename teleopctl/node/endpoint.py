@@ -6,6 +6,7 @@ import abc
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import type_hash
+from teleopctl.node.events import EventHandler
 from teleopctl.node.exceptions import InvalidHandle
 from teleopctl.node.qos import QoSProfile
 from teleopctl.wire.keys import topic_key
@@ -29,6 +30,9 @@ class Endpoint(abc.ABC):
         name: Fully qualified, remapped topic or service name.
         type_name: Such as ``std_msgs/msg/String``.
         qos: Quality of service, as announced.
+
+    Attributes:
+        events: What tells callbacks of events.
     """
 
     def __init__(
@@ -59,6 +63,7 @@ class Endpoint(abc.ABC):
             )
         )
         self.gid = gid(self._token_text)
+        self.events: tuple[EventHandler, ...] = ()
         self._token: zenoh.LivelinessToken | None = None
         self._destroyed = False
 
@@ -75,6 +80,8 @@ class Endpoint(abc.ABC):
         if self._destroyed:
             return
         self._destroyed = True
+        for event in self.events:
+            event.close()
         token, self._token = self._token, None
         if self.node.context.session_is_open:
             if token is not None:

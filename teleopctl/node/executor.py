@@ -276,9 +276,9 @@ class Executor(abc.ABC):
         """Run what belongs to no callback group."""
 
     def _finish(self, outcome: Any) -> None:
-        """Go on with what a callback returned: a coroutine becomes a task."""
+        """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
         if outcome is not None and hasattr(outcome, "send") and hasattr(outcome, "throw"):
-            self.create_task(outcome)
+            Task(self, outcome).step()
 
     def __enter__(self) -> Executor:
         return self

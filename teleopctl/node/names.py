@@ -48,7 +48,7 @@ def _check_absolute(name: str, error: type[NameValidationException]) -> None:
     if "//" in name:
         raise error(name, f"{kind} must not contain repeated '/'", name.index("//") + 1)
     if number := re.search(r"/\d", name):
-        reason = f"{kind} must not have a token that starts with a number"
+        reason = f"{kind} token must not start with a number"
         raise error(name, reason, number.start() + 1)
 
 
@@ -103,7 +103,9 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
     def replace(match: re.Match[str]) -> str:
         if match[1] not in substitutions:
             raise error(name, f"unknown substitution '{match[1]}'", match.start())
-        return substitutions[match[1]].strip("/")
+        value = substitutions[match[1]].rstrip("/")
+        # A namespace at the beginning makes the name absolute.
+        return value if match.start() == 0 else value.lstrip("/")
 
     expanded = _SUBSTITUTION.sub(replace, name)
     if expanded == "~" or expanded.startswith("~/"):

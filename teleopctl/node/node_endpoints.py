@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import abc
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from teleopctl.node.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from teleopctl.node.client import Client
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
 from teleopctl.node.endpoint import Endpoint
+from teleopctl.node.events import PublisherEventCallbacks, SubscriptionEventCallbacks
 from teleopctl.node.guard_condition import GuardCondition
 from teleopctl.node.node_core import NodeCore
 from teleopctl.node.publisher import Publisher
@@ -19,6 +21,9 @@ from teleopctl.node.service import Service
 from teleopctl.node.subscription import Subscription
 from teleopctl.node.timer import Rate, Timer
 from teleopctl.node.waitable import Waitable
+
+if TYPE_CHECKING:
+    from teleopctl.node.qos_overrides import QoSOverridingOptions
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
@@ -55,18 +60,56 @@ class NodeEndpoints(NodeCore):
         topic: str,
         qos_profile: QoSProfile | int,
         *,
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002 (events have none)
-        event_callbacks: Any = None,  # noqa: ARG002 (Zenoh reports no QoS events)
-        qos_overriding_options: Any = None,  # noqa: ARG002 (rclpy's signature)
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         publisher_class: type[Publisher] = Publisher,
     ) -> Publisher:
         """Make a publisher; an integer QoS is the depth of the default profile.
 
+        Args:
+            msg_type: Message class.
+            topic: Relative, absolute or private name.
+            qos_profile: Quality of service.
+            callback_group: That of the callbacks of events.
+            event_callbacks: Called when subscriptions come and go.
+            qos_overriding_options: Lets parameters override the quality of service.
+            publisher_class: A subclass to make.
+
         Raises:
             InvalidTopicNameException: The name breaks a rule.
+            UnsupportedEventTypeError: An event is not reported by the transport.
         """
         name = self.resolve_topic_name(topic)
-        return self._keep(publisher_class(self, msg_type, name, qos_from(qos_profile)))
+        qos = qos_from(qos_profile)
+        if qos_overriding_options is not None:
+            qos = self._overridden_qos(qos, qos_overriding_options, "publisher", name)
+        publisher = self._keep(publisher_class(self, msg_type, name, qos))
+        if event_callbacks is not None:
+            self._watch(publisher, event_callbacks, callback_group)
+        return publisher
+
+    @abc.abstractmethod
+    def _overridden_qos(
+        self,
+        profile: QoSProfile,
+        options: QoSOverridingOptions,
+        side: Literal["publisher", "subscription"],
+        topic: str,
+    ) -> QoSProfile:
+        """Return a profile with what the node's parameters say of it."""
+
+    def _watch(
+        self, endpoint: Publisher | Subscription, callbacks: Any, group: CallbackGroup | None
+    ) -> None:
+        try:
+            endpoint.watch(callbacks, group or self._default_callback_group)
+        except BaseException:
+            self._forget(endpoint)
+            raise
+        for event in endpoint.events:
+            if event.pending():
+                event.tell_executor()
 
     def create_subscription(
         self,
@@ -76,8 +119,8 @@ class NodeEndpoints(NodeCore):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
-        event_callbacks: Any = None,  # noqa: ARG002 (Zenoh reports no QoS events)
-        qos_overriding_options: Any = None,  # noqa: ARG002 (rclpy's signature)
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription:
@@ -85,19 +128,27 @@ class NodeEndpoints(NodeCore):
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
+            UnsupportedEventTypeError: An event is not reported by the transport.
         """
-        return self._keep(
+        name = self.resolve_topic_name(topic)
+        qos = qos_from(qos_profile)
+        if qos_overriding_options is not None:
+            qos = self._overridden_qos(qos, qos_overriding_options, "subscription", name)
+        subscription = self._keep(
             Subscription(
                 self,
                 msg_type,
-                self.resolve_topic_name(topic),
+                name,
                 callback,
                 callback_group or self._default_callback_group,
-                qos_from(qos_profile),
+                qos,
                 raw=raw,
                 immediate=immediate,
             )
         )
+        if event_callbacks is not None:
+            self._watch(subscription, event_callbacks, callback_group)
+        return subscription
 
     def create_service(
         self,
@@ -214,7 +265,8 @@ class NodeEndpoints(NodeCore):
         """Return what may have arrivals for an executor."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
-            return [*receiving, *self._guards]
+            events = [event for endpoint in self._endpoints for event in endpoint.events]
+            return [*receiving, *self._guards, *events]
 
     @property
     def timers(self) -> tuple[Timer, ...]:

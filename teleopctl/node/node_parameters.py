@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
@@ -14,7 +14,10 @@ from teleopctl.node.parameter_store import (
     PostSetCallback,
     PreSetCallback,
 )
-from teleopctl.node.qos import qos_profile_parameter_events
+from teleopctl.node.qos import QoSProfile, qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    from teleopctl.node.qos_overrides import QoSOverridingOptions
 
 
 class NodeParameters(NodeEndpoints):
@@ -63,6 +66,22 @@ class NodeParameters(NodeEndpoints):
                 deleted,
             )
         )
+
+    def _overridden_qos(
+        self,
+        profile: QoSProfile,
+        options: QoSOverridingOptions,
+        side: Literal["publisher", "subscription"],
+        topic: str,
+    ) -> QoSProfile:
+        from teleopctl.node.qos_overrides import overridden
+
+        def declare(name: str, default: Any, descriptor: Any) -> Parameter:
+            if self.has_parameter(name):
+                return self.get_parameter(name)
+            return self.declare_parameter(name, default, descriptor)
+
+        return overridden(profile, options, side, topic, declare)
 
     # -- declaring -------------------------------------------------------------------------------
 
@@ -151,6 +170,16 @@ class NodeParameters(NodeEndpoints):
         """Return the types of several parameters; raises as :meth:`get_parameter`."""
         return [self.get_parameter(name).type_ for name in names]
 
+    def list_parameters(self, prefixes: Sequence[str], depth: int) -> Any:
+        """Return the names below prefixes as ``rcl_interfaces/msg/ListParametersResult``.
+
+        Args:
+            prefixes: All parameters if empty.
+            depth: How many parts of a name count from the prefix; 0 is without limit.
+        """
+        names, parents = self._parameters.list_names(prefixes, depth)
+        return get_message("rcl_interfaces/msg/ListParametersResult")(names=names, prefixes=parents)
+
     def describe_parameter(self, name: str) -> Any:
         """Return the descriptor of a parameter.
 
@@ -191,11 +220,21 @@ class NodeParameters(NodeEndpoints):
     # -- setting ---------------------------------------------------------------------------------
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
-        """Set parameters one by one; returns a ``SetParametersResult`` for each."""
+        """Set parameters one by one; returns a ``SetParametersResult`` for each.
+
+        Raises:
+            ParameterNotDeclaredException: One was not declared, and that is not allowed.
+        """
+        self._parameters.check_declared(parameter_list)
         return self._parameters.set_each(parameter_list)
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> Any:
-        """Set all parameters or none; returns one ``SetParametersResult``."""
+        """Set all parameters or none; returns one ``SetParametersResult``.
+
+        Raises:
+            ParameterNotDeclaredException: One was not declared, and that is not allowed.
+        """
+        self._parameters.check_declared(parameter_list)
         return self._parameters.set_together(parameter_list)
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:

@@ -178,7 +178,7 @@ def parameter_value_to_python(message: Any) -> Any:
         return None
     value = getattr(message, _VALUE_FIELD[type_])
     if type_ == ParameterType.BYTE_ARRAY:
-        return [bytes([element]) for element in value]
+        return [e if isinstance(e, bytes) else bytes([e]) for e in value]
     if type_ >= ParameterType.BOOL_ARRAY:
         return list(value)
     return value

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.errors import TeleopctlError
 
 _PARAMETERS = "ros__parameters"
+_EVERY_NODE = "/**"
 
 
 class ParameterFile(NamedTuple):
@@ -103,3 +104,44 @@ def read_parameter_file(path: Path) -> ParameterFile:
     if not isinstance(tree, Mapping):
         raise TeleopctlError(f"{path}: a mapping of node names is expected at the top")
     return ParameterFile(tuple(_sections(tree, path)))
+
+
+def parameter_messages(
+    path: str | Path,
+    use_wildcard: bool = False,
+    target_nodes: Sequence[str] | None = None,
+    namespace: str = "",
+) -> dict[str, Any]:
+    """Return what a parameter file holds as messages, by name.
+
+    Args:
+        path: The file.
+        use_wildcard: Take the section ``/**`` as well; others win over it.
+        target_nodes: Take the sections of these nodes only.
+        namespace: Prefix of all names, without the dot.
+
+    Returns:
+        A ``rcl_interfaces/msg/Parameter`` for each dotted name.
+
+    Raises:
+        TeleopctlError: The file cannot be read or is no parameter file, or a node has no section.
+        TypeError: A value is none that parameters can have.
+    """
+    from teleopctl.node.parameter import Parameter
+
+    sections = read_parameter_file(Path(path)).sections
+    wanted = {f"/{name.strip('/')}" for name in target_nodes or ()}
+    if missing := wanted - {name for name, _ in sections}:
+        raise TeleopctlError(
+            f"{path} has no parameters for {', '.join(sorted(missing))}",
+            hint=f"It has some for {', '.join(name for name, _ in sections)}.",
+        )
+    values: dict[str, Any] = {}
+    for name, parameters in sorted(sections, key=lambda section: section[0] != _EVERY_NODE):
+        if use_wildcard if name == _EVERY_NODE else not wanted or name in wanted:
+            values.update(parameters)
+    prefix = f"{namespace}." if namespace else ""
+    return {
+        prefix + name: Parameter(prefix + name, value=value).to_parameter_msg()
+        for name, value in values.items()
+    }

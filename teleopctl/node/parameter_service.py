@@ -52,11 +52,15 @@ class ParameterService:
 
     def _descriptor(self, name: str) -> Any:
         descriptor = self._store.descriptor(name)
-        if parameter := self._store.peek(name):
+        parameter = self._store.peek(name)
+        # One that was declared by its type alone keeps it while it has no value.
+        if parameter is not None and parameter.type_ != ParameterType.NOT_SET:
             descriptor.type = int(parameter.type_)
         return descriptor
 
-    def _parameters(self, names: list[str], what: str) -> list[Parameter]:
+    def _parameters(
+        self, names: list[str], what: str, *, with_value: bool = False
+    ) -> list[Parameter]:
         found: list[Parameter] = []
         for name in names:
             parameter = self._store.peek(name)
@@ -65,11 +69,16 @@ class ParameterService:
                     f"Failed to get {what}: Invalid access to undeclared parameter(s): ['{name}']"
                 )
                 return []
+            if with_value and parameter is not None and self._store.is_uninitialized(name):
+                self._node.get_logger().warning(
+                    f"Failed to get {what}: The parameter '{name}' is not initialized"
+                )
+                return []
             found.append(parameter or Parameter(name))
         return found
 
     def _get(self, request: Any, response: Any) -> Any:
-        parameters = self._parameters(request.names, "parameters")
+        parameters = self._parameters(request.names, "parameters", with_value=True)
         response.values = [parameter.get_parameter_value() for parameter in parameters]
         return response
 
@@ -79,17 +88,9 @@ class ParameterService:
         return response
 
     def _list(self, request: Any, response: Any) -> Any:
-        names = set()
-        prefixes = set()
-        for name in self._store.names():
-            parents = name.split(".")[:-1]
-            if not _is_listed(name, request.prefixes, request.depth):
-                continue
-            names.add(name)
-            if parents:
-                prefixes.add(".".join(parents))
-        response.result.names = sorted(names)
-        response.result.prefixes = sorted(prefixes)
+        names, prefixes = self._store.list_names(request.prefixes, request.depth)
+        response.result.names = names
+        response.result.prefixes = prefixes
         return response
 
     def _set(self, request: Any, response: Any) -> Any:
@@ -118,20 +119,6 @@ def _read(message: Any) -> tuple[Parameter | None, Any]:
         return Parameter.from_parameter_msg(message), None
     except (ValueError, TypeError, TeleopctlError) as error:
         return None, result(False, f"parameter '{message.name}' is malformed: {error}")
-
-
-def _is_listed(name: str, prefixes: list[str], depth: int) -> bool:
-    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
-    if not prefixes:
-        return depth == 0 or name.count(".") < depth
-    for prefix in prefixes:
-        if name == prefix:
-            return True
-        if name.startswith(f"{prefix}."):
-            below = name[len(prefix) + 1 :]
-            if depth == 0 or below.count(".") < depth:
-                return True
-    return False
 
 
 def parameter_event(

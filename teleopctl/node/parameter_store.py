@@ -20,7 +20,7 @@ from teleopctl.node.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from teleopctl.node.parameter import Parameter, ParameterType
+from teleopctl.node.parameter import Parameter, ParameterType, parameter_value_to_python
 
 # Receives the parameters about to be set; answers with rcl_interfaces/msg/SetParametersResult.
 OnSetCallback = Callable[[list[Parameter]], Any]
@@ -59,6 +59,20 @@ def _range_problem(name: str, value: Any, descriptor: Any) -> str | None:
     return None
 
 
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
+    if not prefixes:
+        return depth == 0 or name.count(".") < depth
+    for prefix in prefixes:
+        if name == prefix:
+            return True
+        if name.startswith(f"{prefix}."):
+            below = name[len(prefix) + 1 :]
+            if depth == 0 or below.count(".") < depth:
+                return True
+    return False
+
+
 class ParameterStore:
     """Holds a node's parameters and guards every change.
 
@@ -90,6 +104,26 @@ class ParameterStore:
         """Return the names of all parameters, in the order of their declaration."""
         return list(self._parameters)
 
+    def list_names(self, prefixes: Sequence[str], depth: int) -> tuple[list[str], list[str]]:
+        """Return the names below prefixes, and the prefixes of these, each sorted.
+
+        Args:
+            prefixes: All parameters if empty.
+            depth: How many parts of a name count from the prefix; 0 is without limit.
+        """
+        names = sorted(name for name in self._parameters if _is_listed(name, prefixes, depth))
+        return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
+
+    def check_declared(self, parameters: Iterable[Parameter]) -> None:
+        """Check that parameters may be set as far as their names are concerned.
+
+        Raises:
+            ParameterNotDeclaredException: Some were not declared, and that is not allowed.
+        """
+        unknown = [p.name for p in parameters if p.name not in self._parameters]
+        if unknown and not self.allow_undeclared:
+            raise ParameterNotDeclaredException(unknown)
+
     def has(self, name: str) -> bool:
         """Tell whether a parameter was declared."""
         return name in self._parameters
@@ -98,7 +132,7 @@ class ParameterStore:
         self, name: str, value: Any, descriptor: Any | None, ignore_override: bool
     ) -> Parameter:
         """Declare a parameter; see ``Node.declare_parameter``."""
-        if not name or name.startswith(".") or name.endswith("."):
+        if not name:
             raise InvalidParameterException(name)
         with self._lock:
             if name in self._parameters:
@@ -109,6 +143,8 @@ class ParameterStore:
                 else descriptor
             )
             own.name = name
+            if isinstance(value, get_message("rcl_interfaces/msg/ParameterValue")):
+                value = parameter_value_to_python(value)
             if isinstance(value, ParameterType):
                 own.type = int(value)
                 default = Parameter(name)
@@ -175,9 +211,16 @@ class ParameterStore:
             if self.allow_undeclared:
                 return Parameter(name)
             raise ParameterNotDeclaredException(name)
-        if parameter.type_ == ParameterType.NOT_SET and not self._descriptors[name].dynamic_typing:
+        if self.is_uninitialized(name):
             raise ParameterUninitializedException(name)
         return parameter
+
+    def is_uninitialized(self, name: str) -> bool:
+        """Tell whether a declared parameter has a static type and no value yet."""
+        return (
+            self._parameters[name].type_ == ParameterType.NOT_SET
+            and not self._descriptors[name].dynamic_typing
+        )
 
     def peek(self, name: str) -> Parameter | None:
         """Return a parameter if it was declared, whatever its state."""

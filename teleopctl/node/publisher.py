@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from teleopctl.interfaces import cdr
+from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.endpoint import Endpoint
+from teleopctl.node.events import MatchedHandler, PublisherEventCallbacks, check_supported
 from teleopctl.node.exceptions import InvalidHandle
 from teleopctl.node.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire import attachment
@@ -28,6 +30,17 @@ class Publisher(Endpoint):
         self._sequence = itertools.count(1)
         self._channel = self._declare(qos)
         self._announce()
+
+    def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
+        """Have callbacks told of events.
+
+        Raises:
+            UnsupportedEventTypeError: The transport does not report one of them.
+        """
+        check_supported(callbacks)
+        if callbacks.matched is not None:
+            others = (EntityKind.MS, self.name, self.type_name)
+            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
 
     def _declare(self, qos: QoSProfile) -> Any:
         session = self.node.context.session
@@ -97,6 +110,10 @@ class Publisher(Endpoint):
     def get_subscription_count(self) -> int:
         """Return how many subscriptions the topic has, of the same type."""
         return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
+
+    def wait_for_all_acked(self, timeout: Any = None) -> bool:  # noqa: ARG002 (rclpy's signature)
+        """Return True: the transport acknowledges nothing, so there is nothing to wait for."""
+        return True
 
     def assert_liveliness(self) -> None:
         """Do nothing: liveliness is the transport's token, which needs no word from us."""

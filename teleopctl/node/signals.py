@@ -1,6 +1,7 @@
-"""SIGTERM ends the contexts of the process, so that whoever spins tidies up and leaves.
+"""SIGINT and SIGTERM end the contexts of the process, so that whoever spins tidies up and leaves.
 
-Ctrl-C is left as Python has it: it raises KeyboardInterrupt in the main thread.
+What Python does with Ctrl-C it still does: KeyboardInterrupt is raised in the main thread. That
+the context ends besides is for the other threads, which that exception does not reach.
 """
 
 from __future__ import annotations
@@ -22,10 +23,6 @@ class Endable(Protocol):
         """End it."""
 
 
-_contexts: set[Endable] = set()
-_previous: signal._HANDLER = signal.SIG_DFL
-
-
 class SignalHandlerOptions(enum.IntEnum):
     """Which signals a context heeds, as ``rclpy.signals`` names them."""
 
@@ -35,35 +32,49 @@ class SignalHandlerOptions(enum.IntEnum):
     ALL = 3
 
 
-def heed(context: Endable) -> None:
-    """Have SIGTERM end a context; without effect outside the main thread."""
-    global _previous
+_SIGNALS = {
+    SignalHandlerOptions.NO: (),
+    SignalHandlerOptions.SIGINT: (signal.SIGINT,),
+    SignalHandlerOptions.SIGTERM: (signal.SIGTERM,),
+    SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
+}
+
+_contexts: dict[signal.Signals, set[Endable]] = {signal.SIGINT: set(), signal.SIGTERM: set()}
+_previous: dict[signal.Signals, signal._HANDLER] = {}
+
+
+def heed(context: Endable, options: SignalHandlerOptions) -> None:
+    """Have signals end a context; without effect outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
-    if signal.getsignal(signal.SIGTERM) is not _end_contexts:
-        _previous = signal.signal(signal.SIGTERM, _end_contexts)
-    _contexts.add(context)
+    for number in _SIGNALS[options]:
+        if signal.getsignal(number) is not _end_contexts:
+            _previous[number] = signal.signal(number, _end_contexts)
+        _contexts[number].add(context)
 
 
 def forget(context: Endable) -> None:
     """Take a context back; with the last one goes the handler."""
-    _contexts.discard(context)
-    if (
-        not _contexts
-        and threading.current_thread() is threading.main_thread()
-        and signal.getsignal(signal.SIGTERM) is _end_contexts
-    ):
-        signal.signal(signal.SIGTERM, _previous)
+    for number, contexts in _contexts.items():
+        contexts.discard(context)
+        if (
+            not contexts
+            and threading.current_thread() is threading.main_thread()
+            and signal.getsignal(number) is _end_contexts
+        ):
+            signal.signal(number, _previous[number])
 
 
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
-    running = [context for context in tuple(_contexts) if context.ok()]
+    number = signal.Signals(signum)
+    previous = _previous[number]
+    running = [context for context in tuple(_contexts[number]) if context.ok()]
     if not running:
         # Nobody heeded the first one, or there is nobody to heed: what it did before us.
-        signal.signal(signum, _previous)
-        signal.raise_signal(signum)
+        signal.signal(number, previous)
+        signal.raise_signal(number)
         return
     for context in running:
         context.end_by_signal()
-    if callable(_previous):
-        _previous(signum, frame)
+    if callable(previous):
+        previous(signum, frame)

@@ -15,6 +15,12 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import cdr
 from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.endpoint import Endpoint
+from teleopctl.node.events import (
+    MatchedHandler,
+    MessageLostHandler,
+    SubscriptionEventCallbacks,
+    check_supported,
+)
 from teleopctl.node.qos import QoSProfile, ReliabilityPolicy
 from teleopctl.node.waitable import Waitable
 from teleopctl.wire import attachment
@@ -67,9 +73,24 @@ class Subscription(Endpoint, Waitable):
             maxlen=qos.queue_depth
         )
         self.undecodable = 0
+        self._lost: MessageLostHandler | None = None
         receive = self._handle_now if immediate else self._queue
         self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
         self._announce()
+
+    def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
+        """Have callbacks told of events.
+
+        Raises:
+            UnsupportedEventTypeError: The transport does not report one of them.
+        """
+        check_supported(callbacks)
+        if callbacks.matched is not None:
+            others = (EntityKind.MP, self.name, self.type_name)
+            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
+        if callbacks.message_lost is not None:
+            self._lost = MessageLostHandler(self.node, callbacks.message_lost, group)
+            self.events = (*self.events, self._lost)
 
     def _declare(self, qos: QoSProfile, handler: Any) -> Any:
         session = self.node.context.session
@@ -117,6 +138,10 @@ class Subscription(Endpoint, Waitable):
 
     def _queue(self, sample: zenoh.Sample) -> None:
         self._samples.append((sample, time.time_ns()))
+        if self._lost is not None and sample.attachment is not None:
+            meta = attachment.decode(sample.attachment.to_bytes())
+            if meta is not None:
+                self._lost.saw(meta.gid, meta.sequence)
         self.tell_executor()
 
     def _handle_now(self, sample: zenoh.Sample) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from typing import Any
 
 from teleopctl.interfaces.store import get_message
@@ -58,7 +59,7 @@ class Duration:
         return f"Duration(nanoseconds={self.nanoseconds})"
 
     def __str__(self) -> str:
-        return f"{self.nanoseconds} nanoseconds"
+        return "Infinite" if self.nanoseconds == _INFINITE_NS else f"{self.nanoseconds} nanoseconds"
 
     def __hash__(self) -> int:
         return hash(self.nanoseconds)
@@ -69,15 +70,23 @@ class Duration:
         return self.nanoseconds == other.nanoseconds
 
     def __lt__(self, other: Duration) -> bool:
+        if not isinstance(other, Duration):
+            return NotImplemented
         return self.nanoseconds < other.nanoseconds
 
     def __le__(self, other: Duration) -> bool:
+        if not isinstance(other, Duration):
+            return NotImplemented
         return self.nanoseconds <= other.nanoseconds
 
     def __gt__(self, other: Duration) -> bool:
+        if not isinstance(other, Duration):
+            return NotImplemented
         return self.nanoseconds > other.nanoseconds
 
     def __ge__(self, other: Duration) -> bool:
+        if not isinstance(other, Duration):
+            return NotImplemented
         return self.nanoseconds >= other.nanoseconds
 
     def __neg__(self) -> Duration:
@@ -94,7 +103,8 @@ class Duration:
         return Duration(nanoseconds=self.nanoseconds - other.nanoseconds)
 
     def __mul__(self, factor: float) -> Duration:
-        return Duration(nanoseconds=int(self.nanoseconds * factor))
+        product = self.nanoseconds * factor
+        return Infinite if product == math.inf else Duration(nanoseconds=int(product))
 
 
 Infinite = Duration(nanoseconds=_INFINITE_NS)
@@ -109,6 +119,7 @@ class Time:
         clock_type: The clock that it belongs to.
 
     Raises:
+        TypeError: The clock type is none.
         ValueError: A part is negative.
         OverflowError: The sum does not fit 64 bits.
     """
@@ -122,6 +133,8 @@ class Time:
         nanoseconds: int = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
+        if not isinstance(clock_type, ClockType):
+            raise TypeError(f"clock_type must be a ClockType, got {clock_type!r}")
         if seconds < 0:
             raise ValueError("Seconds value must not be negative")
         if nanoseconds < 0:

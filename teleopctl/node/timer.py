@@ -114,6 +114,12 @@ class Timer:
         if isinstance(self.clock, ROSClock):
             self.clock.forget_on_jump(self._follow_clock)
 
+    def __enter__(self) -> Timer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()
+
     def _follow_clock(self) -> None:
         """Look at the clock anew: simulated time moved, or began or ended."""
         if self.clock.nanoseconds() < self._last_call_ns:

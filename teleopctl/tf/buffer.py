@@ -3,20 +3,24 @@
 import threading
 import time as wall
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from teleopctl.tf.conversions import BufferInterface
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.history import Sample
 from teleopctl.tf.messages import stamp_of, transform_of, transform_stamped
 from teleopctl.tf.transforms import Transform
 from teleopctl.tf.tree import FrameTree
 
+if TYPE_CHECKING:
+    from teleopctl.node import Future, Node
+
 _DEFAULT_CACHE_NS = 10_000_000_000
 
 _Answer = TypeVar("_Answer")
 
 
-class Buffer:
+class Buffer(BufferInterface):
     """Remembers where frames stood and answers where one stands in another.
 
     All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
@@ -24,14 +28,27 @@ class Buffer:
 
     Args:
         cache_time: How far back moving frames are remembered; 10 s if None.
-        node: Accepted for its owner's sake; transforms come through a ``TransformListener``.
+        node: Offers the frames as the service ``tf2_frames``, for tools; none does if None. The
+            transforms themselves come through a ``TransformListener``.
     """
 
-    def __init__(self, cache_time: Any = None, node: Any = None) -> None:
+    def __init__(self, cache_time: Any = None, node: "Node | None" = None) -> None:
+        super().__init__()
         self.node = node
         self.cache_time_ns = _DEFAULT_CACHE_NS if cache_time is None else stamp_of(cache_time)
         self._tree = FrameTree(self.cache_time_ns)
         self._changed = threading.Condition()
+        self._awaited: list[tuple[Callable[[], Any], Future]] = []
+        self._listening: Node | None = None
+        if node is not None:
+            from teleopctl.interfaces.store import get_service
+
+            frames = get_service("tf2_msgs/srv/FrameGraph")
+            self.srv = node.create_service(frames, "tf2_frames", self._tell_frames)
+
+    def _tell_frames(self, _request: Any, response: Any) -> Any:
+        response.frame_yaml = self.all_frames_as_yaml()
+        return response
 
     def set_transform(self, transform: Any, authority: str = "") -> bool:
         """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
@@ -56,6 +73,8 @@ class Buffer:
             taken = self._tree.insert(sample, message.child_frame_id, authority, static=static)
             if taken:
                 self._changed.notify_all()
+        if self._awaited and self._listening is None:
+            self.answer_awaited()
         return taken
 
     def clear(self) -> None:
@@ -136,6 +155,68 @@ class Buffer:
 
         stamp, transform = self._when_known(answer, timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any) -> "Future":
+        """Return a future of what ``lookup_transform`` will answer."""
+        return self._await(lambda: self.lookup_transform(target_frame, source_frame, time))
+
+    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """Answer as ``lookup_transform`` does, as soon as there is an answer."""
+        return await self.wait_for_transform_async(target_frame, source_frame, time)
+
+    def wait_for_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> "Future":
+        """Return a future of what ``lookup_transform_full`` will answer."""
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        return self._await(lambda: self.lookup_transform_full(*frames))
+
+    async def lookup_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> Any:
+        """Answer as ``lookup_transform_full`` does, as soon as there is an answer."""
+        return await self.wait_for_transform_full_async(
+            target_frame, target_time, source_frame, source_time, fixed_frame
+        )
+
+    def _await(self, answer: Callable[[], Any]) -> "Future":
+        from teleopctl.node import Future
+
+        listening = self._listening
+        future = Future(executor=None if listening is None else listening.executor)
+        with self._changed:
+            self._awaited.append((answer, future))
+        self.answer_awaited()
+        return future
+
+    def answer_awaited(self) -> None:
+        """End the futures whose transform has come; their callbacks run in this thread (ours)."""
+        with self._changed:
+            awaited, self._awaited = self._awaited, []
+        for answer, future in awaited:
+            if future.done():
+                continue
+            try:
+                found = answer()
+            except TransformException:
+                with self._changed:
+                    self._awaited.append((answer, future))
+            else:
+                future.set_result(found)
+
+    def leave_answers_to(self, node: "Node") -> None:
+        """Have the executor of a node call :meth:`answer_awaited`, and what waits (ours)."""
+        self._listening = node
 
     def can_transform(
         self,

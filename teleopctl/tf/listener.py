@@ -1,11 +1,23 @@
 """Fill a buffer with what others say of frames, with the names of ``tf2_ros``."""
 
+import contextlib
+import threading
 from typing import Any
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.node import DurabilityPolicy, Node, QoSProfile
+from teleopctl.node import (
+    DurabilityPolicy,
+    ExternalShutdownException,
+    Node,
+    QoSProfile,
+    ReentrantCallbackGroup,
+    SingleThreadedExecutor,
+)
 from teleopctl.tf.broadcaster import TF_STATIC_TOPIC, TF_TOPIC
 from teleopctl.tf.buffer import Buffer
+
+DEFAULT_TF_TOPIC = TF_TOPIC
+DEFAULT_STATIC_TF_TOPIC = TF_STATIC_TOPIC
 
 _DEPTH = 100
 
@@ -14,14 +26,17 @@ class TransformListener:
     """Subscribes ``/tf`` and ``/tf_static``.
 
     Transforms enter the buffer as they arrive and not when an executor comes to it, so a callback
-    may wait for a transform, whatever executor runs it.
+    may wait for a transform, whatever executor runs it. The executor hears of each message
+    nevertheless: it ends the futures of the buffer, and who spins once gets on.
 
     Args:
         buffer: What to fill.
         node: The node that subscribes.
-        spin_thread: Accepted for tf2_ros's sake; no thread is needed.
+        spin_thread: Spin the node in a thread of its own; for a program that does not spin it.
         qos: Quality of service of ``/tf``.
         static_qos: Quality of service of ``/tf_static``.
+        tf_topic: Another topic in the place of ``/tf``.
+        tf_static_topic: Another topic in the place of ``/tf_static``.
     """
 
     def __init__(
@@ -32,28 +47,51 @@ class TransformListener:
         spin_thread: bool = False,
         qos: QoSProfile | int | None = None,
         static_qos: QoSProfile | int | None = None,
+        tf_topic: str = DEFAULT_TF_TOPIC,
+        tf_static_topic: str = DEFAULT_STATIC_TF_TOPIC,
     ) -> None:
         self.buffer = buffer
         self.node = node
         self.spin_thread = spin_thread
+        self._arrived = node.create_guard_condition(buffer.answer_awaited, ReentrantCallbackGroup())
+        buffer.leave_answers_to(node)
         message = get_message("tf2_msgs/msg/TFMessage")
         latched = QoSProfile(depth=_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.tf_sub = node.create_subscription(
-            message, TF_TOPIC, self._moved, qos or QoSProfile(depth=_DEPTH), immediate=True
+            message, tf_topic, self._moved, qos or QoSProfile(depth=_DEPTH), immediate=True
         )
         self.tf_static_sub = node.create_subscription(
-            message, TF_STATIC_TOPIC, self._stands, static_qos or latched, immediate=True
+            message, tf_static_topic, self._stands, static_qos or latched, immediate=True
         )
+
+        if spin_thread:
+            self._spin_in_thread()
+
+    def _spin_in_thread(self) -> None:
+        self.executor = SingleThreadedExecutor(context=self.node.context)
+        self.executor.add_node(self.node)
+
+        def spin() -> None:
+            with contextlib.suppress(ExternalShutdownException):
+                self.executor.spin()
+
+        self.dedicated_listener_thread = threading.Thread(target=spin, name="tf", daemon=True)
+        self.dedicated_listener_thread.start()
 
     def unregister(self) -> None:
         """Stop listening."""
+        if self.spin_thread:
+            self.executor.shutdown()
+        self.node.destroy_guard_condition(self._arrived)
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 
     def _moved(self, message: Any) -> None:
         for transform in message.transforms:
             self.buffer.set_transform(transform, "default_authority")
+        self._arrived.trigger()
 
     def _stands(self, message: Any) -> None:
         for transform in message.transforms:
             self.buffer.set_transform_static(transform, "default_authority")
+        self._arrived.trigger()

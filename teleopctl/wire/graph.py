@@ -172,14 +172,18 @@ class GraphWatcher:
         self._tokens: dict[str, NodeToken | EndpointToken] = {}
         self._graph: Graph | None = None
         self._closed = False
+        self._interrupted = False
         self._on_change = on_change
         self._subscriber = session.liveliness().declare_subscriber(
             liveliness_key(domain_id() if domain is None else domain),
             # Not indirect: that would be a thread which keeps a program that ends without closing
             # the session from ending.
-            zenoh.handlers.Callback(self._note, indirect=False),
+            zenoh.handlers.Callback(self._hear, indirect=False),
             history=True,
         )
+        if self._interrupted:
+            self.close()
+            raise KeyboardInterrupt
 
     def snapshot(self) -> Graph:
         """The graph as far as this session has heard of it."""
@@ -216,6 +220,14 @@ class GraphWatcher:
         if self._graph is None:
             self._graph = Graph(self._tokens.values())
         return self._graph
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        try:
+            self._note(sample)
+        except KeyboardInterrupt:
+            # What is there already comes on the thread that declares, which is where Ctrl-C
+            # arrives; zenoh would report it and go on.
+            self._interrupted = True
 
     def _note(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)

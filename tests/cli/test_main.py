@@ -7,7 +7,7 @@ from typing import Annotated
 import pytest
 
 from teleopctl import __version__
-from teleopctl.cli import main, typer_app
+from teleopctl.cli import main, ros2_options, typer_app
 from teleopctl.cli.verb import Argument, Group, Verb
 from teleopctl.errors import TeleopctlError
 
@@ -168,3 +168,17 @@ def test_help_ends_with_examples_one_a_paragraph(capsys, verb):
     assert main.run([*verb.split(), "--help"]) == 0
     _, _, examples = capsys.readouterr().out.partition("Examples:\n\n")
     assert examples.split("\n\n")[0].strip().startswith(f"teleopctl {verb} ")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["topic list --no-daemon", "node list --spin-time 3", "topic list --spin-time=3 --no-daemon"],
+)
+def test_options_of_ros2_without_a_meaning_here_are_accepted(ros, line):
+    del ros
+    assert main.run(line.split()) == 0
+
+
+def test_other_verbs_keep_such_words_for_their_programs():
+    line = ["run", "pkg", "program", "--no-daemon"]
+    assert ros2_options.dropped(line) == line

@@ -119,6 +119,59 @@ def test_a_source_package_does_not_hide_its_own_interfaces(tmp_path):
     ) == ("gadget_msgs.msg.Gadget(label='a')")
 
 
+def test_a_package_of_the_user_adds_to_one_that_is_known(tmp_path):
+    package = tmp_path / "std_msgs"
+    (package / "msg").mkdir(parents=True)
+    (package / "srv").mkdir()
+    (package / "package.xml").write_text("<package><name>std_msgs</name></package>")
+    (package / "msg" / "Gadget.msg").write_text("string label\n")
+    (package / "srv" / "Turn.srv").write_text("float64 angle\n---\n")
+    assert output(
+        "from std_msgs.msg import Gadget, String\nfrom std_msgs.srv import Turn\n"
+        "print(Gadget(label='a'), String(data='b'), Turn.Request(angle=1.0).angle)",
+        tmp_path,
+        TELEOPCTL_PACKAGE_PATH=str(tmp_path),
+    ) == ("std_msgs.msg.Gadget(label='a') std_msgs.msg.String(data='b') 1.0")
+
+
+def test_a_folder_of_sources_does_not_hide_what_is_served(tmp_path):
+    (tmp_path / "tf2_ros" / "src").mkdir(parents=True)
+    (tmp_path / "rclpy" / "rclpy").mkdir(parents=True)
+    assert output(
+        "import rclpy, tf2_ros\nprint(rclpy.ok(), tf2_ros.Buffer.__name__)", tmp_path
+    ) == ("False Buffer")
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "from tf2_ros.buffer import Buffer",
+        "from tf2_ros.buffer_interface import BufferInterface, TypeException",
+        "from tf2_ros.transform_listener import TransformListener",
+        "from tf2_ros.transform_broadcaster import TransformBroadcaster",
+        "from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster",
+        "from tf2_geometry_msgs import do_transform_pose_stamped, do_transform_point",
+        "from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_vector3",
+        "from tf2_py import BufferCore, LookupException",
+        "from rclpy.event_handler import QoSPublisherMatchedInfo, PublisherEventCallbacks",
+        "from rclpy.qos_event import QoSMessageLostInfo",
+        "from rclpy.parameter_client import AsyncParameterClient",
+        "from rclpy.parameter_event_handler import ParameterEventHandler",
+        "from rclpy.parameter import parameter_dict_from_yaml_file, get_parameter_value",
+        "from rclpy.qos_overriding_options import QosCallbackResult, QoSOverridingOptions",
+        "from rclpy.exceptions import NoTypeSupportImportedException",
+        "from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden",
+        "from rclpy.logging import get_logging_directory",
+        "from cv_bridge import CvBridge, CvBridgeError",
+        "from sensor_msgs_py import point_cloud2",
+        "import sensor_msgs_py.point_cloud2 as pc2",
+        "from tf_transformations import euler_from_quaternion, quaternion_from_euler",
+    ],
+)
+def test_programs_find_the_names_where_ros_2_has_them(code):
+    assert output(code) == ""
+
+
 def test_submodules_of_an_alias_are_loaded_once():
     assert output(
         "import rclpy.node\n"

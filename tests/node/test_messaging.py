@@ -1,5 +1,7 @@
 """Topics and services between nodes."""
 
+import threading
+
 import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
@@ -263,3 +265,55 @@ def test_a_type_is_described_on_request(make_node, executor):
     assert [r.type_name for r in described.referenced_type_descriptions] == [
         "builtin_interfaces/msg/Time"
     ]
+
+
+def test_spinning_once_gets_on_when_an_answer_has_come(make_node, executor):
+    server = make_node("server")
+    server.create_service(ADD, "add", lambda request, response: response)
+    asker = make_node("asker")
+    client = asker.create_client(ADD, "add")
+    assert client.wait_for_service(10.0)
+    executor.remove_node(server)
+    serving = MultiThreadedExecutor(2, context=server.context)
+    serving.add_node(server)
+    thread = threading.Thread(target=serving.spin)
+    thread.start()
+    try:
+        future = client.call_async(ADD.Request())
+        # Without a timeout: nothing but the answer can end it.
+        executor.spin_once()
+        assert future.done()
+    finally:
+        serving.shutdown()
+        thread.join()
+
+
+def test_an_answer_that_came_before_the_spinning_is_noticed_once(make_node, executor):
+    node = make_node()
+    node.create_service(ADD, "add", lambda request, response: response, immediate=True)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(10.0)
+    executor.remove_node(node)
+    assert client.call_async(ADD.Request()).wait(10.0)
+    assert client.pending() == 1
+    executor.add_node(node)
+    executor.spin_once()
+    assert client.pending() == 0
+
+
+def test_a_coroutine_begins_within_the_call_that_made_it(make_node, executor):
+    node, steps = make_node(), []
+    go_on = Future()
+
+    async def work():
+        steps.append("begun")
+        await go_on
+        steps.append("ended")
+
+    guard = node.create_guard_condition(work)
+    guard.trigger()
+    executor.spin_once(10.0)
+    assert steps == ["begun"]
+    go_on.set_result(None)
+    executor.spin_once(10.0)
+    assert steps == ["begun", "ended"]

@@ -22,6 +22,7 @@ from teleopctl.node.exceptions import (
         ("~", "/ns/arm"),
         ("{node}/x", "/ns/arm/x"),
         ("/{ns}/x", "/ns/x"),
+        ("{ns}/x", "/ns/x"),
     ],
 )
 def test_a_name_is_expanded_against_its_node(name, expected):

@@ -1,48 +1,22 @@
-"""``rclpy.event_handler``. Callbacks for QoS events.
+"""``rclpy.event_handler``. Callbacks for events of publishers and subscriptions."""
 
-They can be given to ``create_publisher`` and ``create_subscription``; Zenoh reports no such
-events, so none is ever called.
-"""
+from teleopctl.node.events import (
+    MatchedInfo,
+    MessageLostInfo,
+    PublisherEventCallbacks,
+    SubscriptionEventCallbacks,
+    UnsupportedEventTypeError,
+)
 
-from __future__ import annotations
-
-import dataclasses
-from collections.abc import Callable
-from typing import Any
+QoSMessageLostInfo = MessageLostInfo
+QoSPublisherMatchedInfo = MatchedInfo
+QoSSubscriptionMatchedInfo = MatchedInfo
 
 __all__ = [
     "PublisherEventCallbacks",
+    "QoSMessageLostInfo",
+    "QoSPublisherMatchedInfo",
+    "QoSSubscriptionMatchedInfo",
     "SubscriptionEventCallbacks",
     "UnsupportedEventTypeError",
 ]
-
-EventCallback = Callable[[Any], None]
-
-
-class UnsupportedEventTypeError(Exception):
-    """The middleware does not report an event."""
-
-
-@dataclasses.dataclass(kw_only=True)
-class PublisherEventCallbacks:
-    """What a publisher would call back."""
-
-    deadline: EventCallback | None = None
-    liveliness: EventCallback | None = None
-    incompatible_qos: EventCallback | None = None
-    incompatible_type: EventCallback | None = None
-    matched: EventCallback | None = None
-    use_default_callbacks: bool = True
-
-
-@dataclasses.dataclass(kw_only=True)
-class SubscriptionEventCallbacks:
-    """What a subscription would call back."""
-
-    deadline: EventCallback | None = None
-    incompatible_qos: EventCallback | None = None
-    incompatible_type: EventCallback | None = None
-    liveliness: EventCallback | None = None
-    message_lost: EventCallback | None = None
-    matched: EventCallback | None = None
-    use_default_callbacks: bool = True

@@ -1,5 +1,6 @@
 """``rclpy.exceptions``. Exceptions."""
 
+from teleopctl.compat.rclpy.type_support import NoTypeSupportImportedException
 from teleopctl.node.exceptions import (
     InvalidHandle,
     InvalidNamespaceException,
@@ -29,6 +30,7 @@ __all__ = [
     "InvalidServiceNameException",
     "InvalidTopicNameException",
     "NameValidationException",
+    "NoTypeSupportImportedException",
     "NotInitializedException",
     "ParameterAlreadyDeclaredException",
     "ParameterException",

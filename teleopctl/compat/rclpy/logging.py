@@ -1,5 +1,8 @@
 """``rclpy.logging``. Logging."""
 
+from pathlib import Path
+
+from teleopctl.background import logs_dir
 from teleopctl.node.logging import (
     LoggingSeverity,
     RcutilsLogger,
@@ -16,9 +19,15 @@ __all__ = [
     "get_logger",
     "get_logger_effective_level",
     "get_logger_level",
+    "get_logging_directory",
     "get_logging_severity_from_string",
     "set_logger_level",
 ]
 
 get_logger_effective_level = effective_level
 get_logging_severity_from_string = severity_from_name
+
+
+def get_logging_directory() -> Path:
+    """Return the folder of log files."""
+    return logs_dir()

@@ -2,12 +2,14 @@
 
 from teleopctl.compat.rclpy.event_handler import (
     PublisherEventCallbacks,
+    QoSMessageLostInfo,
     SubscriptionEventCallbacks,
     UnsupportedEventTypeError,
 )
 
 __all__ = [
     "PublisherEventCallbacks",
+    "QoSMessageLostInfo",
     "SubscriptionEventCallbacks",
     "UnsupportedEventTypeError",
 ]

@@ -7,12 +7,17 @@ import time
 
 import rclpy
 from example_interfaces.srv import AddTwoInts
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 
 
 def spin_quietly(node):
     with contextlib.suppress(ExternalShutdownException):
         rclpy.spin(node)
+
+
+def work_while_ok():
+    while rclpy.ok():
+        time.sleep(0.05)
 
 
 def main():
@@ -34,6 +39,15 @@ def main():
     elif state == "rate":
         threading.Thread(target=spin_quietly, args=(node,), daemon=True).start()
         node.create_rate(0.01).sleep()
+    elif state == "thread":
+        # Not a daemon: the program ends with it, or not at all.
+        threading.Thread(target=spin_quietly, args=(node,)).start()
+        work_while_ok()
+    elif state == "pool":
+        executor = MultiThreadedExecutor(2)
+        executor.add_node(node)
+        executor.create_task(work_while_ok)
+        executor.spin()
     elif state == "sleep":
         while rclpy.ok():
             time.sleep(0.05)

@@ -1,0 +1,9 @@
+"""``rclpy.parameter_event_handler``. Callbacks for changes of parameters."""
+
+from teleopctl.node.parameter_events import (
+    ParameterCallbackHandle,
+    ParameterEventCallbackHandle,
+    ParameterEventHandler,
+)
+
+__all__ = ["ParameterCallbackHandle", "ParameterEventCallbackHandle", "ParameterEventHandler"]

@@ -1,0 +1,21 @@
+"""``tf2_py``: the buffer without a node, and what goes wrong with transforms."""
+
+from teleopctl.tf.buffer import Buffer as BufferCore
+from teleopctl.tf.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+
+__all__ = [
+    "BufferCore",
+    "ConnectivityException",
+    "ExtrapolationException",
+    "InvalidArgumentException",
+    "LookupException",
+    "TimeoutException",
+    "TransformException",
+]

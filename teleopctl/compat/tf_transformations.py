@@ -1,0 +1,138 @@
+"""``tf_transformations``: rotations and matrices in numpy, by the names of that package.
+
+Quaternions are (x, y, z, w); angles are in radians and about the fixed axes x, y, z in turn,
+which is the package's default. Matrices are 4 by 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.tf import transforms
+
+Array = npt.NDArray[np.float64]
+
+_DEFAULT_AXES = "sxyz"
+
+
+def _check_axes(axes: str) -> None:
+    if axes != _DEFAULT_AXES:
+        raise TeleopctlError(
+            f"tf_transformations: angles about the axes {axes!r} are not served here",
+            hint=f"Use {_DEFAULT_AXES!r}, which is the default.",
+        )
+
+
+def _quaternion(values: Sequence[float]) -> transforms.Quaternion:
+    x, y, z, w = (float(value) for value in values)
+    return (x, y, z, w)
+
+
+def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = _DEFAULT_AXES) -> Array:
+    """Return the rotation by roll, pitch and yaw."""
+    _check_axes(axes)
+    return np.array(transforms.quaternion_from_rpy(ai, aj, ak))
+
+
+def euler_from_quaternion(
+    quaternion: Sequence[float], axes: str = _DEFAULT_AXES
+) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw of a rotation."""
+    _check_axes(axes)
+    return transforms.rpy_from_quaternion(transforms.normalize(_quaternion(quaternion)))
+
+
+def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> Array:
+    """Return the rotation that turns by the second, then by the first."""
+    return np.array(transforms.multiply(_quaternion(quaternion1), _quaternion(quaternion0)))
+
+
+def quaternion_conjugate(quaternion: Sequence[float]) -> Array:
+    """Return a quaternion with its vector turned round."""
+    return np.array(transforms.conjugate(_quaternion(quaternion)))
+
+
+def quaternion_inverse(quaternion: Sequence[float]) -> Array:
+    """Return the quaternion that takes another one back."""
+    values = _quaternion(quaternion)
+    return np.array(transforms.conjugate(values)) / sum(value * value for value in values)
+
+
+def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Array:
+    """Return the rotation by an angle about an axis of any length."""
+    x, y, z = (float(value) for value in axis)
+    length = math.hypot(x, y, z)
+    unit = (x / length, y / length, z / length)
+    return np.array(transforms.quaternion_from_axis_angle(unit, angle))
+
+
+def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Array:
+    """Return the rotation between two, the shorter way."""
+    first, second = (transforms.normalize(_quaternion(each)) for each in (quat0, quat1))
+    return np.array(transforms.slerp(first, second, fraction))
+
+
+def quaternion_matrix(quaternion: Sequence[float]) -> Array:
+    """Return the matrix of a rotation."""
+    matrix = np.identity(4)
+    matrix[:3, :3] = transforms.matrix_from_quaternion(
+        transforms.normalize(_quaternion(quaternion))
+    )
+    return matrix
+
+
+def quaternion_from_matrix(matrix: Any) -> Array:
+    """Return the rotation of a matrix; w is not negative."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.asarray(matrix, dtype=np.float64)[:3, :3]
+    # The eigenvector of the largest eigenvalue: no case is near a division by zero.
+    table = np.array(
+        [
+            [xx - yy - zz, yx + xy, zx + xz, zy - yz],
+            [yx + xy, yy - xx - zz, zy + yz, xz - zx],
+            [zx + xz, zy + yz, zz - xx - yy, yx - xy],
+            [zy - yz, xz - zx, yx - xy, xx + yy + zz],
+        ]
+    )
+    found: Array = np.linalg.eigh(table)[1][:, -1]
+    return -found if found[3] < 0 else found
+
+
+def euler_matrix(ai: float, aj: float, ak: float, axes: str = _DEFAULT_AXES) -> Array:
+    """Return the matrix of a rotation by roll, pitch and yaw."""
+    return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes).tolist())
+
+
+def euler_from_matrix(matrix: Any, axes: str = _DEFAULT_AXES) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw of a matrix."""
+    return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
+
+
+def translation_matrix(direction: Sequence[float]) -> Array:
+    """Return the matrix that moves."""
+    matrix = np.identity(4)
+    matrix[:3, 3] = direction
+    return matrix
+
+
+def translation_from_matrix(matrix: Any) -> Array:
+    """Return by how much a matrix moves."""
+    return np.array(matrix, dtype=np.float64)[:3, 3]
+
+
+def concatenate_matrices(*matrices: Any) -> Array:
+    """Return the product of matrices."""
+    product = np.identity(4)
+    for matrix in matrices:
+        product = product @ np.asarray(matrix, dtype=np.float64)
+    return product
+
+
+def inverse_matrix(matrix: Any) -> Array:
+    """Return the inverse of a matrix."""
+    return np.linalg.inv(np.asarray(matrix, dtype=np.float64))

@@ -1,0 +1,142 @@
+"""Callbacks for changes of any node's parameters, as in ``rclpy.parameter_event_handler``."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.callback_groups import CallbackGroup
+from teleopctl.node.names import fully_qualified
+from teleopctl.node.qos import QoSProfile, qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_endpoints import NodeEndpoints
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ParameterCallbackHandle:
+    """Stands for a callback of one parameter."""
+
+    parameter_name: str
+    node_name: str
+    callback: Callable[[Any], Any]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ParameterEventCallbackHandle:
+    """Stands for a callback of all events."""
+
+    callback: Callable[[Any], Any]
+
+
+class ParameterEventHandler:
+    """Listens to the changes of parameters and calls back; the newest callback comes first.
+
+    Args:
+        node: The node that listens.
+        qos_profile: Quality of service of its subscription.
+        callback_group: For multi-threaded executors.
+        options: Further options of ``Node.create_subscription``.
+    """
+
+    def __init__(
+        self,
+        node: NodeEndpoints,
+        qos_profile: QoSProfile | int = qos_profile_parameter_events,
+        callback_group: CallbackGroup | None = None,
+        **options: Any,
+    ) -> None:
+        self.node = node
+        self.qos_profile = qos_profile
+        self._lock = threading.Lock()
+        self._of_parameter: list[ParameterCallbackHandle] = []
+        self._of_all: list[ParameterEventCallbackHandle] = []
+        self.parameter_event_subscription = node.create_subscription(
+            get_message("rcl_interfaces/msg/ParameterEvent"),
+            "/parameter_events",
+            self._handle,
+            qos_profile,
+            callback_group=callback_group,
+            **options,
+        )
+
+    def destroy(self) -> None:
+        """Listen no longer."""
+        self.node.destroy_subscription(self.parameter_event_subscription)
+
+    def _handle(self, event: Any) -> None:
+        with self._lock:
+            of_parameter, of_all = list(self._of_parameter), list(self._of_all)
+        for wanted in of_parameter:
+            parameter = self.get_parameter_from_event(
+                event, wanted.parameter_name, wanted.node_name
+            )
+            if parameter is not None:
+                wanted.callback(parameter)
+        for handle in of_all:
+            handle.callback(event)
+
+    @staticmethod
+    def get_parameter_from_event(event: Any, parameter_name: str, node_name: str) -> Any | None:
+        """Return a parameter that is new or changed, as its message; None if it is neither."""
+        if event.node != node_name:
+            return None
+        changed = ParameterEventHandler.get_parameters_from_event(event)
+        return next((each for each in changed if each.name == parameter_name), None)
+
+    @staticmethod
+    def get_parameters_from_event(event: Any) -> Iterator[Any]:
+        """Yield the parameters that are new or changed, as their messages."""
+        yield from event.new_parameters
+        yield from event.changed_parameters
+
+    def add_parameter_callback(
+        self, parameter_name: str, node_name: str, callback: Callable[[Any], Any]
+    ) -> ParameterCallbackHandle:
+        """Call back with a ``rcl_interfaces/msg/Parameter`` when one parameter has changed.
+
+        Args:
+            parameter_name: Its name.
+            node_name: Whose it is; relative to the node's namespace, empty for the node itself.
+            callback: Gets the parameter.
+
+        Returns:
+            What takes the callback back.
+        """
+        handle = ParameterCallbackHandle(parameter_name, self._full_name(node_name), callback)
+        with self._lock:
+            self._of_parameter.insert(0, handle)
+        return handle
+
+    def add_parameter_event_callback(
+        self, callback: Callable[[Any], Any]
+    ) -> ParameterEventCallbackHandle:
+        """Call back with each ``rcl_interfaces/msg/ParameterEvent``; returns what takes it back."""
+        handle = ParameterEventCallbackHandle(callback)
+        with self._lock:
+            self._of_all.insert(0, handle)
+        return handle
+
+    def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
+        """Take a callback back; raises RuntimeError when it is not there."""
+        self._remove(self._of_parameter, handle)
+
+    def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
+        """Take a callback back; raises RuntimeError when it is not there."""
+        self._remove(self._of_all, handle)
+
+    def _remove(self, handles: list[Any], handle: Any) -> None:
+        with self._lock:
+            if handle not in handles:
+                raise RuntimeError("Callback doesn't exist")
+            handles.remove(handle)
+
+    def _full_name(self, node_name: str) -> str:
+        if not node_name:
+            return self.node.get_fully_qualified_name()
+        if node_name.startswith("/"):
+            return node_name
+        return fully_qualified(self.node.get_namespace(), node_name)

@@ -1,0 +1,188 @@
+"""What a buffer can transform besides frames: registered types, with the names of ``tf2_ros``."""
+
+import abc
+import copy
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+# Gets the object and the TransformStamped that applies to it, answers with a new object.
+DoTransform = Callable[[Any, Any], Any]
+Convert = Callable[[Any], Any]
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+
+_transforms: dict[type, DoTransform] = {}
+_to_message: dict[type, Convert] = {}
+_from_message: dict[type, Convert] = {}
+_direct: dict[tuple[type, type], Convert] = {}
+
+
+class TypeException(Exception):
+    """Nobody has registered how a type is transformed or converted."""
+
+    def __init__(self, errstr: str) -> None:
+        super().__init__(errstr)
+        self.errstr = errstr
+
+
+class NotImplementedException(Exception):
+    """A buffer of one's own lacks a method."""
+
+    def __init__(self) -> None:
+        self.errstr = "the buffer has no such method"
+        super().__init__(self.errstr)
+
+
+class TransformRegistration:
+    """How the types are transformed; all instances share one table."""
+
+    def add(self, key: type, callback: DoTransform) -> None:
+        """Register how objects of a type are transformed."""
+        _transforms[key] = callback
+
+    def get(self, key: type) -> DoTransform:
+        """Return how objects of a type are transformed.
+
+        Raises:
+            TypeException: Nobody has said so.
+        """
+        return _known(_transforms, key)
+
+
+class ConvertRegistration:
+    """How types become messages, and messages types; all instances share one table."""
+
+    def add_from_msg(self, key: type, callback: Convert) -> None:
+        """Register how a type is made from its message."""
+        _from_message[key] = callback
+
+    def add_to_msg(self, key: type, callback: Convert) -> None:
+        """Register how a type becomes its message."""
+        _to_message[key] = callback
+
+    def add_convert(self, key: tuple[type, type], callback: Convert) -> None:
+        """Register the direct way from one type to another."""
+        _direct[key] = callback
+
+    def get_from_msg(self, key: type) -> Convert:
+        """Return how a type is made from its message; raises :class:`TypeException`."""
+        return _known(_from_message, key)
+
+    def get_to_msg(self, key: type) -> Convert:
+        """Return how a type becomes its message; raises :class:`TypeException`."""
+        return _known(_to_message, key)
+
+    def get_convert(self, key: tuple[type, type]) -> Convert:
+        """Return the direct way from one type to another; raises :class:`TypeException`."""
+        return _known(_direct, key)
+
+
+def _known(table: Mapping[_Key, _Value], key: _Key) -> _Value:
+    if key not in table:
+        raise TypeException(f"{key} is not registered with tf2_ros")
+    return table[key]
+
+
+def convert(value: Any, type_: type) -> Any:
+    """Return a value as another type, directly or by way of its message.
+
+    Raises:
+        TypeException: The way is not registered.
+    """
+    if (type(value), type_) in _direct:
+        return _direct[type(value), type_](value)
+    if type(value) is type_:
+        return copy.deepcopy(value)
+    registered = ConvertRegistration()
+    return registered.get_from_msg(type_)(registered.get_to_msg(type(value))(value))
+
+
+def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:  # noqa: N802 -- tf2_ros's name
+    """Give an object a header; returns the object."""
+    from teleopctl.interfaces.store import get_message
+
+    obj.header = get_message("std_msgs/msg/Header")(stamp=stamp, frame_id=frame_id)
+    return obj
+
+
+class BufferInterface(abc.ABC):
+    """Base of what answers where frames stand; adds what follows from the answer."""
+
+    def __init__(self) -> None:
+        self.registration = TransformRegistration()
+
+    @abc.abstractmethod
+    def lookup_transform(
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = None
+    ) -> Any:
+        """Return where the source frame stands in the target frame; see ``Buffer``."""
+
+    @abc.abstractmethod
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = None,
+    ) -> Any:
+        """Return it between two times; see ``Buffer``."""
+
+    def transform(
+        self,
+        object_stamped: Any,
+        target_frame: str,
+        timeout: Any = None,
+        new_type: type | None = None,
+    ) -> Any:
+        """Return a stamped object in another frame.
+
+        Args:
+            object_stamped: Has a header; its type is registered, as those of ``geometry_msgs`` are
+                once ``tf2_geometry_msgs`` was imported.
+            target_frame: The frame in which it is wanted.
+            timeout: A ``Duration`` to wait for the transform at most; None does not wait.
+            new_type: The type in which it is wanted, if another.
+
+        Raises:
+            TransformException: As ``lookup_transform`` does.
+            TypeException: Its type is not registered.
+        """
+        header = object_stamped.header
+        found = self.lookup_transform(target_frame, header.frame_id, header.stamp, timeout)
+        return self._apply(object_stamped, found, new_type)
+
+    def transform_full(
+        self,
+        object_stamped: Any,
+        target_frame: str,
+        target_time: Any,
+        fixed_frame: str,
+        timeout: Any = None,
+        new_type: type | None = None,
+    ) -> Any:
+        """Return a stamped object in another frame as that stood at another time.
+
+        Args:
+            object_stamped: As for :meth:`transform`.
+            target_frame: The frame in which it is wanted.
+            target_time: When the target is looked at.
+            fixed_frame: The frame that does not move between the two times.
+            timeout: As for :meth:`transform`.
+            new_type: As for :meth:`transform`.
+
+        Raises:
+            TransformException: As ``lookup_transform_full`` does.
+            TypeException: Its type is not registered.
+        """
+        header = object_stamped.header
+        found = self.lookup_transform_full(
+            target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout
+        )
+        return self._apply(object_stamped, found, new_type)
+
+    def _apply(self, object_stamped: Any, transform: Any, new_type: type | None) -> Any:
+        moved = self.registration.get(type(object_stamped))(object_stamped, transform)
+        return moved if new_type is None else convert(moved, new_type)
