@@ -84,7 +84,9 @@ def replace_missing_streams() -> None:
     """Write to nowhere where a stream was closed before the program began (``>&-``)."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123
+            # It stays open until the end; pathlib is not imported for it by every command.
+            nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
+            setattr(sys, name, nowhere)
 
 
 def traceback() -> None:

@@ -87,6 +87,8 @@ class Executor(abc.ABC):
         for waitable in node.waitables():
             if waitable.pending():
                 self.schedule(waitable)
+        if node.failure is not None:
+            self.fail(node.failure)
         self.wake()
         return True
 
@@ -114,6 +116,10 @@ class Executor(abc.ABC):
     def enqueue(self, work: Callable[[], Any]) -> None:
         """Have something done by whoever spins; any thread may call this."""
         self._queue.put(work)
+
+    def fail(self, error: BaseException) -> None:
+        """Have whoever spins raise an exception; any thread may call this."""
+        self._queue.put(error)
 
     def wake(self) -> None:
         """Have whoever spins look again at timers, shutdown and what it waits for."""
@@ -363,7 +369,7 @@ class MultiThreadedExecutor(Executor):
         try:
             self._finish(work())
         except BaseException as error:  # noqa: BLE001 (sys.exit in a callback ends the program)
-            self._queue.put(error)
+            self.fail(error)
 
     def _submit(self, work: Callable[[], None]) -> bool:
         try:

@@ -36,6 +36,7 @@ class NodeCore(GraphView):
 
     Attributes:
         executor: Who runs the callbacks, if anybody does.
+        failure: What a thread of the node's own ended with, see :meth:`fail`.
         enclave: The security enclave that it announces.
         entity_id: Its number within the session.
 
@@ -66,6 +67,7 @@ class NodeCore(GraphView):
         self._namespace = absolute_namespace(space)
         self.enclave = self._context.arguments.enclave
         self.executor: Scheduler | None = None
+        self.failure: BaseException | None = None
         self._clock = ROSClock()
         self._logger = logging.get_logger(
             fully_qualified(self._namespace, name).lstrip("/").replace("/", ".")
@@ -149,6 +151,12 @@ class NodeCore(GraphView):
                 if renamed != resolved:
                     return renamed
         return resolved
+
+    def fail(self, error: BaseException) -> None:
+        """Have whoever spins the node, now or later, raise what one of its threads met (ours)."""
+        self.failure = error
+        if self.executor is not None:
+            self.executor.fail(error)
 
     def __repr__(self) -> str:
         return f"<Node {self.get_fully_qualified_name()}>"

@@ -39,6 +39,9 @@ class Scheduler(Protocol):
     def enqueue(self, work: Callable[[], Any]) -> None:
         """Have something done by whoever spins."""
 
+    def fail(self, error: BaseException) -> None:
+        """Have whoever spins raise an exception."""
+
     def wake(self) -> None:
         """Have whoever spins look again at timers, shutdown and what it waits for."""
 

@@ -12,6 +12,7 @@ Parameters: ``robot_description``, ``camera`` (name of the sensor, by default th
 from __future__ import annotations
 
 import array
+import contextlib
 import threading
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,6 @@ from teleopctl.node import (
     init,
     qos_profile_latched,
     spin,
-    try_shutdown,
 )
 from teleopctl.robot.description import RobotDescription
 from teleopctl.sim.gl_backend import check_drawing, choose_backend
@@ -172,13 +172,7 @@ class Camera(Node):
         try:
             self._draw_until_stopped()
         except Exception as error:  # noqa: BLE001 - whoever spins raises it
-            failure = error
-
-            def fail() -> None:
-                raise failure
-
-            if self.executor is not None:
-                self.executor.enqueue(fail)
+            self.fail(error)
 
     def _draw_until_stopped(self) -> None:
         while True:
@@ -293,7 +287,7 @@ def _optical_name(camera: CameraModel) -> str:
     return f"{camera.link}_optical"
 
 
-def main(args: list[str] | None = None) -> None:
+def main(args: list[str] | None = None) -> int:
     """Run the camera until it is interrupted.
 
     Raises:
@@ -301,14 +295,10 @@ def main(args: list[str] | None = None) -> None:
     """
     choose_backend()
     check_drawing()
-    init(args=args)
-    node = None
-    try:
-        node = Camera()
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=args),
+        Camera() as node,
+    ):
         spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the ordinary end of a node
-    finally:
-        if node is not None:
-            node.destroy_node()
-        try_shutdown()
+    return 0

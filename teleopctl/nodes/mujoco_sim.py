@@ -13,13 +13,14 @@ most), ``real_time_factor`` (0: as fast as possible; can be set while running), 
 
 from __future__ import annotations
 
+import contextlib
 import os
 
-from teleopctl.node import ExternalShutdownException, init, spin, try_shutdown
+from teleopctl.node import ExternalShutdownException, init, spin
 from teleopctl.nodes.only_one import refuse_a_second
 
 
-def main(args: list[str] | None = None) -> None:
+def main(args: list[str] | None = None) -> int:
     """Run the simulator until it is interrupted.
 
     Raises:
@@ -30,15 +31,11 @@ def main(args: list[str] | None = None) -> None:
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.sim.node import MujocoSim
 
-    init(args=args)
-    node = None
-    try:
-        node = MujocoSim()
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=args),
+        MujocoSim() as node,
+    ):
         refuse_a_second(node)
         spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the ordinary end of a node
-    finally:
-        if node is not None:
-            node.destroy_node()
-        try_shutdown()
+    return 0

@@ -214,13 +214,7 @@ class MujocoSim(Node):
         try:
             self._loop.run()
         except Exception as error:  # noqa: BLE001 - whoever spins raises it
-            failure = error
-
-            def fail() -> None:
-                raise failure
-
-            if self.executor is not None:
-                self.executor.enqueue(fail)
+            self.fail(error)
 
     # --- the controller -------------------------------------------------------------------
 

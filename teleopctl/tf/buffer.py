@@ -142,17 +142,12 @@ class Buffer(BufferInterface):
         Raises:
             TransformException: As ``lookup_transform`` does.
         """
-
-        def answer() -> tuple[int, Transform]:
-            check, caller = self._tree.check, "lookupTransform"
-            return self._tree.lookup_through(
-                check(target_frame, "target_frame", caller),
-                stamp_of(target_time),
-                check(source_frame, "source_frame", caller),
-                stamp_of(source_time),
-                check(fixed_frame, "fixed_frame", caller),
-            )
-
+        answer = self._through(
+            (target_frame, stamp_of(target_time)),
+            (source_frame, stamp_of(source_time)),
+            fixed_frame,
+            "lookupTransform",
+        )
         stamp, transform = self._when_known(answer, timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
@@ -250,17 +245,12 @@ class Buffer(BufferInterface):
         return_debug_tuple: bool = False,
     ) -> Any:
         """Tell whether ``lookup_transform_full`` would answer; see there and ``can_transform``."""
-
-        def answer() -> tuple[int, Transform]:
-            check, caller = self._tree.check, "canTransform"
-            return self._tree.lookup_through(
-                check(target_frame, "target_frame", caller),
-                stamp_of(target_time),
-                check(source_frame, "source_frame", caller),
-                stamp_of(source_time),
-                check(fixed_frame, "fixed_frame", caller),
-            )
-
+        answer = self._through(
+            (target_frame, stamp_of(target_time)),
+            (source_frame, stamp_of(source_time)),
+            fixed_frame,
+            "canTransform",
+        )
         return self._told(answer, timeout, return_debug_tuple)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
@@ -302,6 +292,23 @@ class Buffer(BufferInterface):
                     f"  is_static: {str(is_static).lower()}\n"
                 )
         return "".join(lines) or "[]"
+
+    def _through(
+        self, target: tuple[str, int], source: tuple[str, int], fixed_frame: str, caller: str
+    ) -> Callable[[], tuple[int, Transform]]:
+        """Return the question where one frame at one time stood in another at another time."""
+        check = self._tree.check
+
+        def answer() -> tuple[int, Transform]:
+            return self._tree.lookup_through(
+                check(target[0], "target_frame", caller),
+                target[1],
+                check(source[0], "source_frame", caller),
+                source[1],
+                check(fixed_frame, "fixed_frame", caller),
+            )
+
+        return answer
 
     def _told(
         self, answer: Callable[[], object], timeout: Any, return_debug_tuple: bool

@@ -344,3 +344,20 @@ def test_the_first_look_at_the_graph_is_complete(ros, context):
     assert "/there" in context.watcher.snapshot().node_names()
     node.destroy_node()
     other.shutdown()
+
+
+@pytest.mark.parametrize("spins_already", [True, False])
+def test_what_a_thread_of_a_node_met_is_raised_by_whoever_spins_it(
+    make_node, context, spins_already
+):
+    node = make_node("broken")
+    executor = SingleThreadedExecutor(context=context)
+    if spins_already:
+        executor.add_node(node)
+    thread = threading.Thread(target=node.fail, args=(ArithmeticError("physics broke down"),))
+    thread.start()
+    thread.join()
+    if not spins_already:
+        executor.add_node(node)
+    with pytest.raises(ArithmeticError, match="physics broke down"):
+        executor.spin_once(10)

@@ -130,11 +130,13 @@ def set_controller_state(
 
 def switch_controllers(
     deactivate: Annotated[
-        list[str], Option("--deactivate", help="Controllers to stop.", complete="controllers")
-    ] = [],  # noqa: B006 - only read
+        list[str] | None,
+        Option("--deactivate", help="Controllers to stop.", complete="controllers"),
+    ] = None,
     activate: Annotated[
-        list[str], Option("--activate", help="Controllers to start.", complete="controllers")
-    ] = [],  # noqa: B006 - only read
+        list[str] | None,
+        Option("--activate", help="Controllers to start.", complete="controllers"),
+    ] = None,
     strict: Annotated[
         bool, Option("--strict", help="Change nothing unless all can be changed.")
     ] = False,
@@ -154,8 +156,8 @@ def switch_controllers(
         raise TeleopctlError("--strict and --best-effort exclude each other", exit_status=2)
     with manager_client(controller_manager) as client:
         ok, message = client.switch(
-            activate,
-            deactivate,
+            activate or (),
+            deactivate or (),
             strictness=2 if strict else 1 if best_effort else 0,
             asap=activate_asap,
             timeout=switch_timeout,
