@@ -153,6 +153,8 @@ def test_a_crash_of_one_node_leaves_the_others_running(arm, watcher):
 
     rows = json.loads(arm.run("ps --json").stdout)
     publisher = next(row for row in rows if row["name"].startswith("robot_state_publisher"))
+    # Looking before it dies: Zenoh may show a token for ever to who first looks in that moment.
+    assert watcher.wait_for_node("/robot_state_publisher", 20)
     psutil.Process(publisher["pid"]).kill()
     assert watcher.context.watcher.wait_for(
         lambda graph: "/robot_state_publisher" not in graph.node_names(), 20
