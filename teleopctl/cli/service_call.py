@@ -10,7 +10,7 @@ from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_service, type_hash
-from teleopctl.interfaces.yaml_io import message_from_yaml, message_to_dict
+from teleopctl.interfaces.yaml import message_from_yaml, message_to_dict
 from teleopctl.wire.graph import query_graph
 
 if TYPE_CHECKING:

@@ -39,7 +39,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.cdr import deserialize, serialize
 from teleopctl.interfaces.definition import Shape
 from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml_io import message_from_yaml, message_to_dict, message_to_yaml
+from teleopctl.interfaces.yaml import message_from_yaml, message_to_dict, message_to_yaml
 
 EXAMPLES = {"string": "a", "bool": True, "byte": b"a"}
 

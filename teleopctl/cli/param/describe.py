@@ -8,7 +8,7 @@ from teleopctl.cli.param.client import parameter_client
 from teleopctl.cli.param.text import type_name
 from teleopctl.cli.verb import Argument
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.yaml_io import message_to_dict
+from teleopctl.interfaces.yaml import message_to_dict
 
 
 def describe_parameters(

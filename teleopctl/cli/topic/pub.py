@@ -22,7 +22,7 @@ from teleopctl.cli.topic.qos_options import (
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml_io import message_from_yaml
+from teleopctl.interfaces.yaml import message_from_yaml
 from teleopctl.node.qos import QoSProfile
 from teleopctl.text_file import read_text
 from teleopctl.wire.graph import query_graph

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.cdr import deserialize, serialize
-from teleopctl.interfaces.codec import Codecs
+from teleopctl.interfaces.cdr.codec import Codecs
 from teleopctl.interfaces.message import make_class
 from teleopctl.interfaces.parser import parse
 from teleopctl.interfaces.store import add_definition_text, get_message, list_types

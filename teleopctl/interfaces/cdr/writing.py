@@ -10,8 +10,8 @@ import sys
 from typing import Any
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped
-from teleopctl.interfaces.cdr_codegen import LARGE_ARRAY, Generator
-from teleopctl.interfaces.cdr_layout import HEADER_SIZE, Offsets, Run, after_block, padding
+from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
+from teleopctl.interfaces.cdr.layout import HEADER_SIZE, Offsets, Run, after_block, padding
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
 
 _COUNT = "I"

@@ -1,7 +1,7 @@
-"""Messages as YAML, JSON and CSV: one place to import both directions from."""
+"""Messages as YAML, JSON and CSV, and messages made from YAML."""
 
-from teleopctl.interfaces.yaml_input import message_from_yaml
-from teleopctl.interfaces.yaml_output import (
+from teleopctl.interfaces.yaml.input import message_from_yaml
+from teleopctl.interfaces.yaml.output import (
     DEFAULT_TRUNCATION,
     message_to_csv,
     message_to_dict,

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any, ClassVar
 
 from teleopctl.interfaces.blocks import BLOCK_CODES
-from teleopctl.interfaces.cdr_layout import (
+from teleopctl.interfaces.cdr.layout import (
     ANYWHERE,
     MAXIMUM_ALIGNMENT,
     START,

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import Any
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped, empty
-from teleopctl.interfaces.cdr_codegen import LARGE_ARRAY, Generator
-from teleopctl.interfaces.cdr_layout import (
+from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
+from teleopctl.interfaces.cdr.layout import (
     HEADER_SIZE,
     Layout,
     Offsets,

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml_io import message_from_yaml
+from teleopctl.interfaces.yaml import message_from_yaml
 
 NOW = 1_700_000_000_123_456_789
 

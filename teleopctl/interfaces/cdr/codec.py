@@ -10,10 +10,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.cdr_codegen import Generator
-from teleopctl.interfaces.cdr_layout import Layout
-from teleopctl.interfaces.cdr_reading import Read
-from teleopctl.interfaces.cdr_writing import Write
+from teleopctl.interfaces.cdr.codegen import Generator
+from teleopctl.interfaces.cdr.layout import Layout
+from teleopctl.interfaces.cdr.reading import Read
+from teleopctl.interfaces.cdr.writing import Write
 
 Writer: TypeAlias = Callable[[bytearray, Any], None]
 """Appends a message to data that so far is the encapsulation."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from teleopctl.interfaces.cdr import deserialize, serialize
 from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml_io import (
+from teleopctl.interfaces.yaml import (
     message_from_yaml,
     message_to_csv,
     message_to_dict,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.blocks import BLOCK_CODES, to_numpy
-from teleopctl.interfaces.cdr_layout import HEADER_SIZE
-from teleopctl.interfaces.codec import Codecs, Reader, Writer
+from teleopctl.interfaces.cdr.codec import Codecs, Reader, Writer
+from teleopctl.interfaces.cdr.layout import HEADER_SIZE
 from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.store import get_message

@@ -1,0 +1,9 @@
+"""Messages as bytes: plain CDR in the encapsulation that ROS 2 uses (OMG DDS-XTypes, XCDR1).
+
+`layout` has the rules of the standard, `writing` and `reading` turn a definition into the source of
+a function by those rules, `codec` compiles and keeps the functions, `serialization` uses them.
+"""
+
+from teleopctl.interfaces.cdr.serialization import as_numpy, deserialize, serialize
+
+__all__ = ["as_numpy", "deserialize", "serialize"]
