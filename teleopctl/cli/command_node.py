@@ -9,7 +9,7 @@ from typing import Literal
 
 from teleopctl.node.context import Context
 from teleopctl.node.node import Node
-from teleopctl.node.signals import SignalHandlerOptions
+from teleopctl.node.values.signals import SignalHandlerOptions
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from teleopctl.interfaces.yaml import message_from_yaml, message_to_dict
 from teleopctl.wire.graph import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node.client import Client
+    from teleopctl.node.endpoints.client import Client
 
 
 def call(

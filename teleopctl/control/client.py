@@ -9,7 +9,7 @@ from typing import Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import ExternalShutdownException, Node
-from teleopctl.node.parameter import Parameter
+from teleopctl.node.values.parameter import Parameter
 
 STRICT = 2
 

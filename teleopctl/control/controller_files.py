@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.node.parameter_file import ParameterFile, read_parameter_file
+from teleopctl.node.values.parameter_file import ParameterFile, read_parameter_file
 
 # Parameters of the controller manager, below the controller's name, that a file may give.
 _OF_MANAGER = ("type", "fallback_controllers")

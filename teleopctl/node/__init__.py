@@ -10,25 +10,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from teleopctl.node.callback_groups import (
-        CallbackGroup as CallbackGroup,
-    )
-    from teleopctl.node.callback_groups import (
-        MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
-    )
-    from teleopctl.node.callback_groups import (
-        ReentrantCallbackGroup as ReentrantCallbackGroup,
-    )
-    from teleopctl.node.client import Client as Client
     from teleopctl.node.clock import Clock as Clock
     from teleopctl.node.clock import ROSClock as ROSClock
     from teleopctl.node.context import Context as Context
-    from teleopctl.node.exceptions import (
-        ExternalShutdownException as ExternalShutdownException,
-    )
-    from teleopctl.node.exceptions import (
-        ServiceUnavailableError as ServiceUnavailableError,
-    )
+    from teleopctl.node.endpoints.client import Client as Client
+    from teleopctl.node.endpoints.publisher import Publisher as Publisher
+    from teleopctl.node.endpoints.service import Service as Service
+    from teleopctl.node.endpoints.subscription import Subscription as Subscription
+    from teleopctl.node.endpoints.timer import Timer as Timer
     from teleopctl.node.executor import (
         Executor as Executor,
     )
@@ -38,7 +27,6 @@ if TYPE_CHECKING:
     from teleopctl.node.executor import (
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
-    from teleopctl.node.future import Future as Future
     from teleopctl.node.lifetime import create_node as create_node
     from teleopctl.node.lifetime import (
         get_default_context as get_default_context,
@@ -55,49 +43,62 @@ if TYPE_CHECKING:
         spin_until_future_complete as spin_until_future_complete,
     )
     from teleopctl.node.lifetime import try_shutdown as try_shutdown
-    from teleopctl.node.logging import get_logger as get_logger
     from teleopctl.node.node import Node as Node
-    from teleopctl.node.parameter import Parameter as Parameter
-    from teleopctl.node.publisher import Publisher as Publisher
-    from teleopctl.node.qos import DurabilityPolicy as DurabilityPolicy
-    from teleopctl.node.qos import HistoryPolicy as HistoryPolicy
-    from teleopctl.node.qos import LivelinessPolicy as LivelinessPolicy
-    from teleopctl.node.qos import QoSPresetProfiles as QoSPresetProfiles
-    from teleopctl.node.qos import QoSProfile as QoSProfile
-    from teleopctl.node.qos import ReliabilityPolicy as ReliabilityPolicy
-    from teleopctl.node.qos import qos_profile_latched as qos_profile_latched
-    from teleopctl.node.qos import (
+    from teleopctl.node.values.callback_groups import (
+        CallbackGroup as CallbackGroup,
+    )
+    from teleopctl.node.values.callback_groups import (
+        MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
+    )
+    from teleopctl.node.values.callback_groups import (
+        ReentrantCallbackGroup as ReentrantCallbackGroup,
+    )
+    from teleopctl.node.values.exceptions import (
+        ExternalShutdownException as ExternalShutdownException,
+    )
+    from teleopctl.node.values.exceptions import (
+        ServiceUnavailableError as ServiceUnavailableError,
+    )
+    from teleopctl.node.values.future import Future as Future
+    from teleopctl.node.values.logging import get_logger as get_logger
+    from teleopctl.node.values.parameter import Parameter as Parameter
+    from teleopctl.node.values.qos import DurabilityPolicy as DurabilityPolicy
+    from teleopctl.node.values.qos import HistoryPolicy as HistoryPolicy
+    from teleopctl.node.values.qos import LivelinessPolicy as LivelinessPolicy
+    from teleopctl.node.values.qos import QoSPresetProfiles as QoSPresetProfiles
+    from teleopctl.node.values.qos import QoSProfile as QoSProfile
+    from teleopctl.node.values.qos import ReliabilityPolicy as ReliabilityPolicy
+    from teleopctl.node.values.qos import qos_profile_latched as qos_profile_latched
+    from teleopctl.node.values.qos import (
         qos_profile_sensor_data as qos_profile_sensor_data,
     )
-    from teleopctl.node.service import Service as Service
-    from teleopctl.node.subscription import Subscription as Subscription
-    from teleopctl.node.time import ClockType as ClockType
-    from teleopctl.node.time import Duration as Duration
-    from teleopctl.node.time import Time as Time
-    from teleopctl.node.timer import Timer as Timer
+    from teleopctl.node.values.time import ClockType as ClockType
+    from teleopctl.node.values.time import Duration as Duration
+    from teleopctl.node.values.time import Time as Time
 
 _MODULE_OF = {
     name: module
     for module, names in {
-        "callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup ReentrantCallbackGroup",
-        "client": "Client",
+        "values.callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup "
+        "ReentrantCallbackGroup",
+        "endpoints.client": "Client",
         "clock": "Clock ROSClock",
         "context": "Context",
-        "exceptions": "ExternalShutdownException ServiceUnavailableError",
+        "values.exceptions": "ExternalShutdownException ServiceUnavailableError",
         "executor": "Executor MultiThreadedExecutor SingleThreadedExecutor",
-        "future": "Future",
+        "values.future": "Future",
         "lifetime": "create_node get_default_context get_global_executor init ok shutdown spin "
         "spin_once spin_until_future_complete try_shutdown",
-        "logging": "get_logger",
+        "values.logging": "get_logger",
         "node": "Node",
-        "parameter": "Parameter",
-        "publisher": "Publisher",
-        "qos": "DurabilityPolicy HistoryPolicy LivelinessPolicy QoSPresetProfiles QoSProfile "
-        "ReliabilityPolicy qos_profile_latched qos_profile_sensor_data",
-        "service": "Service",
-        "subscription": "Subscription",
-        "time": "ClockType Duration Time",
-        "timer": "Timer",
+        "values.parameter": "Parameter",
+        "endpoints.publisher": "Publisher",
+        "values.qos": "DurabilityPolicy HistoryPolicy LivelinessPolicy QoSPresetProfiles "
+        "QoSProfile ReliabilityPolicy qos_profile_latched qos_profile_sensor_data",
+        "endpoints.service": "Service",
+        "endpoints.subscription": "Subscription",
+        "values.time": "ClockType Duration Time",
+        "endpoints.timer": "Timer",
     }.items()
     for name in names.split()
 }

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
-from teleopctl.node.exceptions import NotInitializedException
-from teleopctl.node.time import ClockType, Duration, Time
+from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.time import ClockType, Duration, Time
 
 
 class Clock:

@@ -10,9 +10,9 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from teleopctl.node import signals
-from teleopctl.node.exceptions import NotInitializedException
-from teleopctl.node.ros_args import RosArguments, parse_ros_arguments
+from teleopctl.node.values import signals
+from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 
 if TYPE_CHECKING:
     import zenoh

@@ -17,16 +17,16 @@ import time
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.node.callback_groups import CallbackGroup
 from teleopctl.node.context import Context
-from teleopctl.node.exceptions import ExternalShutdownException, ShutdownException
-from teleopctl.node.future import Future, Task
-from teleopctl.node.scheduler import Schedulable
-from teleopctl.node.waitable import Waitable
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.exceptions import ExternalShutdownException, ShutdownException
+from teleopctl.node.values.future import Future, Task
+from teleopctl.node.values.scheduler import Schedulable
 
 if TYPE_CHECKING:
+    from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_endpoints import NodeEndpoints
-    from teleopctl.node.timer import Timer
 
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None

@@ -6,7 +6,7 @@ import abc
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
-from teleopctl.node.endpoint_info import TopicEndpointInfo
+from teleopctl.node.values.endpoint_info import TopicEndpointInfo
 from teleopctl.wire.graph import Graph
 from teleopctl.wire.tokens import EndpointToken, EntityKind
 

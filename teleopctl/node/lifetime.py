@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.node.context import Context, SessionMode
 from teleopctl.node.executor import Executor, SingleThreadedExecutor
-from teleopctl.node.signals import SignalHandlerOptions
+from teleopctl.node.values.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:
-    from teleopctl.node.future import Future
     from teleopctl.node.node import Node
+    from teleopctl.node.values.future import Future
 
 _executor: Executor | None = None
 _executor_lock = threading.RLock()

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from teleopctl.node import logging
 from teleopctl.node.clock import ROSClock
 from teleopctl.node.context import Context
-from teleopctl.node.exceptions import NotInitializedException
 from teleopctl.node.graph_view import GraphView
-from teleopctl.node.names import (
+from teleopctl.node.values import logging
+from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.names import (
     absolute_namespace,
     expand_name,
     fully_qualified,
     validate_node_name,
 )
-from teleopctl.node.ros_args import RosArguments, parse_ros_arguments
-from teleopctl.node.scheduler import Scheduler
+from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
+from teleopctl.node.values.scheduler import Scheduler
 from teleopctl.wire.tokens import NodeToken, format_token
 
 if TYPE_CHECKING:

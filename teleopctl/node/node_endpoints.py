@@ -7,23 +7,23 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from teleopctl.node.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
-from teleopctl.node.client import Client
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
-from teleopctl.node.endpoint import Endpoint
-from teleopctl.node.events import PublisherEventCallbacks, SubscriptionEventCallbacks
-from teleopctl.node.guard_condition import GuardCondition
+from teleopctl.node.endpoints.client import Client
+from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
+from teleopctl.node.endpoints.guard_condition import GuardCondition
+from teleopctl.node.endpoints.publisher import Publisher
+from teleopctl.node.endpoints.service import Service
+from teleopctl.node.endpoints.subscription import Subscription
+from teleopctl.node.endpoints.timer import Rate, Timer
+from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.node_core import NodeCore
-from teleopctl.node.publisher import Publisher
-from teleopctl.node.qos import QoSProfile, qos_from, qos_profile_services_default
-from teleopctl.node.service import Service
-from teleopctl.node.subscription import Subscription
-from teleopctl.node.timer import Rate, Timer
-from teleopctl.node.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 
 if TYPE_CHECKING:
-    from teleopctl.node.qos_overrides import QoSOverridingOptions
+    from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.node.parameter import Parameter, ParameterType, parameter_value_to_python
-from teleopctl.node.parameter_store import (
+from teleopctl.node.values.parameter import Parameter, ParameterType, parameter_value_to_python
+from teleopctl.node.values.parameter_store import (
     OnSetCallback,
     ParameterStore,
     PostSetCallback,
     PreSetCallback,
 )
-from teleopctl.node.qos import QoSProfile, qos_profile_parameter_events
+from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
-    from teleopctl.node.qos_overrides import QoSOverridingOptions
+    from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
 
 
 class NodeParameters(NodeEndpoints):
@@ -74,7 +74,7 @@ class NodeParameters(NodeEndpoints):
         side: Literal["publisher", "subscription"],
         topic: str,
     ) -> QoSProfile:
-        from teleopctl.node.qos_overrides import overridden
+        from teleopctl.node.endpoints.qos_overrides import overridden
 
         def declare(name: str, default: Any, descriptor: Any) -> Parameter:
             if self.has_parameter(name):

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import get_service
-from teleopctl.node.callback_groups import CallbackGroup
-from teleopctl.node.client import Client
-from teleopctl.node.parameter import Parameter
-from teleopctl.node.parameter_file import parameter_messages
-from teleopctl.node.qos import QoSProfile, qos_profile_services_default
+from teleopctl.node.endpoints.client import Client
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.parameter import Parameter
+from teleopctl.node.values.parameter_file import parameter_messages
+from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
-    from teleopctl.node.future import Future
     from teleopctl.node.node_endpoints import NodeEndpoints
+    from teleopctl.node.values.future import Future
 
 # Called with the future of the response.
 DoneCallback = Callable[["Future"], object]

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.node.callback_groups import CallbackGroup
-from teleopctl.node.names import fully_qualified
-from teleopctl.node.qos import QoSProfile, qos_profile_parameter_events
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.names import fully_qualified
+from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.node.exceptions import ParameterNotDeclaredException
-from teleopctl.node.parameter import Parameter, ParameterType
-from teleopctl.node.parameter_store import ParameterStore, result
-from teleopctl.node.qos import qos_profile_parameters
+from teleopctl.node.values.exceptions import ParameterNotDeclaredException
+from teleopctl.node.values.parameter import Parameter, ParameterType
+from teleopctl.node.values.parameter_store import ParameterStore, result
+from teleopctl.node.values.qos import qos_profile_parameters
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

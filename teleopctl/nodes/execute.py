@@ -128,7 +128,7 @@ def _status(returned: object) -> int:
 
 def _is_external_shutdown(error: Exception) -> bool:
     # The class lives in a module that a program without nodes never imports.
-    module = sys.modules.get("teleopctl.node.exceptions")
+    module = sys.modules.get("teleopctl.node.values.exceptions")
     expected = getattr(module, "ExternalShutdownException", None)
     return expected is not None and isinstance(error, expected)
 

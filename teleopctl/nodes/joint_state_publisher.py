@@ -20,7 +20,7 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.free_joints import JointSet
 from teleopctl.robot.urdf import Mimic

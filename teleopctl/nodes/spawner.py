@@ -17,7 +17,7 @@ from teleopctl.control.client import ManagerClient
 from teleopctl.control.controller_files import manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 

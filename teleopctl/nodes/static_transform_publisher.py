@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, spin
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.tf.broadcaster import StaticTransformBroadcaster
 from teleopctl.tf.messages import transform_stamped
 from teleopctl.tf.transforms import Transform, normalize, quaternion_from_rpy

@@ -5,7 +5,7 @@ import sys
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Node, init
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.tf.echo import echo, echo_text
 from teleopctl.tf.transforms import Transform
 

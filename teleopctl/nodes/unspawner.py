@@ -8,7 +8,7 @@ import sys
 from teleopctl.control.client import ManagerClient
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 
 
 def main(args: list[str] | None = None) -> int:

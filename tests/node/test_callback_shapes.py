@@ -4,7 +4,7 @@ import functools
 
 import pytest
 
-from teleopctl.node.subscription import _takes_two
+from teleopctl.node.endpoints.subscription import _takes_two
 
 
 def nothing():

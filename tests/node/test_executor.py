@@ -12,12 +12,12 @@ from teleopctl.node import (
     Node,
     SingleThreadedExecutor,
 )
-from teleopctl.node.exceptions import (
+from teleopctl.node.values.exceptions import (
     ExternalShutdownException,
     InvalidHandle,
     ROSInterruptException,
 )
-from teleopctl.node.future import Future
+from teleopctl.node.values.future import Future
 
 STRING = get_message("std_msgs/msg/String")
 ADD = get_service("example_interfaces/srv/AddTwoInts")

@@ -13,7 +13,7 @@ from teleopctl.node import (
     QoSProfile,
     ServiceUnavailableError,
 )
-from teleopctl.node.exceptions import InvalidHandle
+from teleopctl.node.values.exceptions import InvalidHandle
 
 STRING = get_message("std_msgs/msg/String")
 ADD = get_service("example_interfaces/srv/AddTwoInts")

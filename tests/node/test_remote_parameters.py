@@ -5,13 +5,13 @@ import pytest
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Parameter, QoSProfile, ReliabilityPolicy
-from teleopctl.node.exceptions import ParameterNotDeclaredException
-from teleopctl.node.parameter import parameter_value_to_python
+from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
 from teleopctl.node.parameter_client import AsyncParameterClient
 from teleopctl.node.parameter_events import ParameterEventHandler
-from teleopctl.node.parameter_file import parameter_messages
-from teleopctl.node.parameter_store import result
-from teleopctl.node.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
+from teleopctl.node.values.exceptions import ParameterNotDeclaredException
+from teleopctl.node.values.parameter import parameter_value_to_python
+from teleopctl.node.values.parameter_file import parameter_messages
+from teleopctl.node.values.parameter_store import result
 
 STRING = get_message("std_msgs/msg/String")
 VALUE = get_message("rcl_interfaces/msg/ParameterValue")

@@ -15,7 +15,7 @@ from teleopctl.wire.graph import query_graph
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.node.future import Future
+    from teleopctl.node.values.future import Future
 
 LONGEST_WAIT_S = 5.0
 

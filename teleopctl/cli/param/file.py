@@ -9,8 +9,8 @@ from teleopctl.cli.param.client import parameter_client
 from teleopctl.cli.param.text import python_value
 from teleopctl.cli.verb import Argument
 from teleopctl.errors import TeleopctlError
-from teleopctl.node.parameter import Parameter
-from teleopctl.node.parameter_file import read_parameter_file
+from teleopctl.node.values.parameter import Parameter
+from teleopctl.node.values.parameter_file import read_parameter_file
 
 
 def dump_parameters(

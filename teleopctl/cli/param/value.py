@@ -9,7 +9,7 @@ from teleopctl.cli.param.text import python_value, type_name, value_label
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.interfaces.store import get_message
-from teleopctl.node.parameter import (
+from teleopctl.node.values.parameter import (
     ParameterType,
     parameter_value_from_yaml,
     parameter_value_to_python,

@@ -22,7 +22,7 @@ from teleopctl.cli.topic.text import TextStyle, json_value
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.executor import SingleThreadedExecutor
-from teleopctl.node.future import Future
+from teleopctl.node.values.future import Future
 
 _DEPTH = 10
 _TRUNCATE = 128

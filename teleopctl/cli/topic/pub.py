@@ -23,15 +23,15 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml import message_from_yaml
-from teleopctl.node.qos import QoSProfile
+from teleopctl.node.values.qos import QoSProfile
 from teleopctl.text_file import read_text
 from teleopctl.wire.graph import query_graph
 from teleopctl.wire.router import ensure_router
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
+    from teleopctl.node.endpoints.publisher import Publisher
     from teleopctl.node.node import Node
-    from teleopctl.node.publisher import Publisher
 
 _DEPTH = 10
 _PRESENT_TIME = ("auto", "now")

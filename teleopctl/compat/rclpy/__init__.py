@@ -6,7 +6,6 @@ from typing import Any
 
 from teleopctl.node import lifetime
 from teleopctl.node.context import Context
-from teleopctl.node.future import Future
 from teleopctl.node.lifetime import (
     create_node,
     get_default_context,
@@ -18,8 +17,9 @@ from teleopctl.node.lifetime import (
     spin_until_future_complete,
     try_shutdown,
 )
-from teleopctl.node.parameter import Parameter
-from teleopctl.node.signals import SignalHandlerOptions
+from teleopctl.node.values.future import Future
+from teleopctl.node.values.parameter import Parameter
+from teleopctl.node.values.signals import SignalHandlerOptions
 
 __all__ = [
     "Context",

@@ -1,6 +1,6 @@
 """``rclpy.callback_groups``. Callback groups."""
 
-from teleopctl.node.callback_groups import (
+from teleopctl.node.values.callback_groups import (
     CallbackGroup,
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,

@@ -1,5 +1,5 @@
 """``rclpy.client``. Service clients."""
 
-from teleopctl.node.client import Client
+from teleopctl.node.endpoints.client import Client
 
 __all__ = ["Client"]

@@ -1,6 +1,6 @@
 """``rclpy.clock``. Clocks."""
 
 from teleopctl.node.clock import Clock, ROSClock
-from teleopctl.node.time import ClockType
+from teleopctl.node.values.time import ClockType
 
 __all__ = ["Clock", "ClockType", "ROSClock"]

@@ -1,6 +1,6 @@
 """``rclpy.event_handler``. Callbacks for events of publishers and subscriptions."""
 
-from teleopctl.node.events import (
+from teleopctl.node.endpoints.events import (
     MatchedInfo,
     MessageLostInfo,
     PublisherEventCallbacks,

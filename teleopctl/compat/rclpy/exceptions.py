@@ -1,7 +1,7 @@
 """``rclpy.exceptions``. Exceptions."""
 
 from teleopctl.compat.rclpy.type_support import NoTypeSupportImportedException
-from teleopctl.node.exceptions import (
+from teleopctl.node.values.exceptions import (
     InvalidHandle,
     InvalidNamespaceException,
     InvalidNodeNameException,

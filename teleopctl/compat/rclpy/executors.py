@@ -1,12 +1,12 @@
 """``rclpy.executors``. Executors."""
 
-from teleopctl.node.exceptions import (
+from teleopctl.node.executor import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+from teleopctl.node.values.exceptions import (
     ConditionReachedException,
     ExternalShutdownException,
     ShutdownException,
     TimeoutException,
 )
-from teleopctl.node.executor import Executor, MultiThreadedExecutor, SingleThreadedExecutor
 
 __all__ = [
     "ConditionReachedException",

@@ -1,11 +1,11 @@
 """``rclpy.node``. Nodes."""
 
-from teleopctl.node.client import Client
+from teleopctl.node.endpoints.client import Client
+from teleopctl.node.endpoints.publisher import Publisher
+from teleopctl.node.endpoints.service import Service
+from teleopctl.node.endpoints.subscription import Subscription
+from teleopctl.node.endpoints.timer import Rate, Timer
 from teleopctl.node.node import Node
-from teleopctl.node.parameter import Parameter
-from teleopctl.node.publisher import Publisher
-from teleopctl.node.service import Service
-from teleopctl.node.subscription import Subscription
-from teleopctl.node.timer import Rate, Timer
+from teleopctl.node.values.parameter import Parameter
 
 __all__ = ["Client", "Node", "Parameter", "Publisher", "Rate", "Service", "Subscription", "Timer"]

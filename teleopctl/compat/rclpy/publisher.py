@@ -1,5 +1,5 @@
 """``rclpy.publisher``. Publishers."""
 
-from teleopctl.node.publisher import Publisher
+from teleopctl.node.endpoints.publisher import Publisher
 
 __all__ = ["Publisher"]

@@ -1,6 +1,6 @@
 """``rclpy.qos``. Quality of service."""
 
-from teleopctl.node.qos import (
+from teleopctl.node.values.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     InvalidQoSProfileException,

@@ -3,7 +3,7 @@
 from typing import Any
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.node.qos_overrides import (
+from teleopctl.node.endpoints.qos_overrides import (
     InvalidQosOverridesError,
     QoSOverridingOptions,
     QoSPolicyKind,

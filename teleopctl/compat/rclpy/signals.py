@@ -1,5 +1,5 @@
 """``rclpy.signals``. Which signals a context heeds."""
 
-from teleopctl.node.signals import SignalHandlerOptions
+from teleopctl.node.values.signals import SignalHandlerOptions
 
 __all__ = ["SignalHandlerOptions"]

@@ -1,6 +1,6 @@
 """``rclpy.time``. Points in time."""
 
-from teleopctl.node.time import NANOSECONDS_PER_SECOND, Duration, Time
+from teleopctl.node.values.time import NANOSECONDS_PER_SECOND, Duration, Time
 
 __all__ = ["CONVERSION_CONSTANT", "Duration", "Time"]
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from teleopctl.compat.rclpy import get_rmw_implementation_identifier
 from teleopctl.node.context import Context
 from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown
-from teleopctl.node.ros_args import parse_ros_arguments
+from teleopctl.node.values.ros_args import parse_ros_arguments
 
 __all__ = [
     "get_default_context",

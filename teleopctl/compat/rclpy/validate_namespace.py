@@ -1,7 +1,7 @@
 """``rclpy.validate_namespace``. The rules of namespaces."""
 
-from teleopctl.node.exceptions import InvalidNamespaceException
-from teleopctl.node.names import absolute_namespace
+from teleopctl.node.values.exceptions import InvalidNamespaceException
+from teleopctl.node.values.names import absolute_namespace
 
 __all__ = ["validate_namespace"]
 

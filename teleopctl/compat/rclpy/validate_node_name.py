@@ -1,6 +1,6 @@
 """``rclpy.validate_node_name``. The rules of node names."""
 
-from teleopctl.node import names
+from teleopctl.node.values import names
 
 __all__ = ["validate_node_name"]
 

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from teleopctl.node.future import Future
 from teleopctl.node.lifetime import spin_until_future_complete
 from teleopctl.node.node import Node
-from teleopctl.node.qos import QoSProfile
+from teleopctl.node.values.future import Future
+from teleopctl.node.values.qos import QoSProfile
 
 __all__ = ["wait_for_message"]
 

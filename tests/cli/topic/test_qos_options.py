@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.cli.topic.qos_options import QosWishes, suited_to
 from teleopctl.cli.topic.qos_text import qos_lines, qos_record
-from teleopctl.node.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from teleopctl.node.values.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire.qos import EndpointQos
 
 RELIABLE, BEST_EFFORT = EndpointQos(), EndpointQos(reliability=2)

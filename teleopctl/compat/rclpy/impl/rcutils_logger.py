@@ -1,5 +1,5 @@
 """``rclpy.impl.rcutils_logger``. The logger class."""
 
-from teleopctl.node.logging import RcutilsLogger
+from teleopctl.node.values.logging import RcutilsLogger
 
 __all__ = ["RcutilsLogger"]

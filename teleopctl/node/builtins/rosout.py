@@ -1,0 +1,56 @@
+"""A node's log messages on ``/rosout``."""
+
+from __future__ import annotations
+
+import contextlib
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.values import logging
+from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.qos import QoSProfile
+from teleopctl.node.values.time import NANOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_endpoints import NodeEndpoints
+
+
+class RosoutPublisher:
+    """Publishes what the node's logger lets through."""
+
+    def __init__(self, node: NodeEndpoints, qos: QoSProfile) -> None:
+        self._log = get_message("rcl_interfaces/msg/Log")
+        self._time = get_message("builtin_interfaces/msg/Time")
+        self._logger_name = node.get_logger().name
+        self._publisher = node.create_publisher(self._log, "/rosout", qos)
+        logging.add_sink(self._logger_name, self._publish)
+
+    def _publish(
+        self,
+        severity: logging.LoggingSeverity,
+        name: str,
+        message: str,
+        frame: FrameType,
+        time_ns: int,
+    ) -> None:
+        sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
+        # The console has the message already: text that no CDR string holds, and what is logged
+        # after shutdown, ends there.
+        with contextlib.suppress(TeleopctlError, InvalidHandle):
+            self._publisher.publish(
+                self._log(
+                    stamp=self._time(sec=sec, nanosec=nanosec),
+                    level=int(severity),
+                    name=name,
+                    msg=message,
+                    file=frame.f_code.co_filename,
+                    function=frame.f_code.co_name,
+                    line=frame.f_lineno,
+                )
+            )
+
+    def destroy(self) -> None:
+        """Stop publishing; the node destroys the publisher itself."""
+        logging.remove_sink(self._logger_name)

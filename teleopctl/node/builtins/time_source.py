@@ -1,0 +1,68 @@
+"""The parameter ``use_sim_time``: whether ``/clock`` drives a node's clock."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.values.parameter import Parameter, ParameterType
+from teleopctl.node.values.parameter_store import result
+from teleopctl.node.values.qos import qos_profile_clock
+from teleopctl.node.values.time import NANOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.subscription import Subscription
+    from teleopctl.node.node_parameters import NodeParameters
+
+USE_SIM_TIME = "use_sim_time"
+
+# rosgraph_msgs/msg/Clock as CDR, after the encapsulation: int32 sec, uint32 nanosec. Every node of
+# a process reads each of these messages, so it is done without making a message of them.
+_CLOCK_BY_ORDER = {1: struct.Struct("<iI"), 0: struct.Struct(">iI")}
+_ENCAPSULATION_SIZE = 4
+
+
+class TimeSource:
+    """Declares ``use_sim_time`` on a node and subscribes ``/clock`` while it is true."""
+
+    def __init__(self, node: NodeParameters) -> None:
+        self._node = node
+        self._subscription: Subscription | None = None
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._follow)
+        parameter = node.declare_parameter(USE_SIM_TIME, False)
+        self._follow([parameter])
+
+    @staticmethod
+    def _check(parameters: list[Parameter]) -> Any:
+        for parameter in parameters:
+            if parameter.name == USE_SIM_TIME and parameter.type_ != ParameterType.BOOL:
+                return result(False, f"{USE_SIM_TIME} parameter set to something besides a bool")
+        return result(True)
+
+    def _follow(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == USE_SIM_TIME:
+                self._set_active(bool(parameter.value))
+
+    def _set_active(self, active: bool) -> None:
+        clock = self._node.get_clock()
+        clock.set_simulated(active)
+        if active and self._subscription is None:
+            # On the transport's thread: time must move while a callback waits for it.
+            self._subscription = self._node.create_subscription(
+                get_message("rosgraph_msgs/msg/Clock"),
+                "/clock",
+                self._move,
+                qos_profile_clock,
+                raw=True,
+                immediate=True,
+            )
+        elif not active and self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
+    def _move(self, data: bytes) -> None:
+        sec, nanosec = _CLOCK_BY_ORDER[data[1]].unpack_from(data, _ENCAPSULATION_SIZE)
+        self._node.get_clock().set_simulated_time(sec * NANOSECONDS_PER_SECOND + nanosec)

@@ -1,0 +1,1 @@
+"""What a node talks through: publishers, subscriptions, services, clients, timers, events."""

@@ -1,0 +1,220 @@
+"""Service clients."""
+
+from __future__ import annotations
+
+import collections
+import functools
+import itertools
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import cdr
+from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
+from teleopctl.node.values.future import Future
+from teleopctl.node.values.qos import QoSProfile
+from teleopctl.wire import attachment
+from teleopctl.wire.tokens import EntityKind
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+# Zenoh refuses an infinite timeout; thirty years are enough.
+_NO_TIMEOUT_S = 1e9
+
+
+def _look_again() -> None:
+    """Do nothing; whoever spins comes back from it."""
+
+
+class _Answer(Future):
+    """The future of a response: what waits for it is called back by the executor of the node."""
+
+    def __init__(self, client: Client) -> None:
+        super().__init__()
+        self._client = client
+
+    def _call(self, callback: Callable[[Future], object]) -> None:
+        self._client.call_back(functools.partial(callback, self))
+
+
+class Client(Endpoint, Waitable):
+    """Sends requests to one service; made by ``Node.create_client``.
+
+    Unlike rclpy's, a call to a service that nobody serves, or whose server goes away, ends with
+    :class:`ServiceUnavailableError` instead of waiting for ever, and ``call()`` may be used inside
+    a callback: answers do not need the executor.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        srv_type: Any,
+        name: str,
+        callback_group: CallbackGroup,
+        qos: QoSProfile,
+    ) -> None:
+        super().__init__(node, EntityKind.SC, name, srv_type.TYPE_NAME, qos)
+        self.srv_type = srv_type
+        self.callback_group = callback_group
+        self._sequence = itertools.count(1)
+        self._lock = threading.Lock()
+        self._pending: set[Future] = set()
+        self._callbacks: collections.deque[Callable[[], Any]] = collections.deque()
+        self._news = False
+        self._channel: Any = node.context.session.declare_querier(
+            self.key,
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_NO_TIMEOUT_S,
+        )
+        self._announce()
+
+    @property
+    def srv_name(self) -> str:
+        """The fully qualified name of the service."""
+        return self.name
+
+    @property
+    def service_name(self) -> str:
+        """The fully qualified name of the service."""
+        return self.name
+
+    def service_is_ready(self) -> bool:
+        """Tell whether a server of this name and type is in the graph."""
+        return bool(self.node.matched(EntityKind.SS, self.name, self.type_name))
+
+    def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+        """Wait until a server is there, by wall time.
+
+        Returns:
+            False when the time ran out or the context was shut down.
+        """
+        return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
+
+    def call_async(self, request: Any) -> Future:
+        """Send a request.
+
+        Returns:
+            A future of the response; it ends with ServiceUnavailableError when no server answers.
+
+        Raises:
+            TypeError: The request is of another type.
+            TeleopctlError: A field holds what its type cannot.
+        """
+        self._check_alive()
+        if not isinstance(request, self.srv_type.Request):
+            raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
+        payload = cdr.serialize(request)
+        future = _Answer(self)
+        future.on_end(self._tell_of_answer)
+        with self._lock:
+            self._pending.add(future)
+        sequence = next(self._sequence)
+
+        def receive(reply: zenoh.Reply) -> None:
+            self._receive(reply, sequence, future)
+
+        def end() -> None:
+            with self._lock:
+                self._pending.discard(future)
+            future.set_exception(
+                ServiceUnavailableError(f"service '{self.name}' did not answer: no server for it")
+            )
+
+        self._channel.get(
+            zenoh.handlers.Callback(receive, end, indirect=False),
+            payload=payload,
+            attachment=attachment.encode(sequence, time.time_ns(), self.gid),
+        )
+        return future
+
+    def call(self, request: Any, timeout_sec: float | None = None) -> Any:
+        """Send a request and wait for the response.
+
+        Args:
+            request: A request of the client's type.
+            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+
+        Returns:
+            The response, None when the time ran out.
+
+        Raises:
+            ServiceUnavailableError: No server answers.
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        future = self.call_async(request)
+        context = self.node.context
+        context.on_shutdown(future.cancel)
+        try:
+            answered = context.ok() and future.wait(timeout_sec)
+        finally:
+            context.forget_on_shutdown(future.cancel)
+            self.remove_pending_request(future)
+        if future.cancelled() and not context.ok():
+            raise ExternalShutdownException
+        return future.result() if answered else None
+
+    def call_back(self, callback: Callable[[], Any]) -> None:
+        """Have the executor of the node call a function, now or when the node gets one."""
+        self._callbacks.append(callback)
+        self.tell_executor()
+
+    def _tell_of_answer(self) -> None:
+        self._news = True
+        self.tell_executor()
+
+    def pending(self) -> int:
+        """Return how much the executor has to do for answers."""
+        return len(self._callbacks) or int(self._news)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the oldest callback of an answer.
+
+        An answer that calls nobody back is work as well, though there is nothing to do: who spins
+        once and then looks at the future is waiting for it.
+        """
+        # Cleared only where it was set: an answer that comes between the two is seen by this one.
+        if news := self._news:
+            self._news = False
+        try:
+            return self._callbacks.popleft()
+        except IndexError:
+            return _look_again if news else None
+
+    def remove_pending_request(self, future: Future) -> None:
+        """Give up a request; its answer will be dropped."""
+        with self._lock:
+            self._pending.discard(future)
+        future.cancel()
+
+    def _receive(self, reply: zenoh.Reply, sequence: int, future: Future) -> None:
+        """Take the first answer that belongs to the request; further servers' are dropped."""
+        sample = reply.ok
+        if sample is None or future.done():
+            return
+        meta = attachment.decode(sample.attachment.to_bytes()) if sample.attachment else None
+        if meta is None or meta.sequence != sequence:
+            return
+        try:
+            response = cdr.deserialize(sample.payload.to_bytes(), self.srv_type.Response)
+        except TeleopctlError as error:
+            future.set_exception(error)
+            return
+        with self._lock:
+            self._pending.discard(future)
+        future.set_result(response)
+
+    def _close(self) -> None:
+        with self._lock:
+            pending, self._pending = self._pending, set()
+        for future in pending:
+            future.cancel()
+        self._channel.undeclare()

@@ -1,0 +1,103 @@
+"""What publishers, subscriptions, services and clients have in common: a place in the graph."""
+
+from __future__ import annotations
+
+import abc
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces.store import type_hash
+from teleopctl.node.endpoints.events import EventHandler
+from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.qos import QoSProfile
+from teleopctl.wire.keys import topic_key
+from teleopctl.wire.tokens import EndpointToken, EntityKind, format_token, gid
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from teleopctl.node.node_core import NodeCore
+
+
+class Endpoint(abc.ABC):
+    """One endpoint of a node: its key, its liveliness token and its GID.
+
+    Subclasses declare their data channel first and call :meth:`_announce` last, so that nobody
+    meets an endpoint that does not serve yet; closing goes the other way round.
+
+    Args:
+        node: The node that owns it.
+        kind: Which of the four kinds.
+        name: Fully qualified, remapped topic or service name.
+        type_name: Such as ``std_msgs/msg/String``.
+        qos: Quality of service, as announced.
+
+    Attributes:
+        events: What tells callbacks of events.
+    """
+
+    def __init__(
+        self, node: NodeCore, kind: EntityKind, name: str, type_name: str, qos: QoSProfile
+    ) -> None:
+        context = node.context
+        session = context.session
+        self.node = node
+        self.name = name
+        self.type_name = type_name
+        self.qos_profile = qos
+        hash_ = type_hash(type_name)
+        self.key = topic_key(context.domain_id, name, type_name, hash_)
+        self._token_text = format_token(
+            EndpointToken(
+                domain=context.domain_id,
+                zid=str(session.zid()),
+                nid=node.entity_id,
+                eid=context.next_id(),
+                kind=kind,
+                enclave=node.enclave,
+                namespace=node.get_namespace(),
+                node=node.get_name(),
+                name=name,
+                type_name=type_name,
+                type_hash=hash_,
+                qos=qos.to_wire(),
+            )
+        )
+        self.gid = gid(self._token_text)
+        self.events: tuple[EventHandler, ...] = ()
+        self._token: zenoh.LivelinessToken | None = None
+        self._destroyed = False
+
+    def _announce(self) -> None:
+        """Show the endpoint to the graph."""
+        self._token = self.node.context.session.liveliness().declare_token(self._token_text)
+
+    def _check_alive(self) -> None:
+        if self._destroyed:
+            raise InvalidHandle(f"{type(self).__name__} of '{self.name}' was destroyed")
+
+    def destroy(self) -> None:
+        """Take the endpoint out of the graph and close its channel; twice is once."""
+        if self._destroyed:
+            return
+        self._destroyed = True
+        for event in self.events:
+            event.close()
+        token, self._token = self._token, None
+        if self.node.context.session_is_open:
+            if token is not None:
+                _undeclare(token)
+            self._close()
+
+    @abc.abstractmethod
+    def _close(self) -> None:
+        """Undeclare what the subclass declared."""
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()
+
+
+def _undeclare(declared: Any) -> None:
+    declared.undeclare()

@@ -1,0 +1,122 @@
+"""Publishers."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from teleopctl.interfaces import cdr
+from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.events import MatchedHandler, PublisherEventCallbacks, check_supported
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from teleopctl.wire import attachment
+from teleopctl.wire.tokens import EntityKind
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class Publisher(Endpoint):
+    """Sends messages of one type on one topic; made by ``Node.create_publisher``."""
+
+    def __init__(self, node: NodeCore, msg_type: Any, topic: str, qos: QoSProfile) -> None:
+        super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos)
+        self.msg_type = msg_type
+        self._sequence = itertools.count(1)
+        self._channel = self._declare(qos)
+        self._announce()
+
+    def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
+        """Have callbacks told of events.
+
+        Raises:
+            UnsupportedEventTypeError: The transport does not report one of them.
+        """
+        check_supported(callbacks)
+        if callbacks.matched is not None:
+            others = (EntityKind.MS, self.name, self.type_name)
+            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
+
+    def _declare(self, qos: QoSProfile) -> Any:
+        session = self.node.context.session
+        reliable = qos.reliability != ReliabilityPolicy.BEST_EFFORT
+        keep_all = qos.history == HistoryPolicy.KEEP_ALL
+        options: dict[str, Any] = {
+            "reliability": zenoh.Reliability.RELIABLE
+            if reliable
+            else zenoh.Reliability.BEST_EFFORT,
+            # Only a reliable publisher that must keep everything may hold its caller up.
+            "congestion_control": zenoh.CongestionControl.BLOCK
+            if reliable and keep_all
+            else zenoh.CongestionControl.DROP,
+        }
+        if not qos.is_latched:
+            return session.declare_publisher(self.key, **options)
+        from zenoh import ext
+
+        if reliable:
+            options["sample_miss_detection"] = ext.MissDetectionConfig(
+                heartbeat=None, sporadic_heartbeat=0.5
+            )
+        return ext.declare_advanced_publisher(
+            session,
+            self.key,
+            cache=ext.CacheConfig(qos.queue_depth or 2**31),
+            publisher_detection=True,
+            **options,
+        )
+
+    @property
+    def topic(self) -> str:
+        """The fully qualified name of the topic."""
+        return self.name
+
+    @property
+    def topic_name(self) -> str:
+        """The fully qualified name of the topic."""
+        return self.name
+
+    def publish(self, msg: Any) -> None:
+        """Send a message.
+
+        Args:
+            msg: A message of the publisher's type, or its CDR bytes.
+
+        Raises:
+            TypeError: The message is of another type.
+            TeleopctlError: A field holds what its type cannot; the message names it.
+            InvalidHandle: The publisher was destroyed or the context was shut down.
+        """
+        self._check_alive()
+        if isinstance(msg, self.msg_type):
+            payload: bytes | bytearray = cdr.serialize(msg)
+        elif isinstance(msg, bytes | bytearray):
+            payload = msg
+        else:
+            raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
+        try:
+            self._channel.put(
+                payload,
+                attachment=attachment.encode(next(self._sequence), time.time_ns(), self.gid),
+            )
+        except zenoh.ZError as error:
+            raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions the topic has, of the same type."""
+        return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
+
+    def wait_for_all_acked(self, timeout: Any = None) -> bool:  # noqa: ARG002 (rclpy's signature)
+        """Return True: the transport acknowledges nothing, so there is nothing to wait for."""
+        return True
+
+    def assert_liveliness(self) -> None:
+        """Do nothing: liveliness is the transport's token, which needs no word from us."""
+
+    def _close(self) -> None:
+        self._channel.undeclare()

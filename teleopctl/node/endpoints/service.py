@@ -1,0 +1,139 @@
+"""Service servers."""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import functools
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import cdr
+from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.qos import QoSProfile
+from teleopctl.wire import attachment
+from teleopctl.wire.tokens import EntityKind
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class Service(Endpoint, Waitable):
+    """Answers requests on one name; made by ``Node.create_service``.
+
+    Args:
+        node: Owner.
+        srv_type: Service class with ``Request`` and ``Response``.
+        name: Fully qualified name.
+        callback: ``callback(request, response) -> response``; may be a coroutine function.
+        callback_group: For multi-threaded executors.
+        qos: Quality of service, as announced.
+        immediate: Answer on the transport's receiving thread, without an executor; for answers
+            that are short and touch nothing that a callback may hold.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        srv_type: Any,
+        name: str,
+        callback: Callable[[Any, Any], Any],
+        callback_group: CallbackGroup,
+        qos: QoSProfile,
+        *,
+        immediate: bool = False,
+    ) -> None:
+        super().__init__(node, EntityKind.SS, name, srv_type.TYPE_NAME, qos)
+        self.srv_type = srv_type
+        self.callback = callback
+        self.callback_group = callback_group
+        self._queries: collections.deque[zenoh.Query] = collections.deque()
+        receive = self._answer_now if immediate else self._queue
+        self._channel: Any = node.context.session.declare_queryable(
+            self.key, zenoh.handlers.Callback(receive, indirect=False), complete=True
+        )
+        self._announce()
+
+    @property
+    def srv_name(self) -> str:
+        """The fully qualified name of the service."""
+        return self.name
+
+    @property
+    def service_name(self) -> str:
+        """The fully qualified name of the service."""
+        return self.name
+
+    def pending(self) -> int:
+        """Return how many requests wait."""
+        return len(self._queries)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the handling of the oldest request; None when none waits."""
+        try:
+            query = self._queries.popleft()
+        except IndexError:
+            return None
+        return functools.partial(self._handle, query)
+
+    def _queue(self, query: zenoh.Query) -> None:
+        self._queries.append(query)
+        self.tell_executor()
+
+    def _answer_now(self, query: zenoh.Query) -> None:
+        try:
+            self._handle(query)
+        except Exception:  # noqa: BLE001 (the transport's thread must live on)
+            import traceback
+
+            self.node.get_logger().error(f"service '{self.name}' failed:\n{traceback.format_exc()}")
+
+    def _handle(self, query: zenoh.Query) -> Any:
+        """Answer one request; a query that is let go of unanswered ends the client's wait."""
+        try:
+            payload = query.payload
+            meta = attachment.decode(query.attachment.to_bytes()) if query.attachment else None
+            if payload is None or meta is None:
+                raise TeleopctlError("it came without payload or readable attachment")
+            request = cdr.deserialize(payload.to_bytes(), self.srv_type.Request)
+        except TeleopctlError as error:
+            self.node.get_logger().error(
+                f"dropped a request to '{self.name}': {error.message}", throttle_duration_sec=10.0
+            )
+            return None
+        outcome = self.callback(request, self.srv_type.Response())
+        if hasattr(outcome, "send"):
+            return self._reply_later(query, meta, outcome)
+        self._reply(query, meta, outcome)
+        return None
+
+    async def _reply_later(
+        self, query: zenoh.Query, request: attachment.Attachment, answer: Any
+    ) -> None:
+        self._reply(query, request, await answer)
+
+    def _reply(self, query: zenoh.Query, request: attachment.Attachment, response: Any) -> None:
+        if not isinstance(response, self.srv_type.Response):
+            raise TypeError(
+                f"the callback of service '{self.name}' returned {type(response).__name__}, "
+                f"not {self.srv_type.Response.__name__}"
+            )
+        payload = cdr.serialize(response)
+        # Nobody can be told any more when the callback itself has shut down or destroyed.
+        with contextlib.suppress(zenoh.ZError):
+            query.reply(
+                self.key,
+                payload,
+                attachment=attachment.encode(request.sequence, time.time_ns(), request.gid),
+            )
+
+    def _close(self) -> None:
+        self._channel.undeclare()
+        # Letting go of a request ends the wait of its client.
+        self._queries.clear()

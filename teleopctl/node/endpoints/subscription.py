@@ -1,0 +1,228 @@
+"""Subscriptions."""
+
+from __future__ import annotations
+
+import collections
+import functools
+import time
+from collections.abc import Callable
+from types import FunctionType, MethodType
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import cdr
+from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.events import (
+    MatchedHandler,
+    MessageLostHandler,
+    SubscriptionEventCallbacks,
+    check_supported,
+)
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
+from teleopctl.wire import attachment
+from teleopctl.wire.tokens import EntityKind
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class Subscription(Endpoint, Waitable):
+    """Receives messages of one type on one topic; made by ``Node.create_subscription``.
+
+    Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
+    executor takes them.
+
+    Args:
+        node: Owner.
+        msg_type: Message class.
+        topic: Fully qualified name.
+        callback: ``callback(msg)`` or ``callback(msg, info)``; ``info`` is a mapping with
+            ``source_timestamp`` and ``received_timestamp`` (ns since the epoch),
+            ``publication_sequence_number`` and ``publisher_gid``.
+        callback_group: For multi-threaded executors.
+        qos: Quality of service.
+        raw: Hand over the CDR bytes instead of a message.
+        immediate: Call back on the transport's receiving thread, without an executor. The
+            callback must be short and must not wait for other messages.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        msg_type: Any,
+        topic: str,
+        callback: Callable[..., Any],
+        callback_group: CallbackGroup,
+        qos: QoSProfile,
+        *,
+        raw: bool = False,
+        immediate: bool = False,
+    ) -> None:
+        super().__init__(node, EntityKind.MS, topic, msg_type.TYPE_NAME, qos)
+        self.msg_type = msg_type
+        self.callback = callback
+        self.callback_group = callback_group
+        self.raw = raw
+        self._wants_info = _takes_two(callback)
+        # Appending to a full one drops the oldest; both ends are safe to use from any thread.
+        self._samples: collections.deque[tuple[zenoh.Sample, int]] = collections.deque(
+            maxlen=qos.queue_depth
+        )
+        self.undecodable = 0
+        self._lost: MessageLostHandler | None = None
+        receive = self._handle_now if immediate else self._queue
+        self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
+        self._announce()
+
+    def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
+        """Have callbacks told of events.
+
+        Raises:
+            UnsupportedEventTypeError: The transport does not report one of them.
+        """
+        check_supported(callbacks)
+        if callbacks.matched is not None:
+            others = (EntityKind.MP, self.name, self.type_name)
+            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
+        if callbacks.message_lost is not None:
+            self._lost = MessageLostHandler(self.node, callbacks.message_lost, group)
+            self.events = (*self.events, self._lost)
+
+    def _declare(self, qos: QoSProfile, handler: Any) -> Any:
+        session = self.node.context.session
+        if not qos.is_latched:
+            return session.declare_subscriber(self.key, handler)
+        from zenoh import ext
+
+        recovery = (
+            None
+            if qos.reliability == ReliabilityPolicy.BEST_EFFORT
+            else ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+        )
+        return ext.declare_advanced_subscriber(
+            session,
+            self.key,
+            handler,
+            history=ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.queue_depth),
+            recovery=recovery,
+            subscriber_detection=True,
+        )
+
+    @property
+    def topic_name(self) -> str:
+        """The fully qualified name of the topic."""
+        return self.name
+
+    def get_publisher_count(self) -> int:
+        """Return how many publishers the topic has, of the same type."""
+        return len(self.node.matched(EntityKind.MP, self.name, self.type_name))
+
+    def pending(self) -> int:
+        """Return how many samples wait."""
+        return len(self._samples)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the call of the callback with the oldest sample; None when none waits."""
+        try:
+            sample, received_ns = self._samples.popleft()
+        except IndexError:
+            return None
+        arguments = self._arguments(sample, received_ns)
+        if arguments is None:
+            return None
+        return functools.partial(self.callback, *arguments)
+
+    def _queue(self, sample: zenoh.Sample) -> None:
+        self._samples.append((sample, time.time_ns()))
+        if self._lost is not None and sample.attachment is not None:
+            meta = attachment.decode(sample.attachment.to_bytes())
+            if meta is not None:
+                self._lost.saw(meta.gid, meta.sequence)
+        self.tell_executor()
+
+    def _handle_now(self, sample: zenoh.Sample) -> None:
+        arguments = self._arguments(sample, time.time_ns())
+        if arguments is None:
+            return
+        try:
+            self.callback(*arguments)
+        except Exception:  # noqa: BLE001 (the transport's thread must live on)
+            import traceback
+
+            self.node.get_logger().error(
+                f"callback of '{self.name}' failed:\n{traceback.format_exc()}"
+            )
+
+    def _arguments(self, sample: zenoh.Sample, received_ns: int) -> tuple[Any, ...] | None:
+        """Decode a sample; None, counted and reported, when it is not what its key says."""
+        payload = sample.payload.to_bytes()
+        try:
+            message = payload if self.raw else cdr.deserialize(payload, self.msg_type)
+        except TeleopctlError as error:
+            self._report(error.message)
+            return None
+        if not self._wants_info:
+            return (message,)
+        meta = attachment.decode(sample.attachment.to_bytes()) if sample.attachment else None
+        if meta is None:
+            self._report("a sample came without a readable attachment")
+            return None
+        info = {
+            "source_timestamp": meta.time_ns,
+            "received_timestamp": received_ns,
+            "publication_sequence_number": meta.sequence,
+            "reception_sequence_number": None,
+            "publisher_gid": meta.gid,
+        }
+        return (message, info)
+
+    def _report(self, reason: str) -> None:
+        self.undecodable += 1
+        self.node.get_logger().error(
+            f"dropped a message on '{self.name}': {reason}", throttle_duration_sec=10.0
+        )
+
+    def _close(self) -> None:
+        self._channel.undeclare()
+        self._samples.clear()
+
+
+def _accepted(callback: Callable[..., Any]) -> range:
+    """Return how many arguments a plain function or method takes; no number for the others."""
+    bound = 0
+    if isinstance(callback, MethodType):
+        callback, bound = callback.__func__, 1
+    if not isinstance(callback, FunctionType) or hasattr(callback, "__wrapped__"):
+        return range(0)
+    code = callback.__code__
+    if code.co_kwonlyargcount:
+        return range(0)
+    optional = len(callback.__defaults__ or ())
+    return range(code.co_argcount - optional - bound, code.co_argcount - bound + 1)
+
+
+def _takes_two(callback: Callable[..., Any]) -> bool:
+    """Tell whether a callback wants the message's information besides the message."""
+    accepted = _accepted(callback)  # without inspect, which takes long to import
+    if 1 in accepted or 2 in accepted:
+        return 1 not in accepted
+    import inspect
+
+    try:
+        inspect.signature(callback).bind(object())
+    except TypeError:
+        try:
+            inspect.signature(callback).bind(object(), object())
+        except TypeError:
+            raise RuntimeError(
+                "Subscription.__init__(): callback should be either be callable with one argument"
+                " (to get only the message) or two (to get message and message info)"
+            ) from None
+        return True
+    except ValueError:
+        return False
+    return False

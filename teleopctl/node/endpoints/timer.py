@@ -1,0 +1,164 @@
+"""Timers on a clock, and rates that sleep by one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.node.clock import Clock, ROSClock
+from teleopctl.node.context import Context
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.exceptions import ROSInterruptException
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class Timer:
+    """Calls back each period of a clock; made by ``Node.create_timer``.
+
+    Late calls are made up once, not piled up: after a long callback the next call is at the next
+    multiple of the period, as in rcl.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        callback: Callable[[], Any] | None,
+        callback_group: CallbackGroup,
+        period_ns: int,
+        clock: Clock,
+        *,
+        autostart: bool = True,
+    ) -> None:
+        if period_ns < 0:
+            raise ValueError("timer period must not be negative")
+        self._node = node
+        self.callback = callback
+        self.callback_group = callback_group
+        self.clock = clock
+        self._period_ns = period_ns
+        self._last_call_ns = clock.nanoseconds()
+        self._next_call_ns = self._last_call_ns + period_ns
+        self._cancelled = not autostart
+        self._destroyed = False
+        if isinstance(clock, ROSClock):
+            clock.on_jump(self._follow_clock)
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period in nanoseconds; a new one counts from now."""
+        return self._period_ns
+
+    @timer_period_ns.setter
+    def timer_period_ns(self, period_ns: int) -> None:
+        self._period_ns = int(period_ns)
+        self.reset()
+
+    def is_ready(self) -> bool:
+        """Tell whether a call is due."""
+        return not self._cancelled and self.clock.nanoseconds() >= self._next_call_ns
+
+    def is_canceled(self) -> bool:
+        """Tell whether it was cancelled."""
+        return self._cancelled
+
+    def cancel(self) -> None:
+        """Stop calling until :meth:`reset`."""
+        self._cancelled = True
+
+    def reset(self) -> None:
+        """Start anew: the next call is one period from now."""
+        self._cancelled = self._destroyed
+        self._last_call_ns = self.clock.nanoseconds()
+        self._next_call_ns = self._last_call_ns + self._period_ns
+        self._wake_executor()
+
+    def time_since_last_call(self) -> int:
+        """Return the nanoseconds since the last call."""
+        return self.clock.nanoseconds() - self._last_call_ns
+
+    def time_until_next_call(self) -> int | None:
+        """Return the nanoseconds until the next call, None when cancelled."""
+        if self._cancelled:
+            return None
+        return self._next_call_ns - self.clock.nanoseconds()
+
+    @property
+    def waits_for_event(self) -> bool:
+        """True while only a message on ``/clock`` can make it due, not the passing of time."""
+        return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
+
+    def take(self) -> Callable[[], Any] | None:
+        """Count as called and schedule the next call; executors do so before they call back.
+
+        Returns:
+            The callback; None when there is none or the timer was cancelled meanwhile.
+        """
+        if self._cancelled:
+            return None
+        now_ns = self.clock.nanoseconds()
+        self._last_call_ns = now_ns
+        if self._period_ns == 0:
+            self._next_call_ns = now_ns
+        else:
+            missed = max(0, now_ns - self._next_call_ns) // self._period_ns
+            self._next_call_ns += (missed + 1) * self._period_ns
+        return self.callback
+
+    def destroy(self) -> None:
+        """Stop for good."""
+        self._destroyed = True
+        self._cancelled = True
+        if isinstance(self.clock, ROSClock):
+            self.clock.forget_on_jump(self._follow_clock)
+
+    def __enter__(self) -> Timer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()
+
+    def _follow_clock(self) -> None:
+        """Look at the clock anew: simulated time moved, or began or ended."""
+        if self.clock.nanoseconds() < self._last_call_ns:
+            # Time went back (a simulation was reset): count from here, as rcl does.
+            self.reset()
+        elif not self.waits_for_event or self.is_ready():
+            self._wake_executor()
+
+    def _wake_executor(self) -> None:
+        if (executor := self._node.executor) is not None:
+            executor.wake()
+
+
+class Rate:
+    """Sleeps to a steady rate; another thread must spin the node meanwhile."""
+
+    def __init__(self, timer: Timer, context: Context) -> None:
+        self.timer = timer
+        self._context = context
+        self._tick = threading.Event()
+        timer.callback = self._tick.set
+
+    def sleep(self) -> None:
+        """Sleep until the next tick.
+
+        Raises:
+            ROSInterruptException: The context was shut down, or the rate was destroyed.
+        """
+        self._context.on_shutdown(self._tick.set)
+        try:
+            if self._context.ok() and not self.timer.is_canceled():
+                self._tick.wait()
+                self._tick.clear()
+        finally:
+            self._context.forget_on_shutdown(self._tick.set)
+        if not self._context.ok() or self.timer.is_canceled():
+            raise ROSInterruptException
+
+    def destroy(self) -> None:
+        """Stop the timer and wake whoever sleeps."""
+        self.timer.destroy()
+        self._tick.set()

@@ -1,0 +1,35 @@
+"""Things that receive, as an executor sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.node.values.callback_groups import CallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class Waitable:
+    """Base of what queues arrivals on any thread until its node's executor takes them.
+
+    An arrival is queued first and then told with :meth:`tell_executor`; an executor that gets the
+    node later asks :meth:`pending`. So none is missed, whichever comes first.
+    """
+
+    node: NodeCore
+    callback_group: CallbackGroup
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return what is to be done for the oldest arrival; None when nothing is left."""
+        raise NotImplementedError
+
+    def pending(self) -> int:
+        """Return how many arrivals wait."""
+        raise NotImplementedError
+
+    def tell_executor(self) -> None:
+        """Have the executor take what has arrived, if the node has one."""
+        if (executor := self.node.executor) is not None:
+            executor.schedule(self)

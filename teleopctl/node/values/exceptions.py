@@ -1,0 +1,154 @@
+"""What the client library raises, under the names that rclpy gives it (rclpy/exceptions.py)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.parameter import Parameter
+
+
+class NotInitializedException(TeleopctlError):
+    """The context was used before ``init()`` or after ``shutdown()``."""
+
+    def __init__(self, what: str = "rclpy.init()") -> None:
+        super().__init__(f"{what} has not been called", hint="call rclpy.init() first")
+
+
+class ExternalShutdownException(Exception):
+    """The context was shut down by a signal while something was spinning."""
+
+
+class ShutdownException(Exception):
+    """An executor was used after it was shut down."""
+
+
+class ROSInterruptException(ExternalShutdownException):
+    """A rate's sleep was cut short by shutdown."""
+
+
+class TimeoutException(Exception):
+    """A bounded wait ran out."""
+
+
+class ConditionReachedException(Exception):
+    """The condition of a conditional wait became true."""
+
+
+class InvalidHandle(Exception):
+    """An entity was used after it was destroyed."""
+
+
+class ServiceUnavailableError(TeleopctlError):
+    """A request ended without an answer: nobody serves the name, or the server went away."""
+
+
+class NameValidationException(TeleopctlError):
+    """A node, topic, service or parameter name breaks ROS 2's rules.
+
+    Args:
+        name: The name as it was given.
+        reason: Which rule it breaks.
+        index: Position of the first offending character.
+    """
+
+    kind: ClassVar[str] = "name"
+
+    def __init__(self, name: str, reason: str, index: int) -> None:
+        super().__init__(f"Invalid {self.kind}: {reason}:\n  '{name}'\n   {' ' * index}^")
+        self.name_type = self.kind
+        self.name = name
+        self.error_msg = reason
+        self.invalid_index = index
+
+
+class InvalidNodeNameException(NameValidationException):
+    """The name of a node is not allowed."""
+
+    kind = "node name"
+
+
+class InvalidNamespaceException(NameValidationException):
+    """A namespace is not allowed."""
+
+    kind = "namespace"
+
+
+class InvalidTopicNameException(NameValidationException):
+    """The name of a topic is not allowed."""
+
+    kind = "topic name"
+
+
+class InvalidServiceNameException(NameValidationException):
+    """The name of a service is not allowed."""
+
+    kind = "service name"
+
+
+class ParameterException(TeleopctlError):
+    """An operation on parameters failed.
+
+    Args:
+        message: What went wrong.
+        parameters: The name or names concerned.
+    """
+
+    def __init__(self, message: str, parameters: str | list[str] | tuple[str, ...]) -> None:
+        super().__init__(f"{message}: {parameters}")
+        self.parameters = parameters
+
+
+class ParameterNotDeclaredException(ParameterException):
+    """A parameter was used that nobody declared."""
+
+    def __init__(self, parameters: str | list[str]) -> None:
+        super().__init__("Invalid access to undeclared parameter(s)", parameters)
+
+
+class ParameterAlreadyDeclaredException(ParameterException):
+    """A parameter was declared twice."""
+
+    def __init__(self, parameters: str | list[str]) -> None:
+        super().__init__("Parameter(s) already declared", parameters)
+
+
+class ParameterUninitializedException(ParameterException):
+    """A statically typed parameter without a value was read."""
+
+    def __init__(self, parameters: str | list[str]) -> None:
+        super().__init__("The parameter is not initialized", parameters)
+
+
+class ParameterImmutableException(ParameterException):
+    """A read-only parameter was undeclared."""
+
+    def __init__(self, parameters: str | list[str]) -> None:
+        super().__init__("Attempted to modify read-only parameter", parameters)
+
+
+class InvalidParameterException(ParameterException):
+    """The name of a parameter is not allowed."""
+
+    def __init__(self, parameters: str | list[str]) -> None:
+        super().__init__("Invalid parameter name", parameters)
+
+
+class InvalidParameterTypeException(ParameterException):
+    """A value has another type than the parameter was declared with."""
+
+    def __init__(self, parameter: Parameter, expected_type: str) -> None:
+        super().__init__(
+            f"Trying to set parameter '{parameter.name}' to '{parameter.value}' of type "
+            f"'{parameter.type_.name}', expecting type '{expected_type}'",
+            parameter.name,
+        )
+
+
+class InvalidParameterValueException(ParameterException):
+    """A value was refused by a callback or a range."""
+
+    def __init__(self, name: str, value: object, reason: str) -> None:
+        super().__init__(f"Invalid parameter value ({value}) for parameter. Reason: {reason}", name)

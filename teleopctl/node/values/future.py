@@ -1,0 +1,185 @@
+"""Futures and coroutine tasks that an executor drives, as in ``rclpy.task``."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Coroutine, Generator, Mapping
+from types import CoroutineType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.scheduler import Scheduler
+
+
+class Future:
+    """A value that arrives later.
+
+    Args:
+        executor: Runs the callbacks that wait for it; None runs them where the value is set.
+    """
+
+    def __init__(self, *, executor: Scheduler | None = None) -> None:
+        self._executor = executor
+        self._lock = threading.Lock()
+        self._finished = threading.Event()
+        self._cancelled = False
+        self._result: Any = None
+        self._exception: BaseException | None = None
+        self._callbacks: list[Callable[[Future], object]] = []
+        self._listeners: list[Callable[[], object]] = []
+
+    def done(self) -> bool:
+        """Tell whether it has ended, by value, exception or cancellation."""
+        return self._finished.is_set()
+
+    def cancelled(self) -> bool:
+        """Tell whether it was cancelled."""
+        return self._cancelled
+
+    def result(self) -> Any:
+        """Return the value, None while there is none.
+
+        Raises:
+            BaseException: The one that it ended with.
+        """
+        if self._exception is not None:
+            raise self._exception
+        return self._result
+
+    def exception(self) -> BaseException | None:
+        """Return the exception that it ended with."""
+        return self._exception
+
+    def set_result(self, result: Any) -> None:
+        """End with a value."""
+        self._finish(result=result)
+
+    def set_exception(self, exception: BaseException) -> None:
+        """End with an exception."""
+        self._finish(exception=exception)
+
+    def cancel(self) -> None:
+        """End without a value, unless it has ended already."""
+        self._finish(cancelled=True)
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Block this thread until it has ended (ours); False when the time ran out."""
+        return self._finished.wait(timeout_s)
+
+    def add_done_callback(self, callback: Callable[[Future], object]) -> None:
+        """Call ``callback(self)`` once it has ended; at once if it has."""
+        with self._lock:
+            if not self._finished.is_set():
+                self._callbacks.append(callback)
+                return
+        self._call(callback)
+
+    def remove_done_callback(self, callback: Callable[[Future], object]) -> None:
+        """Take a callback back; unknown ones are ignored."""
+        with self._lock:
+            if callback in self._callbacks:
+                self._callbacks.remove(callback)
+
+    def on_end(self, listener: Callable[[], object]) -> None:
+        """Call ``listener`` once it has ended, on the thread that ends it (ours)."""
+        with self._lock:
+            if not self._finished.is_set():
+                self._listeners.append(listener)
+                return
+        listener()
+
+    def forget_on_end(self, listener: Callable[[], object]) -> None:
+        """Take a listener back; unknown ones are ignored (ours)."""
+        with self._lock:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+    def _finish(
+        self,
+        *,
+        result: Any = None,
+        exception: BaseException | None = None,
+        cancelled: bool = False,
+    ) -> None:
+        with self._lock:
+            if self._finished.is_set():
+                return
+            self._result = result
+            self._exception = exception
+            self._cancelled = cancelled
+            self._finished.set()
+            callbacks, self._callbacks = self._callbacks, []
+            listeners, self._listeners = self._listeners, []
+        for listener in listeners:
+            listener()
+        for callback in callbacks:
+            self._call(callback)
+
+    def _call(self, callback: Callable[[Future], object]) -> None:
+        if self._executor is None:
+            callback(self)
+        else:
+            self._executor.create_task(callback, self)
+
+    def __await__(self) -> Generator[Future, None, Any]:
+        while not self.done():
+            yield self
+        return self.result()
+
+
+class Task(Future):
+    """A function or coroutine that an executor runs to its end.
+
+    Args:
+        executor: Runs it.
+        handler: Function, coroutine function or coroutine.
+        args: For the function.
+        kwargs: For the function.
+    """
+
+    def __init__(
+        self,
+        executor: Scheduler,
+        handler: Callable[..., Any] | Coroutine[Any, Any, Any],
+        args: tuple[Any, ...] = (),
+        kwargs: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__(executor=executor)
+        self._runner = executor
+        self._handler = handler
+        self._args = args
+        self._kwargs = kwargs or {}
+        self._coroutine = handler if isinstance(handler, CoroutineType) else None
+
+    def step(self) -> None:
+        """Run until the end or the next ``await`` of something unfinished.
+
+        An exception of the function ends the task and is raised again, so that spinning tells
+        of it; one that a coroutine awaits reaches the coroutine.
+        """
+        if self.done():
+            if self._coroutine is not None:
+                self._coroutine.close()
+            return
+        try:
+            if self._coroutine is None:
+                assert callable(self._handler)
+                outcome = self._handler(*self._args, **self._kwargs)
+                if not isinstance(outcome, CoroutineType):
+                    self.set_result(outcome)
+                    return
+                self._coroutine = outcome
+            awaited = self._coroutine.send(None)
+        except StopIteration as end:
+            self.set_result(end.value)
+        except BaseException as error:
+            self.set_exception(error)
+            raise
+        else:
+            if isinstance(awaited, Future):
+                awaited.on_end(self._go_on)
+            else:
+                self._go_on()
+
+    def _go_on(self) -> None:
+        self._runner.enqueue(self.step)

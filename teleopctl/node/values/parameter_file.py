@@ -1,0 +1,147 @@
+"""Parameter files: ``NODE: ros__parameters: …``, with wildcards and nested namespaces.
+
+Source: rcl's parameter file format. A section's name is a node's full name, with or without the
+leading slash; ``*`` stands for one part of it and ``**`` for any number of them. Nested values
+become dotted names.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from teleopctl.errors import TeleopctlError
+
+_PARAMETERS = "ros__parameters"
+_EVERY_NODE = "/**"
+
+
+class ParameterFile(NamedTuple):
+    """The sections of a parameter file, in the order in which they stand there.
+
+    Attributes:
+        sections: Pairs of a section's name, with its leading slash, and its flat parameters.
+    """
+
+    sections: tuple[tuple[str, dict[str, Any]], ...]
+
+    def for_node(self, full_name: str) -> dict[str, Any]:
+        """Return the parameters of a node; later sections win over earlier ones."""
+        result: dict[str, Any] = {}
+        for pattern, parameters in self.sections:
+            if _matches(pattern, full_name):
+                result.update(parameters)
+        return result
+
+
+@functools.cache
+def _pattern(section: str) -> re.Pattern[str]:
+    parts = [
+        "(?:/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]*")
+        for part in section.strip("/").split("/")
+    ]
+    return re.compile("".join(parts) + r"\Z")
+
+
+def _matches(section: str, full_name: str) -> bool:
+    return _pattern(section).match(full_name) is not None
+
+
+def flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted names and their values from nested mappings."""
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            yield from flatten(value, f"{name}.")
+        else:
+            yield name, value
+
+
+def _sections(
+    tree: Mapping[str, Any], path: Path, prefix: str = ""
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for key, value in tree.items():
+        name = f"{prefix}/{str(key).strip('/')}"
+        if not isinstance(value, Mapping):
+            raise TeleopctlError(
+                f"{path}: '{key}' holds {value!r} where a section with '{_PARAMETERS}' is expected"
+            )
+        if _PARAMETERS in value:
+            parameters = value[_PARAMETERS]
+            if parameters is None:
+                parameters = {}
+            if not isinstance(parameters, Mapping):
+                raise TeleopctlError(
+                    f"{path}: '{_PARAMETERS}' of '{key}' must be a mapping of names to values"
+                )
+            yield name, dict(flatten(parameters))
+        rest = {inner: content for inner, content in value.items() if inner != _PARAMETERS}
+        if rest:
+            yield from _sections(rest, path, name)
+
+
+def read_parameter_file(path: Path) -> ParameterFile:
+    """Read a parameter file.
+
+    Raises:
+        TeleopctlError: The file cannot be read, is not YAML or has another layout.
+    """
+    import yaml
+
+    from teleopctl import ros_yaml
+
+    try:
+        tree = ros_yaml.load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TeleopctlError(f"cannot read the parameter file {path}: {error.strerror}") from error
+    except yaml.YAMLError as error:
+        raise TeleopctlError(f"{path} is not YAML: {error}") from error
+    if tree is None:
+        return ParameterFile(())
+    if not isinstance(tree, Mapping):
+        raise TeleopctlError(f"{path}: a mapping of node names is expected at the top")
+    return ParameterFile(tuple(_sections(tree, path)))
+
+
+def parameter_messages(
+    path: str | Path,
+    use_wildcard: bool = False,
+    target_nodes: Sequence[str] | None = None,
+    namespace: str = "",
+) -> dict[str, Any]:
+    """Return what a parameter file holds as messages, by name.
+
+    Args:
+        path: The file.
+        use_wildcard: Take the section ``/**`` as well; others win over it.
+        target_nodes: Take the sections of these nodes only.
+        namespace: Prefix of all names, without the dot.
+
+    Returns:
+        A ``rcl_interfaces/msg/Parameter`` for each dotted name.
+
+    Raises:
+        TeleopctlError: The file cannot be read or is no parameter file, or a node has no section.
+        TypeError: A value is none that parameters can have.
+    """
+    from teleopctl.node.values.parameter import Parameter
+
+    sections = read_parameter_file(Path(path)).sections
+    wanted = {f"/{name.strip('/')}" for name in target_nodes or ()}
+    if missing := wanted - {name for name, _ in sections}:
+        raise TeleopctlError(
+            f"{path} has no parameters for {', '.join(sorted(missing))}",
+            hint=f"It has some for {', '.join(name for name, _ in sections)}.",
+        )
+    values: dict[str, Any] = {}
+    for name, parameters in sorted(sections, key=lambda section: section[0] != _EVERY_NODE):
+        if use_wildcard if name == _EVERY_NODE else not wanted or name in wanted:
+            values.update(parameters)
+    prefix = f"{namespace}." if namespace else ""
+    return {
+        prefix + name: Parameter(prefix + name, value=value).to_parameter_msg()
+        for name, value in values.items()
+    }

@@ -1,0 +1,356 @@
+"""The parameters of one node: declaration, overrides, checks and callbacks.
+
+Source: rclpy's node parameter API and the ROS 2 design article on parameters.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from teleopctl.interfaces.store import get_message
+from teleopctl.node.values.exceptions import (
+    InvalidParameterException,
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterAlreadyDeclaredException,
+    ParameterImmutableException,
+    ParameterNotDeclaredException,
+    ParameterUninitializedException,
+)
+from teleopctl.node.values.parameter import Parameter, ParameterType, parameter_value_to_python
+
+# Receives the parameters about to be set; answers with rcl_interfaces/msg/SetParametersResult.
+OnSetCallback = Callable[[list[Parameter]], Any]
+PreSetCallback = Callable[[list[Parameter]], list[Parameter]]
+PostSetCallback = Callable[[list[Parameter]], None]
+# Told of what changed: new, changed and deleted parameters.
+ChangeListener = Callable[[list[Parameter], list[Parameter], list[Parameter]], None]
+
+
+def result(successful: bool, reason: str = "") -> Any:
+    """Return a ``rcl_interfaces/msg/SetParametersResult``."""
+    return get_message("rcl_interfaces/msg/SetParametersResult")(
+        successful=successful, reason=reason
+    )
+
+
+def _range_problem(name: str, value: Any, descriptor: Any) -> str | None:
+    """Return why a number is outside the range of its descriptor; None when it is inside."""
+    ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
+    if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
+        return None
+    allowed = ranges[0]
+    if value < allowed.from_value or value > allowed.to_value:
+        # The ends themselves may be unreachable for a computer's fractions.
+        ends = (allowed.from_value, allowed.to_value)
+        if not any(math.isclose(value, end, rel_tol=1e-9) for end in ends):
+            return (
+                f"Parameter {name} out of range. Min: {allowed.from_value}, "
+                f"Max: {allowed.to_value}, value: {value}"
+            )
+    if allowed.step:
+        steps = (value - allowed.from_value) / allowed.step
+        on_end = math.isclose(value, allowed.to_value, rel_tol=1e-9)
+        if not on_end and not math.isclose(steps, round(steps), abs_tol=1e-9):
+            return f"The parameter value for {name} is not a valid step. Step: {allowed.step}"
+    return None
+
+
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
+    if not prefixes:
+        return depth == 0 or name.count(".") < depth
+    for prefix in prefixes:
+        if name == prefix:
+            return True
+        if name.startswith(f"{prefix}."):
+            below = name[len(prefix) + 1 :]
+            if depth == 0 or below.count(".") < depth:
+                return True
+    return False
+
+
+class ParameterStore:
+    """Holds a node's parameters and guards every change.
+
+    Args:
+        overrides: Values from the command line and from files, by name; they replace the default
+            of a declaration.
+        allow_undeclared: Let undeclared parameters be set and read.
+        on_change: Told of every change, after it has happened.
+    """
+
+    def __init__(
+        self,
+        overrides: Mapping[str, Parameter],
+        *,
+        allow_undeclared: bool,
+        on_change: ChangeListener,
+    ) -> None:
+        self.overrides = dict(overrides)
+        self.allow_undeclared = allow_undeclared
+        self.on_set_callbacks: list[OnSetCallback] = []
+        self.pre_set_callbacks: list[PreSetCallback] = []
+        self.post_set_callbacks: list[PostSetCallback] = []
+        self._on_change = on_change
+        self._lock = threading.RLock()
+        self._parameters: dict[str, Parameter] = {}
+        self._descriptors: dict[str, Any] = {}
+
+    def names(self) -> list[str]:
+        """Return the names of all parameters, in the order of their declaration."""
+        return list(self._parameters)
+
+    def list_names(self, prefixes: Sequence[str], depth: int) -> tuple[list[str], list[str]]:
+        """Return the names below prefixes, and the prefixes of these, each sorted.
+
+        Args:
+            prefixes: All parameters if empty.
+            depth: How many parts of a name count from the prefix; 0 is without limit.
+        """
+        names = sorted(name for name in self._parameters if _is_listed(name, prefixes, depth))
+        return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
+
+    def check_declared(self, parameters: Iterable[Parameter]) -> None:
+        """Check that parameters may be set as far as their names are concerned.
+
+        Raises:
+            ParameterNotDeclaredException: Some were not declared, and that is not allowed.
+        """
+        unknown = [p.name for p in parameters if p.name not in self._parameters]
+        if unknown and not self.allow_undeclared:
+            raise ParameterNotDeclaredException(unknown)
+
+    def has(self, name: str) -> bool:
+        """Tell whether a parameter was declared."""
+        return name in self._parameters
+
+    def declare(
+        self, name: str, value: Any, descriptor: Any | None, ignore_override: bool
+    ) -> Parameter:
+        """Declare a parameter; see ``Node.declare_parameter``."""
+        if not name:
+            raise InvalidParameterException(name)
+        with self._lock:
+            if name in self._parameters:
+                raise ParameterAlreadyDeclaredException(name)
+            own = (
+                get_message("rcl_interfaces/msg/ParameterDescriptor")()
+                if descriptor is None
+                else descriptor
+            )
+            own.name = name
+            if isinstance(value, get_message("rcl_interfaces/msg/ParameterValue")):
+                value = parameter_value_to_python(value)
+            if isinstance(value, ParameterType):
+                own.type = int(value)
+                default = Parameter(name)
+            else:
+                default = Parameter(name, value=value)
+                if value is None and descriptor is None:
+                    own.dynamic_typing = True
+                if not own.dynamic_typing and value is not None:
+                    own.type = int(default.type_)
+            parameter = default
+            if not ignore_override and name in self.overrides:
+                parameter = self._fitted(self.overrides[name], own)
+            self._descriptors[name] = own
+            problem = self._problem(parameter, own, declaring=True)
+            if problem is None and parameter.type_ != ParameterType.NOT_SET:
+                problem = self._ask_callbacks([parameter])
+            if problem is not None:
+                del self._descriptors[name]
+                if not own.dynamic_typing and own.type not in (
+                    ParameterType.NOT_SET,
+                    parameter.type_,
+                ):
+                    raise InvalidParameterTypeException(parameter, ParameterType(own.type).name)
+                raise InvalidParameterValueException(name, parameter.value, problem)
+            self._parameters[name] = parameter
+        if parameter.type_ != ParameterType.NOT_SET:
+            self._on_change([parameter], [], [])
+        return parameter
+
+    @staticmethod
+    def _fitted(override: Parameter, descriptor: Any) -> Parameter:
+        """Return an override in the declared type where the text of a file left it open."""
+        declared = ParameterType(descriptor.type)
+        empty = isinstance(override.value, list) and not override.value
+        if empty and declared > ParameterType.BYTE_ARRAY:
+            return Parameter(override.name, declared, [])
+        return override
+
+    def undeclare(self, name: str) -> None:
+        """Forget a parameter.
+
+        Raises:
+            ParameterNotDeclaredException: There is none of that name.
+            ParameterImmutableException: It is read-only.
+        """
+        with self._lock:
+            if name not in self._parameters:
+                raise ParameterNotDeclaredException(name)
+            if self._descriptors[name].read_only:
+                raise ParameterImmutableException(name)
+            parameter = self._parameters.pop(name)
+            del self._descriptors[name]
+        self._on_change([], [], [parameter])
+
+    def get(self, name: str) -> Parameter:
+        """Return a parameter.
+
+        Raises:
+            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+            ParameterUninitializedException: It is statically typed and has no value yet.
+        """
+        parameter = self._parameters.get(name)
+        if parameter is None:
+            if self.allow_undeclared:
+                return Parameter(name)
+            raise ParameterNotDeclaredException(name)
+        if self.is_uninitialized(name):
+            raise ParameterUninitializedException(name)
+        return parameter
+
+    def is_uninitialized(self, name: str) -> bool:
+        """Tell whether a declared parameter has a static type and no value yet."""
+        return (
+            self._parameters[name].type_ == ParameterType.NOT_SET
+            and not self._descriptors[name].dynamic_typing
+        )
+
+    def peek(self, name: str) -> Parameter | None:
+        """Return a parameter if it was declared, whatever its state."""
+        return self._parameters.get(name)
+
+    def by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """Return the parameters below a prefix, named by what follows it."""
+        start = f"{prefix}." if prefix else ""
+        return {
+            name[len(start) :]: parameter
+            for name, parameter in self._parameters.items()
+            if name.startswith(start)
+        }
+
+    def descriptor(self, name: str) -> Any:
+        """Return the ``rcl_interfaces/msg/ParameterDescriptor`` of a parameter.
+
+        Raises:
+            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+        """
+        if name not in self._parameters:
+            if self.allow_undeclared:
+                return get_message("rcl_interfaces/msg/ParameterDescriptor")(name=name)
+            raise ParameterNotDeclaredException(name)
+        return self._descriptors[name]
+
+    def describe(self, name: str, descriptor: Any, alternative: Parameter | None) -> Parameter:
+        """Give a parameter another descriptor; see ``Node.set_descriptor``."""
+        with self._lock:
+            if name not in self._parameters:
+                raise ParameterNotDeclaredException(name)
+            if self._descriptors[name].read_only:
+                raise ParameterImmutableException(name)
+            parameter = self._parameters[name]
+            descriptor.name = name
+            if not descriptor.dynamic_typing:
+                descriptor.type = int(parameter.type_)
+            problem = self._problem(parameter, descriptor, declaring=True)
+            if problem is not None and alternative is not None:
+                parameter = alternative
+                problem = self._problem(parameter, descriptor, declaring=True)
+            if problem is not None:
+                raise InvalidParameterValueException(name, parameter.value, problem)
+            before = self._parameters[name]
+            self._descriptors[name] = descriptor
+            self._parameters[name] = parameter
+        if parameter is not before:
+            self._on_change([], [parameter], [])
+        return parameter
+
+    def set_each(self, parameters: Sequence[Parameter]) -> list[Any]:
+        """Set parameters one by one; each gets a result of its own."""
+        return [self.set_together([parameter]) for parameter in parameters]
+
+    def set_together(self, parameters: Sequence[Parameter]) -> Any:
+        """Set all of the parameters or none of them.
+
+        Returns:
+            A ``rcl_interfaces/msg/SetParametersResult``.
+        """
+        wanted = list(parameters)
+        for pre_set in reversed(self.pre_set_callbacks):
+            wanted = pre_set(wanted)
+        with self._lock:
+            problem = self._first_problem(wanted) or self._ask_callbacks(wanted)
+            if problem is not None:
+                return result(False, problem)
+            new, changed, deleted = self._apply(wanted)
+        self._on_change(new, changed, deleted)
+        for post_set in self.post_set_callbacks:
+            post_set(wanted)
+        return result(True)
+
+    def _first_problem(self, parameters: Iterable[Parameter]) -> str | None:
+        for parameter in parameters:
+            descriptor = self._descriptors.get(parameter.name)
+            if descriptor is None:
+                if not self.allow_undeclared:
+                    return f"Parameter {parameter.name} was not declared"
+            elif problem := self._problem(parameter, descriptor):
+                return problem
+        return None
+
+    @staticmethod
+    def _problem(parameter: Parameter, descriptor: Any, *, declaring: bool = False) -> str | None:
+        """Return why a value may not be set; None when it may."""
+        if descriptor.read_only and not declaring:
+            return f"Trying to set a read-only parameter: {parameter.name}."
+        if parameter.type_ == ParameterType.NOT_SET:
+            if declaring or descriptor.dynamic_typing:
+                return None
+            return "Static parameter cannot be undeclared"
+        if (
+            not descriptor.dynamic_typing
+            and descriptor.type != ParameterType.NOT_SET
+            and parameter.type_ != descriptor.type
+        ):
+            return (
+                "Wrong parameter type, expected "
+                f"'Type.{ParameterType(descriptor.type).name}' got "
+                f"'Type.{parameter.type_.name}'"
+            )
+        return _range_problem(parameter.name, parameter.value, descriptor)
+
+    def _ask_callbacks(self, parameters: list[Parameter]) -> str | None:
+        """Return the reason of the first callback that refuses; None when all agree."""
+        for callback in tuple(self.on_set_callbacks):
+            answer = callback(parameters)
+            if not answer.successful:
+                return answer.reason or "refused by a callback"
+        return None
+
+    def _apply(
+        self, parameters: Iterable[Parameter]
+    ) -> tuple[list[Parameter], list[Parameter], list[Parameter]]:
+        new: list[Parameter] = []
+        changed: list[Parameter] = []
+        deleted: list[Parameter] = []
+        for parameter in parameters:
+            before = self._parameters.get(parameter.name)
+            if parameter.type_ == ParameterType.NOT_SET:
+                if before is not None:
+                    deleted.append(self._parameters.pop(parameter.name))
+                    self._descriptors.pop(parameter.name, None)
+                continue
+            if parameter.name not in self._descriptors:
+                self._descriptors[parameter.name] = get_message(
+                    "rcl_interfaces/msg/ParameterDescriptor"
+                )(name=parameter.name, type=int(parameter.type_), dynamic_typing=True)
+            unset = before is None or before.type_ == ParameterType.NOT_SET
+            (new if unset else changed).append(parameter)
+            self._parameters[parameter.name] = parameter
+        return new, changed, deleted

@@ -1,0 +1,268 @@
+"""Quality of service: rclpy's profiles and policies, and their form on the wire."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node.values.time import Duration, Infinite
+from teleopctl.wire.qos import INFINITE_NS, EndpointQos
+
+RMW_DEFAULT_DEPTH = 42
+
+
+class _Policy(enum.IntEnum):
+    """A policy whose members can be named as on the command line (``best_effort``)."""
+
+    @property
+    def short_key(self) -> str:
+        """The member's name in lower case."""
+        return self.name.lower()
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """Names of all members that a person may ask for."""
+        return [member.short_key for member in cls if member.name != "UNKNOWN"]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> Any:
+        """Return the member of that name.
+
+        Raises:
+            TeleopctlError: There is none.
+        """
+        try:
+            return cls[name.upper()]
+        except KeyError:
+            raise TeleopctlError(
+                f"'{name}' is no {cls.__name__}",
+                hint=f"choose one of {', '.join(cls.short_keys())}",
+                exit_status=2,
+            ) from None
+
+
+class ReliabilityPolicy(_Policy):
+    """Whether lost messages are sent again."""
+
+    SYSTEM_DEFAULT = 0
+    RELIABLE = 1
+    BEST_EFFORT = 2
+    UNKNOWN = 3
+    BEST_AVAILABLE = 4
+
+
+class DurabilityPolicy(_Policy):
+    """Whether late subscribers get earlier messages."""
+
+    SYSTEM_DEFAULT = 0
+    TRANSIENT_LOCAL = 1
+    VOLATILE = 2
+    UNKNOWN = 3
+    BEST_AVAILABLE = 4
+
+
+class HistoryPolicy(_Policy):
+    """How many messages are kept."""
+
+    SYSTEM_DEFAULT = 0
+    KEEP_LAST = 1
+    KEEP_ALL = 2
+    UNKNOWN = 3
+
+
+class LivelinessPolicy(_Policy):
+    """How a publisher shows that it is alive."""
+
+    SYSTEM_DEFAULT = 0
+    AUTOMATIC = 1
+    MANUAL_BY_TOPIC = 3
+    UNKNOWN = 4
+    BEST_AVAILABLE = 5
+
+
+class InvalidQoSProfileException(Exception):
+    """A profile is incomplete or contradicts itself."""
+
+
+class QoSProfile:
+    """The quality of service of one publisher, subscription, service or client.
+
+    Args:
+        history: Default KEEP_LAST.
+        depth: Messages kept with KEEP_LAST; required unless a history is given.
+        reliability: Default RELIABLE.
+        durability: Default VOLATILE.
+        lifespan: How long a message is worth anything; infinite by default.
+        deadline: Longest time between two messages; infinite by default.
+        liveliness: Default AUTOMATIC.
+        liveliness_lease_duration: Infinite by default.
+        avoid_ros_namespace_conventions: Accepted for rclpy's sake; without meaning on Zenoh.
+
+    Raises:
+        InvalidQoSProfileException: Neither history nor depth was given, or KEEP_LAST without
+            depth.
+    """
+
+    def __init__(
+        self,
+        *,
+        history: HistoryPolicy | None = None,
+        depth: int | None = None,
+        reliability: ReliabilityPolicy = ReliabilityPolicy.RELIABLE,
+        durability: DurabilityPolicy = DurabilityPolicy.VOLATILE,
+        lifespan: Duration | None = None,
+        deadline: Duration | None = None,
+        liveliness: LivelinessPolicy = LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration: Duration | None = None,
+        avoid_ros_namespace_conventions: bool = False,
+    ) -> None:
+        if history is None and depth is None:
+            raise InvalidQoSProfileException("History and/or depth settings are required.")
+        if history == HistoryPolicy.KEEP_LAST and depth is None:
+            raise InvalidQoSProfileException("History set to KEEP_LAST without a depth setting.")
+        if depth is not None and depth < 0:
+            raise ValueError(f"depth must not be negative, got {depth}")
+        self.history = HistoryPolicy.KEEP_LAST if history is None else HistoryPolicy(history)
+        self.depth = 0 if depth is None else depth
+        self.reliability = ReliabilityPolicy(reliability)
+        self.durability = DurabilityPolicy(durability)
+        self.lifespan = lifespan or Infinite
+        self.deadline = deadline or Infinite
+        self.liveliness = LivelinessPolicy(liveliness)
+        self.liveliness_lease_duration = liveliness_lease_duration or Infinite
+        self.avoid_ros_namespace_conventions = avoid_ros_namespace_conventions
+
+    @property
+    def is_latched(self) -> bool:
+        """True for transient local: late subscribers get the last messages."""
+        return self.durability == DurabilityPolicy.TRANSIENT_LOCAL
+
+    @property
+    def queue_depth(self) -> int | None:
+        """Messages that a receive queue keeps; None for all of them."""
+        if self.history == HistoryPolicy.KEEP_ALL:
+            return None
+        return self.depth or RMW_DEFAULT_DEPTH
+
+    def to_wire(self) -> EndpointQos:
+        """Return the profile as a token carries it, system defaults resolved as rmw_zenoh does."""
+        return EndpointQos(
+            reliability=self.reliability or ReliabilityPolicy.RELIABLE,
+            durability=self.durability or DurabilityPolicy.VOLATILE,
+            history=self.history or HistoryPolicy.KEEP_LAST,
+            depth=self.depth or RMW_DEFAULT_DEPTH,
+            deadline_ns=_wire_duration(self.deadline),
+            lifespan_ns=_wire_duration(self.lifespan),
+            liveliness=self.liveliness or LivelinessPolicy.AUTOMATIC,
+            lease_ns=_wire_duration(self.liveliness_lease_duration),
+        )
+
+    @classmethod
+    def from_wire(cls, qos: EndpointQos) -> QoSProfile:
+        """Return the profile that a token tells of."""
+        return cls(
+            history=HistoryPolicy(qos.history),
+            depth=qos.depth,
+            reliability=ReliabilityPolicy(qos.reliability),
+            durability=DurabilityPolicy(qos.durability),
+            lifespan=_rclpy_duration(qos.lifespan_ns),
+            deadline=_rclpy_duration(qos.deadline_ns),
+            liveliness=LivelinessPolicy(qos.liveliness),
+            liveliness_lease_duration=_rclpy_duration(qos.lease_ns),
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, QoSProfile):
+            return NotImplemented
+        return vars(self) == vars(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        fields = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
+        return f"QoSProfile({fields})"
+
+
+def _wire_duration(duration: Duration) -> int:
+    return INFINITE_NS if duration in (Infinite, Duration()) else duration.nanoseconds
+
+
+def _rclpy_duration(nanoseconds: int) -> Duration:
+    return Infinite if nanoseconds >= INFINITE_NS else Duration(nanoseconds=nanoseconds)
+
+
+def qos_from(profile_or_depth: QoSProfile | int) -> QoSProfile:
+    """Return a profile; an integer is the depth of the default profile, as in rclpy.
+
+    Raises:
+        TypeError: The value is neither.
+    """
+    if isinstance(profile_or_depth, QoSProfile):
+        return profile_or_depth
+    if isinstance(profile_or_depth, int) and not isinstance(profile_or_depth, bool):
+        return QoSProfile(depth=profile_or_depth)
+    raise TypeError(f"Expected QoSProfile or int, but received {type(profile_or_depth).__name__}")
+
+
+qos_profile_default = QoSProfile(depth=10)
+qos_profile_system_default = QoSProfile(
+    history=HistoryPolicy.SYSTEM_DEFAULT,
+    depth=0,
+    reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
+    durability=DurabilityPolicy.SYSTEM_DEFAULT,
+    liveliness=LivelinessPolicy.SYSTEM_DEFAULT,
+)
+qos_profile_sensor_data = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+qos_profile_services_default = QoSProfile(depth=10)
+qos_profile_parameters = QoSProfile(depth=1000)
+qos_profile_parameter_events = QoSProfile(depth=1000)
+qos_profile_action_status_default = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+qos_profile_best_available = QoSProfile(
+    depth=10,
+    reliability=ReliabilityPolicy.BEST_AVAILABLE,
+    durability=DurabilityPolicy.BEST_AVAILABLE,
+    liveliness=LivelinessPolicy.BEST_AVAILABLE,
+)
+qos_profile_rosout_default = QoSProfile(
+    depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan=Duration(seconds=10)
+)
+qos_profile_latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+qos_profile_clock = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class QoSPresetProfiles(enum.Enum):
+    """rclpy's presets under their names there."""
+
+    UNKNOWN = None
+    DEFAULT = qos_profile_default
+    SYSTEM_DEFAULT = qos_profile_system_default
+    SENSOR_DATA = qos_profile_sensor_data
+    SERVICES_DEFAULT = qos_profile_services_default
+    PARAMETERS = qos_profile_parameters
+    PARAMETER_EVENTS = qos_profile_parameter_events
+    ACTION_STATUS_DEFAULT = qos_profile_action_status_default
+    BEST_AVAILABLE = qos_profile_best_available
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """Names of the presets, as the command line has them."""
+        return [preset.name.lower() for preset in cls if preset.value is not None]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> QoSProfile:
+        """Return the preset of that name.
+
+        Raises:
+            TeleopctlError: There is none.
+        """
+        preset = cls.__members__.get(name.upper())
+        if preset is None or preset.value is None:
+            raise TeleopctlError(
+                f"'{name}' is no QoS profile",
+                hint=f"choose one of {', '.join(cls.short_keys())}",
+                exit_status=2,
+            )
+        profile = preset.value
+        assert isinstance(profile, QoSProfile)
+        return profile

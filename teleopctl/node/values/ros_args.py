@@ -1,0 +1,214 @@
+"""The ``--ros-args`` part of a command line: remapping rules, parameters, log levels.
+
+Source: the ROS 2 design article on command line arguments. Groups start with ``--ros-args`` and
+end with ``--`` or the end of the line; what stands outside belongs to the program.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node.values.names import expand_name, fully_qualified
+
+_RULE = re.compile(
+    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
+)
+_FLAGS = {
+    "--enable-rosout-logs": ("rosout_logs", True),
+    "--disable-rosout-logs": ("rosout_logs", False),
+    "--enable-stdout-logs": ("stdout_logs", True),
+    "--disable-stdout-logs": ("stdout_logs", False),
+    "--enable-external-lib-logs": ("external_lib_logs", True),
+    "--disable-external-lib-logs": ("external_lib_logs", False),
+}
+_ALIASES = {"-r": "--remap", "-p": "--param", "-e": "--enclave"}
+
+
+class RemapRule(NamedTuple):
+    """``[NODE:]FROM:=TO``; FROM is a name or one of ``__ns``, ``__node``, ``__name``."""
+
+    node: str | None
+    match: str
+    replacement: str
+
+    def applies_to(self, node_name: str) -> bool:
+        """Tell whether the rule is for this node."""
+        return self.node in (None, node_name)
+
+
+class ParameterRule(NamedTuple):
+    """``[NODE:]NAME:=VALUE``, the value as YAML read it."""
+
+    node: str | None
+    name: str
+    value: Any
+
+
+class RosArguments(NamedTuple):
+    """What a command line asked of ROS."""
+
+    remaps: tuple[RemapRule, ...] = ()
+    # Files and single parameters in the order of the command line: later ones win.
+    parameters: tuple[ParameterRule | Path, ...] = ()
+    log_levels: tuple[tuple[str, str], ...] = ()
+    enclave: str = "/"
+    rosout_logs: bool = True
+    stdout_logs: bool = True
+    external_lib_logs: bool = True
+    # The command line without ROS's part.
+    program: tuple[str, ...] = ()
+
+    def node_name(self, name: str) -> str:
+        """Return the name of a node after ``__node`` or ``__name`` rules."""
+        for rule in self.remaps:
+            if rule.match in ("__node", "__name") and rule.applies_to(name):
+                return rule.replacement
+        return name
+
+    def namespace(self, node_name: str, namespace: str) -> str:
+        """Return the namespace of a node after ``__ns`` rules."""
+        for rule in self.remaps:
+            if rule.match == "__ns" and rule.applies_to(node_name):
+                return rule.replacement
+        return namespace
+
+    def remap(self, name: str, node_name: str, namespace: str, *, is_service: bool) -> str:
+        """Return what an absolute name becomes; the first rule that matches counts."""
+        for rule in self.remaps:
+            match = rule.match
+            if match.startswith("__") or not rule.applies_to(node_name):
+                continue
+            scheme, separator, rest = match.partition("://")
+            if separator:
+                if (scheme == "rosservice") != is_service:
+                    continue
+                match = rest
+            if expand_name(match, node_name, namespace, is_service=is_service) == name:
+                return expand_name(rule.replacement, node_name, namespace, is_service=is_service)
+        return name
+
+    def parameter_overrides(self, node_name: str, namespace: str) -> dict[str, Any]:
+        """Return the parameter values meant for a node, files and single ones, later ones win."""
+        full_name = fully_qualified(namespace, node_name)
+        overrides: dict[str, Any] = {}
+        for source in self.parameters:
+            if isinstance(source, Path):
+                from teleopctl.node.values.parameter_file import read_parameter_file
+
+                overrides.update(read_parameter_file(source).for_node(full_name))
+            elif source.node in (None, node_name, full_name):
+                overrides[source.name] = source.value
+        return overrides
+
+
+def _groups(args: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Separate ROS's words from the program's."""
+    ros: list[str] = []
+    program: list[str] = []
+    inside = False
+    for word in args:
+        if word == "--ros-args":
+            inside = True
+        elif inside and word == "--":
+            inside = False
+        else:
+            (ros if inside else program).append(word)
+    return ros, program
+
+
+def _value_of(option: str, words: Iterator[str]) -> str:
+    try:
+        return next(words)
+    except StopIteration:
+        raise TeleopctlError(
+            f"Found '{option}' at the end of --ros-args, but it needs a value", exit_status=2
+        ) from None
+
+
+def _rule(option: str, text: str) -> re.Match[str]:
+    match = _RULE.match(text)
+    if match is None:
+        raise TeleopctlError(
+            f"Couldn't parse the rule '{text}' of {option}",
+            hint="rules have the form [NODE:]NAME:=VALUE",
+            exit_status=2,
+        )
+    return match
+
+
+def _parameter_rule(text: str) -> ParameterRule:
+    import yaml
+
+    from teleopctl import ros_yaml
+
+    match = _rule("--param", text)
+    try:
+        value = ros_yaml.load(match["right"])
+    except yaml.YAMLError as error:
+        raise TeleopctlError(
+            f"The value of parameter '{match['left']}' is not YAML: {match['right']!r}",
+            exit_status=2,
+        ) from error
+    return ParameterRule(match["node"], match["left"], "" if value is None else value)
+
+
+def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
+    """Read a command line.
+
+    Raises:
+        TeleopctlError: A rule or an option is malformed; exit status 2.
+    """
+    ros, program = _groups(args)
+    remaps: list[RemapRule] = []
+    parameters: list[ParameterRule | Path] = []
+    log_levels: list[tuple[str, str]] = []
+    settings: dict[str, Any] = {}
+    words = iter(ros)
+    for word in words:
+        option, separator, attached = word.partition("=")
+        if not (separator and option.startswith("--")):
+            option, attached = word, ""
+        option = _ALIASES.get(option, option)
+        if option in _FLAGS:
+            name, state = _FLAGS[option]
+            settings[name] = state
+            continue
+        if option not in (
+            "--remap",
+            "--param",
+            "--params-file",
+            "--log-level",
+            "--enclave",
+            "--log-config-file",
+            "--log-file-name",
+        ):
+            raise TeleopctlError(
+                f"unknown ROS argument '{word}'",
+                hint="end the ROS arguments with -- where the program's own follow",
+                exit_status=2,
+            )
+        value = attached or _value_of(option, words)
+        match option:
+            case "--remap":
+                rule = _rule(option, value)
+                remaps.append(RemapRule(rule["node"], rule["left"], rule["right"]))
+            case "--param":
+                parameters.append(_parameter_rule(value))
+            case "--params-file":
+                parameters.append(Path(value))
+            case "--log-level":
+                logger, assigned, level = value.partition(":=")
+                log_levels.append((logger, level) if assigned else ("", logger))
+            case "--enclave":
+                settings["enclave"] = value
+    return RosArguments(
+        remaps=tuple(remaps),
+        parameters=tuple(parameters),
+        log_levels=tuple(log_levels),
+        program=tuple(program),
+        **settings,
+    )
