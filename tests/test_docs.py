@@ -10,8 +10,8 @@ import typer
 
 from teleopctl.cli.main import VERBS
 from teleopctl.cli.typer_app import command_tree
-from teleopctl.launch.evaluation import evaluate
-from teleopctl.launch.parser import parse_file
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.frontends.yaml.parser import parse_file
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"

@@ -123,14 +123,14 @@ def launch_words(context: typer.Context, incomplete: str) -> list[str]:
 
 def running_processes(incomplete: str) -> list[str]:
     """Names of what runs in the background."""
-    from teleopctl.launch.running import running
+    from teleopctl.launch.execution.running import running
 
     return sorted({e.record.name for e in running() if e.record.name.startswith(incomplete)})
 
 
 def logged_processes(incomplete: str) -> list[str]:
     """The same, with what has ended in launches that still run."""
-    from teleopctl.launch.running import running
+    from teleopctl.launch.execution.running import running
 
     names = {entry.record.name for entry in running(include_ended=True)}
     return sorted(name for name in names if name.startswith(incomplete))

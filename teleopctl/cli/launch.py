@@ -7,8 +7,8 @@ from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
-    from teleopctl.launch.plan import LaunchPlan
-    from teleopctl.launch.status import ProcessStatus
+    from teleopctl.launch.execution.status import ProcessStatus
+    from teleopctl.launch.model.plan import LaunchPlan
 
 VERB = Verb(
     f"{__name__}:launch",
@@ -122,7 +122,7 @@ def _report(process: "ProcessStatus", node: str | None) -> None:
 
 
 def _print(plan: "LaunchPlan") -> None:
-    from teleopctl.launch.status import command_text
+    from teleopctl.launch.execution.status import command_text
 
     for process in plan.processes:
         console.out(f"{process.name}:")

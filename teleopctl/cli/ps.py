@@ -7,8 +7,8 @@ import time
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Verb
-from teleopctl.launch.running import Running, running
-from teleopctl.launch.status import command_text
+from teleopctl.launch.execution.running import Running, running
+from teleopctl.launch.execution.status import command_text
 
 VERB = Verb(f"{__name__}:ps", "List what runs in the background.")
 

@@ -119,8 +119,8 @@ def _replace_this_process(command: list[str]) -> int:
 
 def _start_in_background(executable: Executable, command: list[str]) -> int:
     from teleopctl import background
-    from teleopctl.launch.readiness import NewNodes, wait_for_node
-    from teleopctl.launch.running import stopped_by_ctrl_c
+    from teleopctl.launch.execution.readiness import NewNodes, wait_for_node
+    from teleopctl.launch.execution.running import stopped_by_ctrl_c
     from teleopctl.launch.starting import free_name
 
     with NewNodes() as new_nodes:

@@ -5,9 +5,9 @@ from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.launch import status
-from teleopctl.launch.running import Running, find_running, running
-from teleopctl.launch.running import stop as stop_process
+from teleopctl.launch.execution import status
+from teleopctl.launch.execution.running import Running, find_running, running
+from teleopctl.launch.execution.running import stop as stop_process
 
 VERB = Verb(
     f"{__name__}:stop",

@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from teleopctl.launch.plan import load_plan
-from teleopctl.launch.supervisor import Supervisor
+from teleopctl.launch.execution.supervisor import Supervisor
+from teleopctl.launch.model.plan import load_plan
 
 
 def main() -> int:

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.context import LaunchContext
-from teleopctl.launch.descriptions import DeclareArgument, Group, Include, Let, Step, Timer
-from teleopctl.launch.evaluation import included_path
-from teleopctl.launch.parser import parse_file
-from teleopctl.launch.substitutions import render
-from teleopctl.launch.template import Template
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.evaluation import included_path
+from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.model.descriptions import DeclareArgument, Group, Include, Let, Step, Timer
+from teleopctl.launch.model.template import Template
 
 _MAX_DEPTH = 30
 

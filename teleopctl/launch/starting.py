@@ -12,11 +12,11 @@ from pathlib import Path
 from teleopctl import background
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.evaluation import evaluate
-from teleopctl.launch.parser import parse_file
-from teleopctl.launch.plan import LaunchPlan
-from teleopctl.launch.running import stopped_by_ctrl_c
-from teleopctl.launch.status import PLAN_FILE, ProcessStatus
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.execution.running import stopped_by_ctrl_c
+from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.model.plan import LaunchPlan
 
 
 def new_log_directory() -> Path:
@@ -49,7 +49,7 @@ def make_plan(
 
 def run_here(plan: LaunchPlan) -> int:
     """Carry out a plan in the foreground and return the exit status."""
-    from teleopctl.launch.supervisor import Supervisor
+    from teleopctl.launch.execution.supervisor import Supervisor
 
     _prepare(plan)
     return Supervisor(plan).run()
@@ -68,7 +68,7 @@ def start_in_background(
     Raises:
         TeleopctlError: A process died, or did not come up in time.
     """
-    from teleopctl.launch.readiness import NewNodes, wait_for_launch
+    from teleopctl.launch.execution.readiness import NewNodes, wait_for_launch
 
     _prepare(plan)
     plan_file = plan.log_directory / PLAN_FILE

@@ -7,7 +7,10 @@ import sys
 def log_of(code, **env):
     import os
 
-    program = f"from teleopctl.node.values import logging\nlogger = logging.get_logger('arm.left')\n{code}"
+    program = (
+        "from teleopctl.node.values import logging\n"
+        f"logger = logging.get_logger('arm.left')\n{code}"
+    )
     done = subprocess.run(
         [sys.executable, "-c", program],
         capture_output=True,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from teleopctl.launch.template import Template
+from teleopctl.launch.model.template import Template
 
 
 @dataclass(frozen=True, slots=True)

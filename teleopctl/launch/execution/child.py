@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
-from teleopctl.launch.plan import ProcessPlan
-from teleopctl.launch.screen import Screen
+from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.model.plan import ProcessPlan
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0

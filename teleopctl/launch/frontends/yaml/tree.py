@@ -11,8 +11,8 @@ import yaml
 
 from teleopctl import ros_yaml
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import template
-from teleopctl.launch.descriptions import Place
+from teleopctl.launch.model import template
+from teleopctl.launch.model.descriptions import Place
 from teleopctl.text_file import read_text
 
 _MAX_DEPTH = 50

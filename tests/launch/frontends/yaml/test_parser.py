@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.parser import parse_file
+from teleopctl.launch.frontends.yaml.parser import parse_file
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ from types import TracebackType
 from teleopctl import background
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import status
-from teleopctl.launch.status import ProcessStatus
+from teleopctl.launch.execution import status
+from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire.graph import Graph, GraphWatcher, query_graph
 from teleopctl.wire.session import open_session
 

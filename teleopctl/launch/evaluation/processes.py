@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import TypeVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import values
-from teleopctl.launch.context import LaunchContext
-from teleopctl.launch.descriptions import (
+from teleopctl.launch.evaluation import values
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
+from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.model.descriptions import (
     NodePart,
     Parameter,
     ParameterFile,
     ParameterTree,
     StartProcess,
 )
-from teleopctl.launch.parameters import convert, infer, parameter_file, unify
-from teleopctl.launch.plan import ProcessPlan
-from teleopctl.launch.substitutions import render
-from teleopctl.launch.template import Template
+from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl.launch.model.template import Template
 from teleopctl.packages import find_executable, resolve_uri
 
 # Programs that do their work and end: a launch is up when they have finished.

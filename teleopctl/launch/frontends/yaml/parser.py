@@ -11,8 +11,18 @@ from dataclasses import replace
 from pathlib import Path
 
 from teleopctl.errors import did_you_mean
-from teleopctl.launch import template
-from teleopctl.launch.descriptions import (
+from teleopctl.launch.frontends.yaml.entries import Entry
+from teleopctl.launch.frontends.yaml.process_entries import (
+    EXECUTABLE_KEYS,
+    NODE_KEYS,
+    pairs,
+    parameter,
+    read_executable,
+    read_node,
+)
+from teleopctl.launch.frontends.yaml.tree import Element, load
+from teleopctl.launch.model import template
+from teleopctl.launch.model.descriptions import (
     Action,
     Condition,
     DeclareArgument,
@@ -29,16 +39,6 @@ from teleopctl.launch.descriptions import (
     Step,
     Timer,
 )
-from teleopctl.launch.entries import Entry
-from teleopctl.launch.process_entries import (
-    EXECUTABLE_KEYS,
-    NODE_KEYS,
-    pairs,
-    parameter,
-    read_executable,
-    read_node,
-)
-from teleopctl.launch.yaml_tree import Element, load
 
 
 def parse_file(path: Path) -> LaunchFile:

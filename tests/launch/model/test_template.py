@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl.launch.template import Call, TemplateError, literal, parse
+from teleopctl.launch.model.template import Call, TemplateError, literal, parse
 
 
 def show(call: Call) -> str:

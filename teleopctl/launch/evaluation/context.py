@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.descriptions import Parameter
+from teleopctl.launch.model.descriptions import Parameter
 
 
 @dataclass(slots=True)

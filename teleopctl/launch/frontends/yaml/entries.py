@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from teleopctl.errors import did_you_mean
-from teleopctl.launch.template import Template
-from teleopctl.launch.yaml_tree import Element
+from teleopctl.launch.frontends.yaml.tree import Element
+from teleopctl.launch.model.template import Template
 
 
 class Entry:

@@ -18,10 +18,10 @@ from types import FrameType
 
 from teleopctl.background import Start, start_of
 from teleopctl.errors import EXIT_INTERRUPTED
-from teleopctl.launch import status
-from teleopctl.launch.child import Child
-from teleopctl.launch.plan import LaunchPlan
-from teleopctl.launch.screen import Screen
+from teleopctl.launch.execution import status
+from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.model.plan import LaunchPlan
 
 _LAUNCH = "launch"
 # Windows lets no signal handler run while the main thread waits without end.

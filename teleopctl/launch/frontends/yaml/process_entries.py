@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from teleopctl.launch.descriptions import (
+from teleopctl.launch.frontends.yaml.entries import Entry
+from teleopctl.launch.frontends.yaml.tree import Element
+from teleopctl.launch.model.descriptions import (
     NodePart,
     Parameter,
     ParameterFile,
     ParameterTree,
     StartProcess,
 )
-from teleopctl.launch.entries import Entry
-from teleopctl.launch.template import Template, literal, parse
-from teleopctl.launch.yaml_tree import Element
+from teleopctl.launch.model.template import Template, literal, parse
 
 PARAMETER_TYPES = frozenset(
     {

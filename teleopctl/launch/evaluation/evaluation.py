@@ -12,9 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import values
-from teleopctl.launch.context import LaunchContext
-from teleopctl.launch.descriptions import (
+from teleopctl.launch.evaluation import values
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.processes import ProcessBuilder, at_key, join_namespace
+from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.model.descriptions import (
     Action,
     DeclareArgument,
     Group,
@@ -32,11 +35,8 @@ from teleopctl.launch.descriptions import (
     Step,
     Timer,
 )
-from teleopctl.launch.parser import parse_file
-from teleopctl.launch.plan import LaunchPlan
-from teleopctl.launch.processes import ProcessBuilder, at_key, join_namespace
-from teleopctl.launch.substitutions import render
-from teleopctl.launch.template import Template
+from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.template import Template
 from teleopctl.packages import resolve_uri
 
 _MAX_INCLUDES = 30

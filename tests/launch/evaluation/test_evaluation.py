@@ -7,9 +7,9 @@ import pytest
 import yaml
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.evaluation import evaluate
-from teleopctl.launch.parser import parse_file
-from teleopctl.launch.plan import load_plan
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.model.plan import load_plan
 
 ARM = '<robot name="arm"><link name="base"/></robot>'
 

@@ -14,10 +14,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError, did_you_mean
-from teleopctl.launch import values
-from teleopctl.launch.context import LaunchContext
-from teleopctl.launch.expression import ExpressionError, evaluate
-from teleopctl.launch.template import Argument, Call, Template
+from teleopctl.launch.evaluation import values
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
+from teleopctl.launch.model.template import Argument, Call, Template
 from teleopctl.packages import package_share, resolve_uri
 
 _COMMAND_TIMEOUT_S = 60.0

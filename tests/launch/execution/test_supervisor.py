@@ -2,8 +2,8 @@
 
 import sys
 
-from teleopctl.launch.plan import LaunchPlan, ProcessPlan
-from teleopctl.launch.supervisor import Supervisor
+from teleopctl.launch.execution.supervisor import Supervisor
+from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
 
 WORKS = ProcessPlan(name="works-1", command=[sys.executable, "-c", "print('done')"])
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from teleopctl import background
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import TeleopctlError, did_you_mean
-from teleopctl.launch import status
+from teleopctl.launch.execution import status
 
 # In seconds, before each harder signal.
 _PATIENCE_S = 5.0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl.launch.expression import ExpressionError, evaluate
+from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
 
 
 @pytest.mark.parametrize(

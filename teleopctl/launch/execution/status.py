@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from teleopctl.background import ProcessRecord, Start
 
 if TYPE_CHECKING:
-    from teleopctl.launch.child import Child
+    from teleopctl.launch.execution.child import Child
 
 PLAN_FILE = "plan.json"
 _STATUS_FILE = "processes.json"

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from teleopctl import ros_yaml
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.parameters import convert, infer, parameter_file, unify
+from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
 
 
 @pytest.mark.parametrize(

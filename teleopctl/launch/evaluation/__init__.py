@@ -1,0 +1,1 @@
+"""From a description and its arguments to a plan: substitutions, scopes, parameters."""

@@ -1,0 +1,1 @@
+"""A plan carried out: processes started, watched, shown and stopped."""

@@ -1,0 +1,1 @@
+"""Readers of launch files: each turns one language into `teleopctl.launch.model`."""

@@ -1,0 +1,1 @@
+"""The YAML front end of ROS 2's launch."""
