@@ -12,10 +12,10 @@ import time
 from collections import deque
 from typing import Any
 
-from teleopctl.control.component import Component
+from teleopctl.control.controller_manager import ControllerManager, Loaded
+from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.manager import ControllerManager, Loaded
-from teleopctl.control.outbox import Outbox
+from teleopctl.control.realtime_publisher import Outbox
 from teleopctl.control.switching import start_fallbacks
 
 _NANOSECONDS = 1_000_000_000

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teleopctl.control.interfaces import (
+from teleopctl.control.handles import (
     ACCELERATION,
     EFFORT,
     POSITION,

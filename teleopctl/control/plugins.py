@@ -33,7 +33,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
             f"{_CONTROLLERS}.joint_state_broadcaster:JointStateBroadcaster"
         ),
         "joint_trajectory_controller/JointTrajectoryController": (
-            f"{_CONTROLLERS}.joint_trajectory_controller:JointTrajectoryController"
+            f"{_CONTROLLERS}.joint_trajectory.controller:JointTrajectoryController"
         ),
         "forward_command_controller/ForwardCommandController": (
             f"{_CONTROLLERS}.forward_command_controller:ForwardCommandController"

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from teleopctl.control import plugins
-from teleopctl.control.component import Component
+from teleopctl.control.controller_manager import ControllerManager, Loaded
 from teleopctl.control.controllers.base import ControllerInterface
-from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
+from teleopctl.control.handles import CommandInterface, StateInterface
+from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import State
-from teleopctl.control.manager import ControllerManager, Loaded
 from teleopctl.control.switching import Strictness, SwitchRequest, switch
-from teleopctl.control.trajectory.points import NANOSECONDS, to_nanoseconds
 from teleopctl.interfaces.store import get_message, get_service
 
 

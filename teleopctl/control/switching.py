@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
+from teleopctl.control.controller_manager import ControllerManager, Loaded
 from teleopctl.control.lifecycle import CallbackReturn, State
-from teleopctl.control.manager import ControllerManager, Loaded
-from teleopctl.control.resources import ClaimError
+from teleopctl.control.resource_manager import ClaimError
 
 
 class Strictness(IntEnum):

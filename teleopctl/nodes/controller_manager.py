@@ -38,7 +38,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> None:
-    from teleopctl.control.host import ControllerManagerHost
+    from teleopctl.control.controller_manager_node import ControllerManagerHost
 
     executor = SingleThreadedExecutor()
     node = Node(

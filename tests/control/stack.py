@@ -3,12 +3,12 @@
 import copy
 from types import SimpleNamespace
 
+from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import Environment
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.lifecycle import State
-from teleopctl.control.manager import ControllerManager
-from teleopctl.control.outbox import Outbox
-from teleopctl.control.resources import ResourceManager
+from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.robot.description import RobotDescription
 
 START = 1_000_000_000_000

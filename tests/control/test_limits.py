@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.limits import JointLimiter, JointLimits
 
 PERIOD = 0.01

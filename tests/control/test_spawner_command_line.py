@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.control.host import without_node_name
+from teleopctl.control.controller_manager_node import without_node_name
 from teleopctl.nodes.spawner import read_command_line
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.errors import TeleopctlError
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from teleopctl.control.limits import JointLimits
-    from teleopctl.control.outbox import Outbox
+    from teleopctl.control.realtime_publisher import Outbox
 
 
 @dataclass(frozen=True)

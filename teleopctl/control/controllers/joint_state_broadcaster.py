@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
-from teleopctl.control.interfaces import EFFORT, POSITION, VELOCITY, StateInterface
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS
+from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
-from teleopctl.control.trajectory.points import NANOSECONDS
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 if TYPE_CHECKING:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from teleopctl.control.hardware.base import HardwareInterface
-from teleopctl.control.interfaces import (
+from teleopctl.control.handles import (
     ACCELERATION,
     POSITION,
     VELOCITY,
     CommandInterface,
     StateInterface,
 )
+from teleopctl.control.hardware.base import HardwareInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from teleopctl.control.hardware.base import HardwareInterface
-from teleopctl.control.interfaces import (
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
+from teleopctl.control.handles import (
     EFFORT,
     POSITION,
     VELOCITY,
     CommandInterface,
     StateInterface,
 )
+from teleopctl.control.hardware.base import HardwareInterface
 from teleopctl.control.lifecycle import ReturnType
-from teleopctl.control.trajectory.points import NANOSECONDS, to_nanoseconds
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"

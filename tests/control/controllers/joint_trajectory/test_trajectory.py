@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from teleopctl.control.trajectory.points import TrajectoryPoint
-from teleopctl.control.trajectory.trajectory import (
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.trajectory import (
     InterpolationMethod,
     Trajectory,
     shortest_angle,

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from teleopctl.control.controllers.joint_trajectory.settings import read_gains
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch
-from teleopctl.control.trajectory.settings import read_gains
 from teleopctl.interfaces.store import get_message, get_service
 from tests.control.stack import START, Stack, urdf
 

@@ -6,12 +6,12 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import Environment
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
-from teleopctl.control.manager import ControllerManager
-from teleopctl.control.outbox import Outbox
-from teleopctl.control.resources import ResourceManager
+from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message

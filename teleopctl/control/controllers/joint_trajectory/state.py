@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.control.outbox import Outbox
-from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
-from teleopctl.control.trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.realtime_publisher import Outbox
 
 _Snapshot = tuple[
     int, TrajectoryPoint, TrajectoryPoint, TrajectoryPoint, dict[str, list[float]], float

@@ -3,7 +3,7 @@
 import threading
 
 from teleopctl.control.cycle import WallClockLoop
-from teleopctl.control.outbox import Outbox
+from teleopctl.control.realtime_publisher import Outbox
 from tests.control.stack import Log, Stack, urdf
 
 LONGEST_WAIT_S = 20.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareInterface
-from teleopctl.control.interfaces import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 
 # What one step in each direction is called, in logs and as the plug-in's method.

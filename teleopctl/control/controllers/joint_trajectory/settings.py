@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from teleopctl.control.interfaces import ACCELERATION, EFFORT, POSITION, VELOCITY
-from teleopctl.control.pid import PidGains
-from teleopctl.control.trajectory.tolerances import StateTolerance, Tolerances
-from teleopctl.control.trajectory.trajectory import InterpolationMethod
+from teleopctl.control.controllers.joint_trajectory.pid import PidGains
+from teleopctl.control.controllers.joint_trajectory.tolerances import StateTolerance, Tolerances
+from teleopctl.control.controllers.joint_trajectory.trajectory import InterpolationMethod
+from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 
 _COMMANDS = (
     {POSITION},

@@ -12,8 +12,8 @@ from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
-from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
-from teleopctl.control.trajectory.segment import Segment
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.segment import Segment
 
 
 class InterpolationMethod(Enum):

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control import plugins
-from teleopctl.control.component import Component
-from teleopctl.control.interfaces import CommandInterface, StateInterface
+from teleopctl.control.handles import CommandInterface, StateInterface
+from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.control.limits import JointLimiter, JointLimits
 from teleopctl.errors import TeleopctlError

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
 
 
 class Segment:

@@ -16,10 +16,10 @@ from functools import partial
 from typing import Any, Protocol
 
 from teleopctl.control import plugins
-from teleopctl.control.component import Component
 from teleopctl.control.controllers.base import ControllerInterface, Environment
+from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, State
-from teleopctl.control.resources import ResourceManager
+from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.errors import TeleopctlError
 
 

@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from teleopctl.control.controllers.base import Environment
-from teleopctl.control.trajectory import position_commands
-from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint, to_nanoseconds
-from teleopctl.control.trajectory.settings import Settings
-from teleopctl.control.trajectory.validation import (
+from teleopctl.control.controllers.joint_trajectory import position_commands
+from teleopctl.control.controllers.joint_trajectory.points import (
+    NANOSECONDS,
+    TrajectoryPoint,
+    to_nanoseconds,
+)
+from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
     Rules,
     to_points,

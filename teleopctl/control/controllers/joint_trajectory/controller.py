@@ -12,9 +12,24 @@ from teleopctl.control.controllers.base import (
     Environment,
     InterfaceSelection,
 )
-from teleopctl.control.controllers.trajectory_inputs import Incoming, TrajectoryInputs
-from teleopctl.control.controllers.trajectory_state import TrajectoryStatePublisher
-from teleopctl.control.interfaces import (
+from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
+from teleopctl.control.controllers.joint_trajectory.pid import Pid
+from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.settings import (
+    UNSUPPORTED,
+    InvalidSettingsError,
+    read_gains,
+    read_settings,
+    read_tolerances,
+)
+from teleopctl.control.controllers.joint_trajectory.state import TrajectoryStatePublisher
+from teleopctl.control.controllers.joint_trajectory.tolerances import violation
+from teleopctl.control.controllers.joint_trajectory.trajectory import (
+    Sample,
+    Trajectory,
+    shortest_angle,
+)
+from teleopctl.control.handles import (
     ACCELERATION,
     EFFORT,
     POSITION,
@@ -23,17 +38,6 @@ from teleopctl.control.interfaces import (
     StateInterface,
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
-from teleopctl.control.pid import Pid
-from teleopctl.control.trajectory.points import NANOSECONDS, TrajectoryPoint
-from teleopctl.control.trajectory.settings import (
-    UNSUPPORTED,
-    InvalidSettingsError,
-    read_gains,
-    read_settings,
-    read_tolerances,
-)
-from teleopctl.control.trajectory.tolerances import violation
-from teleopctl.control.trajectory.trajectory import Sample, Trajectory, shortest_angle
 
 
 class JointTrajectoryController(ControllerInterface):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from teleopctl.control.trajectory.points import (
+from teleopctl.control.controllers.joint_trajectory.points import (
     NANOSECONDS,
     DurationLike,
     PointLike,

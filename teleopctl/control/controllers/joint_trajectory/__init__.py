@@ -1,0 +1,1 @@
+"""``joint_trajectory_controller/JointTrajectoryController`` and what it alone is made of."""

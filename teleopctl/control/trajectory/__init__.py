@@ -1,1 +1,0 @@
-"""Trajectories of joints: points, interpolation, validation. Pure arithmetic, no ROS."""
