@@ -1,11 +1,21 @@
-"""Fixtures for all tests: isolated ROS environments with real processes."""
+"""Fixtures for all tests: isolated ROS environments with real processes.
 
+Chooses how to draw before any test module imports mujoco. A machine that cannot draw fails the
+tests that need it, with the packages to install.
+"""
+
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from teleopctl.errors import TeleopctlError
+from teleopctl.sim.gl_backend import choose_backend
 from tests.processes import RosEnvironment
+
+with contextlib.suppress(TeleopctlError):
+    choose_backend()
 
 
 @pytest.fixture

@@ -31,10 +31,10 @@ def draw_arm(file: Path) -> None:
     choose_backend()
     import mujoco
 
+    from teleopctl.mujoco_model.model import build_model
     from teleopctl.packages import package_share
     from teleopctl.robot.description import RobotDescription
     from teleopctl.robot.xacro_file import expand
-    from teleopctl.sim.model import build_model
 
     urdf = expand(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
     model = build_model(RobotDescription.from_urdf(urdf)).mj_model

@@ -36,8 +36,8 @@ from teleopctl.tf.broadcaster import StaticTransformBroadcaster
 
 if TYPE_CHECKING:
     # These import mujoco, which has to wait for the choice of its backend.
-    from teleopctl.sim.cameras import CameraModel
-    from teleopctl.sim.model import RobotModel
+    from teleopctl.mujoco_model.cameras import CameraModel
+    from teleopctl.mujoco_model.model import RobotModel
     from teleopctl.sim.pacing import Beat
     from teleopctl.sim.rendering import CameraRenderer
 
@@ -115,7 +115,7 @@ class Camera(Node):
             )
 
     def _start(self, urdf: str) -> None:
-        from teleopctl.sim.model import build_model
+        from teleopctl.mujoco_model.model import build_model
         from teleopctl.sim.pacing import Beat
 
         description = RobotDescription.from_urdf(urdf)

@@ -9,6 +9,7 @@ import mujoco
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.node import (
     Node,
     Parameter,
@@ -16,7 +17,6 @@ from teleopctl.node import (
 )
 from teleopctl.robot.description import RobotDescription
 from teleopctl.sim.lockstep import Command, LockstepLoop
-from teleopctl.sim.model import RobotModel, build_model
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.simulation import Simulation
 from teleopctl.wire.tokens import EntityKind

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.sim.cameras import CameraModel
+from teleopctl.mujoco_model.cameras import CameraModel
+from teleopctl.mujoco_model.model import RobotModel
 from teleopctl.sim.gl_backend import missing_library
-from teleopctl.sim.model import RobotModel
 
 # The part of a frame's time that drawing may take; the rest is for sending the picture.
 _SHARE = 0.75

@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.sim.drives import compensated_bodies, drive_name, motor_name
-from teleopctl.sim.model import RobotModel, initial_positions
+from teleopctl.mujoco_model.drives import compensated_bodies, drive_name, motor_name
+from teleopctl.mujoco_model.model import RobotModel, initial_positions
 
 Array = npt.NDArray[np.float64]
 

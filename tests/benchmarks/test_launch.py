@@ -19,7 +19,7 @@ BARE = """
 import sys, mujoco, zenoh
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro_file import expand
-from teleopctl.sim.model import build_model
+from teleopctl.mujoco_model.model import build_model
 build_model(RobotDescription.from_urdf(expand(sys.argv[1], {})))
 """
 

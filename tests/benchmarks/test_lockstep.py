@@ -12,11 +12,11 @@ import time
 import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.mujoco_model.model import build_model
 from teleopctl.node import Context, Node
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro_file import expand
-from teleopctl.sim.model import build_model
 from teleopctl.sim.simulation import Simulation
 
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"

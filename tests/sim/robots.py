@@ -1,7 +1,7 @@
 """Small robots for tests, as URDF text."""
 
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.robot.description import RobotDescription
-from teleopctl.sim.model import RobotModel, build_model
 
 INERTIAL = """<inertial><origin xyz="0 0 0.25"/><mass value="0.5"/>
   <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.001"/></inertial>"""

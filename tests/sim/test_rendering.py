@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.mujoco_model.cameras import CameraModel
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim import gl_backend, rendering
-from teleopctl.sim.cameras import CameraModel
-from teleopctl.sim.model import RobotModel, build_model
 from tests.sim.robots import box, joint, link, robot
 
 WIDTH, HEIGHT = 160, 120

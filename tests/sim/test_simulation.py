@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.kinematics import link_transforms
 from teleopctl.robot.xacro_file import expand
-from teleopctl.sim.model import RobotModel, build_model
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
+from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.node import Context, Node
 from teleopctl.nodes.camera import new_info
-from teleopctl.sim.cameras import CameraModel
 from tests.processes import LONGEST_WAIT_S, Process, RosEnvironment
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from teleopctl.sim.cameras import CameraModel
-from teleopctl.sim.drives import COMMAND_INTERFACES, JointSpec
+from teleopctl.mujoco_model.cameras import CameraModel
+from teleopctl.mujoco_model.drives import COMMAND_INTERFACES, JointSpec
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -3,7 +3,7 @@
 MuJoCo reads URDF itself; what it would drop on the way (visual geometry, links behind fixed
 joints, the text of mesh URIs) is kept by its own extension element, which is added here. Mimic
 joints are taken out, because the description knows them in more forms than MuJoCo does; they
-come back in `teleopctl.sim.drives`.
+come back in `teleopctl.mujoco_model.drives`.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.sim.model import build_model
+from teleopctl.mujoco_model.model import build_model
 from teleopctl.tf.transforms import matrix_from_quaternion
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum, robot
 

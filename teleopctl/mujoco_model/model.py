@@ -9,14 +9,14 @@ import mujoco
 import numpy as np
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.sim.assets import resolve_meshes
-from teleopctl.sim.cameras import CameraModel, add_camera
-from teleopctl.sim.contacts import exclude_adjacent, overlapping_pairs
-from teleopctl.sim.drives import JointSpec, add_drives, prepare_joints
-from teleopctl.sim.inertia import repair_inertias
-from teleopctl.sim.interfaces import camera_models, joint_specs
-from teleopctl.sim.scene import add_scene
-from teleopctl.sim.urdf_import import gazebo_colour, import_urdf
+from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.cameras import CameraModel, add_camera
+from teleopctl.mujoco_model.contacts import exclude_adjacent, overlapping_pairs
+from teleopctl.mujoco_model.drives import JointSpec, add_drives, prepare_joints
+from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.joints import camera_models, joint_specs
+from teleopctl.mujoco_model.scene import add_scene
+from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
