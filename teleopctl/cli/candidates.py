@@ -48,7 +48,7 @@ def message_types(context: typer.Context, incomplete: str) -> list[str]:
 
 def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
     """Names of the parameters of the node that stands on the line."""
-    from teleopctl.cli.param.client import parameter_client
+    from teleopctl.cli.verbs.param.client import parameter_client
 
     try:
         with parameter_client() as client:
@@ -60,7 +60,7 @@ def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
 
 def controllers(incomplete: str) -> list[str]:
     """Names of the loaded controllers."""
-    from teleopctl.cli.control.session import DEFAULT_MANAGER, manager_client
+    from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, manager_client
 
     # Asking takes a moment where nobody answers, so first see whether there is anybody.
     if f"/{DEFAULT_MANAGER}" not in nodes(""):
@@ -75,7 +75,7 @@ def controllers(incomplete: str) -> list[str]:
 
 def frames(incomplete: str) -> list[str]:
     """Names of the frames that are broadcast within a moment."""
-    from teleopctl.cli.tf.frames import heard_frames
+    from teleopctl.cli.verbs.tf.frames import heard_frames
 
     try:
         return sorted(name for name in heard_frames() if name.startswith(incomplete))

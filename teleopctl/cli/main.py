@@ -24,19 +24,22 @@ if TYPE_CHECKING:
     from teleopctl.cli.verb import Verb
 
 VERBS: dict[str, tuple[str, str]] = {
-    "run": ("teleopctl.cli.run", "Start one node."),
-    "launch": ("teleopctl.cli.launch", "Start many nodes from a launch file."),
-    "ps": ("teleopctl.cli.ps", "List what runs in the background."),
-    "logs": ("teleopctl.cli.logs", "Show the output of a background process."),
-    "stop": ("teleopctl.cli.stop", "Stop background processes."),
-    "topic": ("teleopctl.cli.topic", "List, watch, measure and publish topics."),
-    "node": ("teleopctl.cli.node", "List nodes and what they offer."),
-    "param": ("teleopctl.cli.param", "Read and change parameters of nodes."),
-    "service": ("teleopctl.cli.service", "List and call services."),
-    "control": ("teleopctl.cli.control", "Manage controllers and hardware."),
-    "tf": ("teleopctl.cli.tf", "Watch transforms between frames."),
-    "daemon": ("teleopctl.cli.daemon", "Manage the router that introduces nodes to each other."),
-    "completion": ("teleopctl.cli.completion", "Print the completion script of a shell."),
+    "run": ("teleopctl.cli.verbs.run", "Start one node."),
+    "launch": ("teleopctl.cli.verbs.launch", "Start many nodes from a launch file."),
+    "ps": ("teleopctl.cli.verbs.ps", "List what runs in the background."),
+    "logs": ("teleopctl.cli.verbs.logs", "Show the output of a background process."),
+    "stop": ("teleopctl.cli.verbs.stop", "Stop background processes."),
+    "topic": ("teleopctl.cli.verbs.topic", "List, watch, measure and publish topics."),
+    "node": ("teleopctl.cli.verbs.node", "List nodes and what they offer."),
+    "param": ("teleopctl.cli.verbs.param", "Read and change parameters of nodes."),
+    "service": ("teleopctl.cli.verbs.service", "List and call services."),
+    "control": ("teleopctl.cli.verbs.control", "Manage controllers and hardware."),
+    "tf": ("teleopctl.cli.verbs.tf", "Watch transforms between frames."),
+    "daemon": (
+        "teleopctl.cli.verbs.daemon",
+        "Manage the router that introduces nodes to each other.",
+    ),
+    "completion": ("teleopctl.cli.verbs.completion", "Print the completion script of a shell."),
 }
 
 
@@ -88,9 +91,9 @@ def _dispatch(words: list[str]) -> int:
         console.out(f"teleopctl {__version__}")
         return 0
     if COMPLETION_VARIABLE in os.environ:
-        from teleopctl.cli import completion, typer_app
+        from teleopctl.cli import typer_app
 
-        typer_app.answer_shell(VERBS, completion.typed_words())
+        typer_app.answer_shell(VERBS, typer_app.typed_words())
     words = ros2_options.dropped(words)
     status = _run_quickly(words)
     if status is not None:

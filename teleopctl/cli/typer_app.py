@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
@@ -51,6 +52,12 @@ def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
     except typer.TyperException as wrong:
         raise _usage_error(wrong) from wrong
     return status if isinstance(status, int) else 0
+
+
+def typed_words() -> list[str]:
+    """What stands on the command line behind the program's name, as the script reports it."""
+    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")
+    return line.split()[1:]
 
 
 def answer_shell(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> NoReturn:

@@ -11,7 +11,8 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
-from teleopctl.cli.topic.qos_options import (
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.topic.qos_options import (
     Depth,
     DurabilityName,
     HistoryName,
@@ -19,7 +20,6 @@ from teleopctl.cli.topic.qos_options import (
     QosWishes,
     ReliabilityName,
 )
-from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml import message_from_yaml

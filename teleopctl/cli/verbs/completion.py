@@ -54,12 +54,6 @@ def powershell() -> None:
     _print_script("powershell")
 
 
-def typed_words() -> list[str]:
-    """What stands on the command line behind the program's name, as the script reports it."""
-    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")
-    return line.split()[1:]
-
-
 def _print_script(shell: str) -> None:
     from teleopctl.cli import typer_app
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.cli.topic.selection import field_reader, filter_predicate
+from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 

@@ -7,7 +7,8 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
-from teleopctl.cli.topic.qos_options import (
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.topic.qos_options import (
     Depth,
     DurabilityName,
     HistoryName,
@@ -16,10 +17,9 @@ from teleopctl.cli.topic.qos_options import (
     ReliabilityName,
     suited_to,
 )
-from teleopctl.cli.topic.selection import field_reader, filter_predicate
-from teleopctl.cli.topic.source import find_source
-from teleopctl.cli.topic.text import TextStyle, json_value
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
+from teleopctl.cli.verbs.topic.source import find_source
+from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.executor import SingleThreadedExecutor
 from teleopctl.node.values.future import Future

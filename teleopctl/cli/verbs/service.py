@@ -16,7 +16,7 @@ GROUP = Group(
         "type": Verb(f"{__name__}:service_type", "Print the type of a service."),
         "find": Verb(f"{__name__}:services_of_type", "List the services of a type."),
         "call": Verb(
-            "teleopctl.cli.service_call:call",
+            "teleopctl.cli.verbs.service_call:call",
             "Call a service.",
             examples=(
                 "teleopctl service call /mujoco_sim/set_pause "

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, manager_client
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
 _END = "\033[0m"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl.cli.topic.statistics import (
+from teleopctl.cli.verbs.topic.statistics import (
     Bandwidth,
     BandwidthWindow,
     RateWindow,

@@ -8,8 +8,8 @@ from typing import Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.topic.qos_options import suited_to
-from teleopctl.cli.topic.source import TopicSource
+from teleopctl.cli.verbs.topic.qos_options import suited_to
+from teleopctl.cli.verbs.topic.source import TopicSource
 
 PRINT_PERIOD_S = 1.0
 _DEPTH = 10

@@ -4,9 +4,9 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
-from teleopctl.cli.param.client import ParameterClient, parameter_client
-from teleopctl.cli.param.text import python_value, type_name, value_label
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
+from teleopctl.cli.verbs.param.text import python_value, type_name, value_label
 from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values.parameter import (

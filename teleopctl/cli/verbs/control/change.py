@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.control.session import (
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.control.session import (
     DEFAULT_MANAGER,
     ControllerName,
     ManagerName,
     TargetState,
     manager_client,
 )
-from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
-from teleopctl.cli.param.client import parameter_client
-from teleopctl.cli.param.text import python_value
 from teleopctl.cli.verb import Argument
+from teleopctl.cli.verbs.param.client import parameter_client
+from teleopctl.cli.verbs.param.text import python_value
 from teleopctl.errors import TeleopctlError
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.parameter_file import read_parameter_file

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.param.client import ParameterClient, parameter_client
-from teleopctl.cli.param.text import type_name
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
+from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import TeleopctlError
 
 

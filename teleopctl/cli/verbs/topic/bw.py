@@ -6,10 +6,10 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
-from teleopctl.cli.topic.listening import listen
-from teleopctl.cli.topic.source import TopicSource, find_source
-from teleopctl.cli.topic.statistics import BandwidthWindow, bandwidth_text
 from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.topic.listening import listen
+from teleopctl.cli.verbs.topic.source import TopicSource, find_source
+from teleopctl.cli.verbs.topic.statistics import BandwidthWindow, bandwidth_text
 
 
 def measure_bandwidth(

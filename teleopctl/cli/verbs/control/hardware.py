@@ -3,9 +3,14 @@
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.control.session import DEFAULT_MANAGER, ManagerName, TargetState, manager_client
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.control.session import (
+    DEFAULT_MANAGER,
+    ManagerName,
+    TargetState,
+    manager_client,
+)
 from teleopctl.errors import TeleopctlError
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}

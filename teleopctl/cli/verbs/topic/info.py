@@ -48,7 +48,7 @@ def topic_info(
 
 
 def _block(endpoint: "EndpointToken", endpoint_type: str) -> str:
-    from teleopctl.cli.topic.qos_text import qos_lines
+    from teleopctl.cli.verbs.topic.qos_text import qos_lines
 
     lines = [
         f"Node name: {endpoint.node}",
@@ -63,7 +63,7 @@ def _block(endpoint: "EndpointToken", endpoint_type: str) -> str:
 
 
 def _record(endpoint: "EndpointToken") -> dict[str, console.Json]:
-    from teleopctl.cli.topic.qos_text import qos_record
+    from teleopctl.cli.verbs.topic.qos_text import qos_record
 
     return {
         "node": endpoint.node,

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name, live_graph
-from teleopctl.cli.topic.listening import listen
-from teleopctl.cli.topic.selection import filter_predicate
-from teleopctl.cli.topic.source import TopicSource, find_sources
-from teleopctl.cli.topic.statistics import RateWindow, Summary, rate, rate_text
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.topic.listening import listen
+from teleopctl.cli.verbs.topic.selection import filter_predicate
+from teleopctl.cli.verbs.topic.source import TopicSource, find_sources
+from teleopctl.cli.verbs.topic.statistics import RateWindow, Summary, rate, rate_text
 from teleopctl.errors import TeleopctlError
 
 _COLUMNS = ("rate", "min_delta", "max_delta", "std_dev", "window")

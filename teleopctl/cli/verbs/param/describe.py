@@ -4,9 +4,9 @@ from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
-from teleopctl.cli.param.client import parameter_client
-from teleopctl.cli.param.text import type_name
 from teleopctl.cli.verb import Argument
+from teleopctl.cli.verbs.param.client import parameter_client
+from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.yaml import message_to_dict
 

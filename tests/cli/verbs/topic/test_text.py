@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from teleopctl.cli.topic.text import TextStyle, json_value
+from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.interfaces.store import get_message
 
 String = get_message("std_msgs/msg/String")
