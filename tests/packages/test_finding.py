@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl import ament, packages
 from teleopctl.errors import TeleopctlError
+from teleopctl.packages import ament
+from teleopctl.packages import finding as packages
 
 SETUP_PY = """
 from setuptools import find_packages, setup

@@ -1,4 +1,4 @@
-"""ROS packages: which there are, where their files lie and which programs they offer.
+"""Finds ROS packages by name, and programs in them.
 
 A package is a name that ``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve.
 Three sources form one overlay, the first one that knows a name wins:
@@ -23,7 +23,7 @@ from teleopctl.errors import TeleopctlError, did_you_mean
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 ENTRY_POINT_GROUP = "teleopctl.nodes"
 
-_HERE = Path(__file__).resolve().parent
+_HERE = Path(__file__).resolve().parents[1]
 
 # Packages that consist of files: name → folder at the root of a source checkout.
 _DATA_PACKAGES = {"teleop_description": "robot", "teleop_controller": "config"}
@@ -251,7 +251,7 @@ def _folder_packages() -> dict[str, Package]:
 @lru_cache(maxsize=16)
 def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
     # The files of a package change rarely while one command runs: each set of roots is read once.
-    from teleopctl import ament
+    from teleopctl.packages import ament
 
     packages: dict[str, Package] = {}
     for root in roots:

@@ -1,0 +1,27 @@
+"""ROS packages: which there are, where their files lie and which programs they offer."""
+
+from teleopctl.packages.finding import (
+    ENTRY_POINT_GROUP,
+    PACKAGE_PATH_VARIABLE,
+    Executable,
+    Package,
+    find_executable,
+    find_package,
+    is_path,
+    list_packages,
+    package_share,
+    resolve_uri,
+)
+
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "PACKAGE_PATH_VARIABLE",
+    "Executable",
+    "Package",
+    "find_executable",
+    "find_package",
+    "is_path",
+    "list_packages",
+    "package_share",
+    "resolve_uri",
+]
