@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import SystemFailureError
 
 if TYPE_CHECKING:
     import psutil
@@ -134,7 +134,7 @@ def start(
                 creationflags=_CREATION_FLAGS,
             )
         except OSError as error:
-            raise TeleopctlError(f"Cannot start {argv[0]}: {error.strerror}") from error
+            raise SystemFailureError(f"Cannot start {argv[0]}: {error.strerror}") from error
     _children[child.pid] = child
     try:
         if ready_within_s is not None:
@@ -247,14 +247,14 @@ def _await_ready(
     reader.start()
     reader.join(timeout_s)
     if reader.is_alive():
-        raise TeleopctlError(
+        raise SystemFailureError(
             f"{name} was not ready within {timeout_s:g} s", hint=f"Its output is in {log_file}."
         )
     stream.close()
     line = lines[0] if lines else ""
     if line == READY:
         return
-    raise TeleopctlError(
+    raise SystemFailureError(
         line or f"{name} ended while it was starting", hint=f"Its output is in {log_file}."
     )
 
@@ -330,7 +330,7 @@ def _write(record: ProcessRecord) -> None:
             json.dump(entry, file)
         Path(file.name).replace(folder / f"{record.pid}.json")
     except OSError as error:
-        raise TeleopctlError(
+        raise SystemFailureError(
             f"Cannot record a background process in {folder}: {error.strerror}",
             hint="Set TELEOPCTL_RUNTIME_DIR to a folder that you may write to.",
         ) from error
@@ -363,7 +363,7 @@ def _new_log(name: str) -> IO[bytes]:
         folder.mkdir(parents=True, exist_ok=True)
         return (folder / f"{safe}-{stamp}-{os.getpid()}.log").open("ab")
     except OSError as error:
-        raise TeleopctlError(
+        raise SystemFailureError(
             f"Cannot write to the log folder {folder}: {error.strerror}",
             hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error

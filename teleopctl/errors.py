@@ -1,8 +1,40 @@
-"""The error that every floor raises when a person has to do something about it."""
+"""The errors that a person has to do something about, as a tree of what a program may catch.
+
+```
+TeleopctlError                       exit status 1
+├── UsageError                       2: asked for wrongly (option, argument, type, variable)
+│   ├── AmbiguousNameError           the name fits several things
+│   └── InvalidTypeNameError         no name of a message, service or action
+├── NotFoundError                    nothing has that name (package, file, node, type, frame …)
+│   └── UnknownPluginError           no plug-in has that name, or it cannot be imported
+├── UnavailableError                 it exists but does not answer or cannot be used now
+│   ├── RouterNotRunning             … wire/session.py
+│   ├── ServiceUnavailableError      … node/values/exceptions.py
+│   └── ManagerUnavailableError      … control/client.py
+├── RefusedError                     it answered, and said no
+├── InvalidParameterError            a parameter has a value that it cannot have
+├── HardwareError                    a hardware component cannot be loaded or started
+├── InvalidDescriptionError          a robot description: xacro, URDF, <ros2_control>, <gazebo>
+├── InvalidMessageError              bytes, YAML or a value that are not the message they should be
+│   └── InvalidDefinitionError       a .msg, .srv or .action that is not one
+├── InvalidFileError                 a file of another kind: parameters, configuration, text
+├── LaunchError                      a launch file, or what it started
+├── SystemFailureError               the operating system refused: disk, folder, process
+├── DefectError                      an exception that no part of the program foresaw
+├── TransformException               … tf/errors.py, under tf2's names
+├── NameValidationException          … node/values/exceptions.py, under rclpy's names
+└── ParameterException               … node/values/exceptions.py, likewise
+```
+
+The class is for programs, the text for people: what is wrong, where, what to do. The exit status
+follows from the class.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
+from typing import ClassVar, Self
 
 EXIT_INTERRUPTED = 130
 """The exit status after Ctrl-C, as shells have it."""
@@ -17,14 +49,93 @@ class TeleopctlError(Exception):
     Args:
         message: What is wrong and where, in one sentence.
         hint: What to do about it, or None.
-        exit_status: 1 when the operation failed, 2 when it was asked for wrongly.
+
+    Attributes:
+        place: Where its cause stands, such as ``file:line``, if `at` has been told; part of the
+            message.
     """
 
-    def __init__(self, message: str, *, hint: str | None = None, exit_status: int = 1) -> None:
+    exit_status: ClassVar[int] = 1
+
+    def __init__(self, message: str, *, hint: str | None = None) -> None:
         super().__init__(message)
         self.message = message
         self.hint = hint
-        self.exit_status = exit_status
+        self.place: str | None = None
+
+    def at(self, place: str) -> Self:
+        """Return the same error with the place of its cause, such as ``file:line``, in front."""
+        located = copy.copy(self)
+        located.place = place
+        located.message = f"{place}: {self.message}"
+        located.args = (located.message,)
+        return located
+
+
+class UsageError(TeleopctlError):
+    """Something was asked for wrongly: an option, an argument, a type, an environment variable."""
+
+    exit_status = 2
+
+
+class AmbiguousNameError(UsageError):
+    """A name fits several things."""
+
+
+class InvalidTypeNameError(UsageError):
+    """A text does not name a message, service or action, or names one of another kind."""
+
+
+class NotFoundError(TeleopctlError):
+    """Nothing has that name: package, program, file, node, topic, type, frame, controller."""
+
+
+class UnknownPluginError(NotFoundError):
+    """No plug-in has that name, or it cannot be imported."""
+
+
+class UnavailableError(TeleopctlError):
+    """Something exists but does not answer, or cannot be used now."""
+
+
+class RefusedError(TeleopctlError):
+    """Something was asked and said no."""
+
+
+class InvalidParameterError(TeleopctlError):
+    """A parameter of a node or of a function has a value that it cannot have."""
+
+
+class HardwareError(TeleopctlError):
+    """A hardware component cannot be loaded, initialised or started."""
+
+
+class InvalidDescriptionError(TeleopctlError):
+    """A robot description is not well formed, or means nothing that can be built."""
+
+
+class InvalidMessageError(TeleopctlError):
+    """Bytes, YAML or a value are not the message that they should be."""
+
+
+class InvalidDefinitionError(InvalidMessageError):
+    """A ``.msg``, ``.srv`` or ``.action`` cannot be read."""
+
+
+class InvalidFileError(TeleopctlError):
+    """A file is not what it should be: parameters, configuration, text."""
+
+
+class LaunchError(TeleopctlError):
+    """A launch file cannot be read or evaluated, or what it started failed."""
+
+
+class SystemFailureError(TeleopctlError):
+    """The operating system refused: a full disk, a folder without permission, a program."""
+
+
+class DefectError(TeleopctlError):
+    """An exception that no part of the program foresaw."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidFileError
 
 
 def read_text(path: Path) -> str:
@@ -14,6 +14,6 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        raise TeleopctlError(f"Cannot read {path}: {error.strerror}") from error
+        raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise TeleopctlError(f"Cannot read {path}: it is not UTF-8 text") from error
+        raise InvalidFileError(f"Cannot read {path}: it is not UTF-8 text") from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,5 +59,5 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
     """
     types = dict(known)
     if name not in types:
-        raise TeleopctlError(f"Unknown {kind} '{name}'", hint=did_you_mean(name, types))
+        raise NotFoundError(f"Unknown {kind} '{name}'", hint=did_you_mean(name, types))
     return types[name]

@@ -18,7 +18,13 @@ from typing import TYPE_CHECKING, NoReturn
 from teleopctl import __version__
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE
-from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
+from teleopctl.errors import (
+    EXIT_INTERRUPTED,
+    DefectError,
+    SystemFailureError,
+    TeleopctlError,
+    UsageError,
+)
 
 if TYPE_CHECKING:
     from teleopctl.cli.verb import Verb
@@ -125,16 +131,16 @@ def _run_quickly(words: list[str]) -> int | None:
 def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
         console.discard_output()
-        return TeleopctlError(f"Cannot write: {error.strerror}")
+        return SystemFailureError(f"Cannot write: {error.strerror}")
     if isinstance(error, OSError) and error.filename is not None:
         # Permissions, broken links and the like: nothing that a defect of ours would explain.
-        return TeleopctlError(f"Cannot use {error.filename}: {error.strerror}")
+        return SystemFailureError(f"Cannot use {error.filename}: {error.strerror}")
     if isinstance(error, UnicodeEncodeError):
         # Bytes that are no text come in as lone surrogates, which no encoding has.
         for word in words:
             if any("\udc80" <= character <= "\udcff" for character in word):
-                return TeleopctlError(f"{word!r} is not text in this encoding", exit_status=2)
-    return TeleopctlError(
+                return UsageError(f"{word!r} is not text in this encoding")
+    return DefectError(
         f"unexpected {type(error).__name__}: {error}",
         hint="This is a defect of teleopctl; `teleopctl --debug …` shows where.",
     )

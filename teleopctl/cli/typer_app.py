@@ -22,7 +22,7 @@ from typer.main import get_command, get_group, get_install_completion_arguments
 from teleopctl.cli import candidates, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 
 
 def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
@@ -296,9 +296,8 @@ def _placeholder() -> None:
 def _usage_error(wrong: typer.TyperException) -> TeleopctlError:
     context = getattr(wrong, "ctx", None)
     path = context.command_path if context is not None else PROGRAM
-    return TeleopctlError(
+    return UsageError(
         # "Value error" is how the library behind Typer's types introduces any wrong value.
         wrong.format_message().replace("Value error, ", ""),
         hint=f"See `{path} --help`.",
-        exit_status=getattr(wrong, "exit_code", 2),
     )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError
 from teleopctl.tf import transforms
 
 Array = npt.NDArray[np.float64]
@@ -23,7 +23,7 @@ _DEFAULT_AXES = "sxyz"
 
 def _check_axes(axes: str) -> None:
     if axes != _DEFAULT_AXES:
-        raise TeleopctlError(
+        raise InvalidParameterError(
             f"tf_transformations: angles about the axes {axes!r} are not served here",
             hint=f"Use {_DEFAULT_AXES!r}, which is the default.",
         )

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UnavailableError
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import ExternalShutdownException, Node
 from teleopctl.node.values.parameter import Parameter
@@ -14,7 +14,7 @@ from teleopctl.node.values.parameter import Parameter
 STRICT = 2
 
 
-class ManagerUnavailableError(TeleopctlError):
+class ManagerUnavailableError(UnavailableError):
     """No controller manager of that name answers."""
 
 

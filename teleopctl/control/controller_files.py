@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidFileError
 from teleopctl.node.values.parameter_file import ParameterFile, read_parameter_file
 
 # Parameters of the controller manager, below the controller's name, that a file may give.
@@ -34,7 +34,7 @@ def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dic
     values: dict[str, Any] = {}
     for file in files:
         if not Path(file).is_file():
-            raise TeleopctlError(f"Controller parameter file : {file} does not exist")
+            raise InvalidFileError(f"Controller parameter file : {file} does not exist")
         values.update(_values(read_parameter_file(Path(file)), controller, manager))
     settings: dict[str, Any] = {"params_file": [str(Path(file).resolve()) for file in files]}
     settings.update((name, values[name]) for name in _OF_MANAGER if values.get(name))
@@ -45,7 +45,7 @@ def _values(file: ParameterFile, controller: str, manager: str) -> dict[str, Any
     namespace = manager.rpartition("/")[0]
     own = file.for_node(f"{namespace}/{controller}")
     if not own and namespace and file.for_node(f"/{controller}"):
-        raise TeleopctlError(
+        raise InvalidFileError(
             f"Missing namespace : {namespace} or wildcard in parameter file for controller : "
             f"{controller}"
         )

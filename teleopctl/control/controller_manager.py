@@ -20,7 +20,7 @@ from teleopctl.control.controllers.base import ControllerInterface, Environment
 from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ResourceManager
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError, TeleopctlError, UnknownPluginError
 
 
 class Host(Protocol):
@@ -115,7 +115,7 @@ class ControllerManager:
         self.logger.info(f"Loading controller : '{name}' of type '{type_name}'")
         try:
             controller_class = plugins.load(plugins.CONTROLLER_GROUP, str(type_name))
-        except plugins.UnknownPluginError as error:
+        except UnknownPluginError as error:
             self.logger.error(f"Loader for controller '{name}' (type '{type_name}') not found.")
             self.logger.info(str(error))
             return False
@@ -252,7 +252,9 @@ class ControllerManager:
                     "the control loop"
                 )
             if wanted < 0:
-                raise TeleopctlError(f"Parameter 'update_rate' must be at least 0, got {wanted}")
+                raise InvalidParameterError(
+                    f"Parameter 'update_rate' must be at least 0, got {wanted}"
+                )
         except TeleopctlError as error:
             self.logger.error(f"Could not configure '{controller.name}': {error.message}")
             return False

@@ -13,7 +13,7 @@ from teleopctl.control.lifecycle import State
 from teleopctl.control.realtime_publisher import Outbox
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Clock, Executor, Node, qos_profile_latched
 from teleopctl.robot.description import RobotDescription
@@ -39,7 +39,9 @@ class ControllerManagerHost:
         self._logger = node.get_logger()
         rate = self.parameter("update_rate") or DEFAULT_UPDATE_RATE
         if not isinstance(rate, int) or rate <= 0:
-            raise TeleopctlError(f"Parameter 'update_rate' must be an integer above 0, got {rate}")
+            raise InvalidParameterError(
+                f"Parameter 'update_rate' must be an integer above 0, got {rate}"
+            )
         enforce = self.parameter("enforce_command_limits")
         self._resources = ResourceManager(
             node,

@@ -11,6 +11,8 @@ import importlib
 from importlib.metadata import entry_points
 from typing import Any
 
+from teleopctl.errors import UnknownPluginError
+
 HARDWARE_GROUP = "teleopctl.hardware"
 CONTROLLER_GROUP = "teleopctl.controllers"
 
@@ -52,10 +54,6 @@ BUILT_IN: dict[str, dict[str, str]] = {
         ),
     },
 }
-
-
-class UnknownPluginError(Exception):
-    """No plug-in of that name; the text lists those that there are."""
 
 
 def available(group: str) -> dict[str, str]:

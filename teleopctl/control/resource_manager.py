@@ -11,7 +11,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.control.limits import JointLimiter, JointLimits
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import HardwareError, UnknownPluginError
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
@@ -91,22 +91,22 @@ class ResourceManager:
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
             hardware_class = plugins.load(plugins.HARDWARE_GROUP, info.plugin)
-        except plugins.UnknownPluginError as error:
-            raise TeleopctlError(
+        except UnknownPluginError as error:
+            raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{info.plugin}' not found",
                 hint=str(error),
             ) from error
         try:
             hardware = hardware_class(info, self._node, self._logger.get_child(info.name))
         except Exception as error:
-            raise TeleopctlError(
+            raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{info.plugin}' raised "
                 f"{type(error).__name__}: {error}"
             ) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{info.plugin}'")
         component = Component(hardware, self._logger)
         if not component.initialize():
-            raise TeleopctlError(f"Hardware component '{info.name}' failed to initialize")
+            raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
         return component
 
     def _limit(self, component: Component) -> None:

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution
 from teleopctl.interfaces.typenames import KINDS, split
@@ -76,7 +76,7 @@ class Catalog:
                 if known is None and name in self._used:
                     known = self.find(name)
                 if known is not None and name in self._used and not _same(known, definition):
-                    raise TeleopctlError(
+                    raise InvalidMessageError(
                         f"{name} is already in use with another definition",
                         hint="Add definitions before anything uses the type.",
                     )
@@ -98,7 +98,7 @@ class Catalog:
         """
         files = dict(_files(folder, package))
         if not files:
-            raise TeleopctlError(
+            raise InvalidMessageError(
                 f"{folder} has no interface definitions",
                 hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action.",
             )
@@ -193,7 +193,7 @@ def _read(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise TeleopctlError(f"{path} cannot be read: {error}") from error
+        raise InvalidMessageError(f"{path} cannot be read: {error}") from error
 
 
 def _same(one: Definition, other: Definition) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import (
     FIELD_NAME,
     PLACEHOLDER,
@@ -40,7 +40,7 @@ def definitions(description: Any) -> list[Definition]:
 def _definition(individual: Any) -> Definition:
     name = individual.type_name
     if normalize(name) != name:
-        raise TeleopctlError(f"{name!r} is not the full name of a type")
+        raise InvalidMessageError(f"{name!r} is not the full name of a type")
     fields = tuple(
         Field(field.name, _field_type(name, field))
         for field in individual.fields
@@ -48,9 +48,9 @@ def _definition(individual: Any) -> Definition:
     )
     for field in fields:
         if not FIELD_NAME.match(field.name):
-            raise TeleopctlError(f"{name} has a field of the name {field.name!r}")
+            raise InvalidMessageError(f"{name} has a field of the name {field.name!r}")
     if len({field.name for field in fields}) != len(fields):
-        raise TeleopctlError(f"{name} has two fields of the same name")
+        raise InvalidMessageError(f"{name} has two fields of the same name")
     return Definition(name, fields)
 
 
@@ -69,5 +69,7 @@ def _field_type(type_name: str, field: Any) -> FieldType:
         or needs_capacity != bool(kind.capacity)
         or bounded != bool(kind.string_capacity)
     ):
-        raise TeleopctlError(f"Field {field.name!r} of {type_name} has the unknown type {number}")
+        raise InvalidMessageError(
+            f"Field {field.name!r} of {type_name} has the unknown type {number}"
+        )
     return FieldType(base, Shape(shape), kind.capacity, kind.string_capacity)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDefinitionError
 from teleopctl.interfaces.definition import (
     FIELD_NAME,
     FLOATS,
@@ -50,7 +50,7 @@ def sections(text: str, kind: str, where: str) -> list[str]:
     """
     parts = [text] if kind == "msg" else _SEPARATOR.split(text)
     if len(parts) != _SECTIONS[kind]:
-        raise TeleopctlError(
+        raise InvalidDefinitionError(
             f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"
         )
     return [part.lstrip("\n") for part in parts]
@@ -82,7 +82,7 @@ def parse(text: str, type_name: str, package: str, where: str | None = None) -> 
             if item.name in fields:
                 raise ValueError(f"field {item.name!r} is there twice")
         except (ValueError, SyntaxError) as error:
-            raise TeleopctlError(
+            raise InvalidDefinitionError(
                 f"{where or type_name}, line {number}: {error}: {line!r}"
             ) from error
         if isinstance(item, Constant):

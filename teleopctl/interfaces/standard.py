@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.interfaces.definition import (
     PLACEHOLDER,
     Constant,
@@ -49,10 +49,9 @@ def distribution() -> str:
     if name == "rolling":
         return DISTRIBUTIONS[-1]
     if name not in DISTRIBUTIONS:
-        raise TeleopctlError(
+        raise UsageError(
             f"ROS_DISTRO is {name!r}, a distribution whose message types are not known",
             hint=f"Set it to one of {', '.join(DISTRIBUTIONS)}, rolling, or unset it.",
-            exit_status=2,
         )
     return name
 

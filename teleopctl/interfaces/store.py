@@ -14,7 +14,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError, InvalidTypeNameError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.definition import Definition
@@ -75,7 +75,7 @@ def get_message(type_name: str) -> type[Any]:
     definition = _definition(name)
     if _is_service(name) or _is_action(name):
         what = "a service" if _is_service(name) else "an action"
-        raise TeleopctlError(f"{name} is {what}, not a message", exit_status=2)
+        raise InvalidTypeNameError(f"{name} is {what}, not a message")
     with _lock:
         if name not in _classes:
             made = make_class(definition, get_message)
@@ -110,7 +110,7 @@ def get_service(type_name: str) -> type[Any]:
     name = normalize(type_name, "srv")
     if not _is_service(name):
         _definition(name)
-        raise TeleopctlError(f"{name} is not a service", exit_status=2)
+        raise InvalidTypeNameError(f"{name} is not a service")
     with _lock:
         if name not in _classes:
             _definition(name)
@@ -133,7 +133,7 @@ def get_action(type_name: str) -> type[Any]:
     name = normalize(type_name, "action")
     if not _is_action(name):
         _definition(name)
-        raise TeleopctlError(f"{name} is not an action", exit_status=2)
+        raise InvalidTypeNameError(f"{name} is not an action")
     with _lock:
         if name not in _classes:
             _definition(name)
@@ -268,7 +268,7 @@ def add_description(description: Any) -> None:
     for definition in described:
         known = catalog().find(definition.type_name)
         if known is not None and hashing.fields_of(known) != hashing.fields_of(definition):
-            raise TeleopctlError(
+            raise InvalidMessageError(
                 f"{definition.type_name} is defined here otherwise than where it is used",
                 hint="The packages that define it have different versions.",
             )
@@ -289,7 +289,7 @@ def _make_catalog() -> Catalog:
 def _definition(name: str) -> Definition:
     found = catalog().find(name)
     if found is None:
-        raise TeleopctlError(f"Unknown interface type {name}", hint=_similar(name))
+        raise InvalidMessageError(f"Unknown interface type {name}", hint=_similar(name))
     return found
 
 

@@ -5,7 +5,7 @@ Light on purpose: the graph commands show type names without knowing any type.
 
 import re
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidTypeNameError
 
 KINDS = ("msg", "srv", "action")
 
@@ -57,10 +57,9 @@ def normalize(type_name: str, kind: str = "msg") -> str:
         or not _PACKAGE.match(parts[0])
         or not _NAME.match(parts[2])
     ):
-        raise TeleopctlError(
+        raise InvalidTypeNameError(
             f"{type_name!r} is not the name of an interface type",
             hint="Write it as package/msg/Name, for example std_msgs/msg/String.",
-            exit_status=2,
         )
     return "/".join(parts)
 

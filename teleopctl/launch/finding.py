@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import find_package
 
 _BUILTIN = Path(__file__).parent / "files"
@@ -39,7 +39,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
     for path in candidates:
         if path.is_file():
             if path.suffix not in SUFFIXES:
-                raise TeleopctlError(
+                raise NotFoundError(
                     f"{path} is not a YAML launch file",
                     hint="teleopctl reads ROS 2's YAML launch files; built in are "
                     f"{', '.join(builtin_files())}.",
@@ -50,7 +50,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
     stem = Path(name).name.split(".", maxsplit=1)[0]
     guess = did_you_mean(name, known) or did_you_mean(stem, {file.split(".")[0] for file in known})
     listed = f"There are {', '.join(sorted(known))}, and any YAML file by its path."
-    raise TeleopctlError(
+    raise NotFoundError(
         f"Launch file '{name}' not found{where}",
         hint=f"{guess} {listed}" if guess else listed,
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.execution.running import stopped_by_ctrl_c
 from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
@@ -105,7 +105,7 @@ def _prepare(plan: LaunchPlan) -> None:
     try:
         plan.write_files()
     except OSError as error:
-        raise TeleopctlError(
+        raise LaunchError(
             f"Cannot write to the log folder {plan.log_directory}: {error.strerror}",
             hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera
 from teleopctl.mujoco_model.contacts import exclude_adjacent, overlapping_pairs
@@ -52,7 +52,7 @@ class RobotModel:
             if name in ("", camera.name):
                 return camera
         known = ", ".join(camera.name for camera in self.cameras) or "none"
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"The robot '{self.name}' has no camera '{name}'", hint=f"It has: {known}"
         )
 
@@ -128,4 +128,6 @@ def _compile(spec: Any) -> Any:
         return spec.compile()
     except ValueError as error:
         message = " ".join(str(error).split())
-        raise TeleopctlError(f"The robot description cannot be simulated: {message}") from error
+        raise InvalidDescriptionError(
+            f"The robot description cannot be simulated: {message}"
+        ) from error

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 from lxml import etree
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 
 # Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
 VISUAL_GROUP = 1
@@ -57,7 +57,9 @@ def import_urdf(urdf: str) -> Any:
         spec = mujoco.MjSpec.from_string(text)
     except ValueError as error:
         message = " ".join(str(error).split())
-        raise TeleopctlError(f"The robot description cannot be simulated: {message}") from error
+        raise InvalidDescriptionError(
+            f"The robot description cannot be simulated: {message}"
+        ) from error
     for geom in spec.geoms:
         geom.group = COLLISION_GROUP if geom.contype else VISUAL_GROUP
     _show_bare_collisions(spec)
@@ -75,7 +77,7 @@ def _with_compiler_options(urdf: str) -> str:
         parser = etree.XMLParser(encoding="utf-8", resolve_entities=False, remove_pis=True)
         robot = etree.fromstring(urdf.encode(), parser)
     except etree.XMLSyntaxError as error:
-        raise TeleopctlError(f"The robot description is not XML: {error.msg}") from error
+        raise InvalidDescriptionError(f"The robot description is not XML: {error.msg}") from error
     for joint in robot.iterfind("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     ExternalShutdownException,
@@ -64,7 +64,7 @@ class Camera(Node):
         self.declare_parameter("camera", "", at_start)
         self._quality = str(self.declare_parameter("quality", "auto").value)
         if self._quality not in _QUALITIES:
-            raise TeleopctlError(
+            raise InvalidParameterError(
                 f"Parameter 'quality' is '{self._quality}'",
                 hint=f"It is one of {', '.join(_QUALITIES)}",
             )

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
+from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import Executable, find_executable
 
 
@@ -69,7 +69,7 @@ def _call(executable: Executable, args: Sequence[str]) -> int:
     except ModuleNotFoundError as error:
         if error.name != module_name:
             raise
-        raise TeleopctlError(
+        raise NotFoundError(
             f"Executable '{executable.name}' of package '{executable.package}' names the module "
             f"{module_name}, which does not exist"
         ) from error
@@ -79,7 +79,7 @@ def _call(executable: Executable, args: Sequence[str]) -> int:
     for part in function_name.split("."):
         function = getattr(function, part, None)  # type: ignore[assignment]
     if not callable(function):
-        raise TeleopctlError(
+        raise NotFoundError(
             f"Executable '{executable.name}' of package '{executable.package}' names "
             f"{executable.target}, which is not a function"
         )
@@ -109,7 +109,7 @@ def _run_program(file: Path, args: Sequence[str]) -> int:
     try:
         process = subprocess.Popen([str(file), *args])
     except OSError as error:
-        raise TeleopctlError(f"Cannot run {file}: {error.strerror}") from error
+        raise SystemFailureError(f"Cannot run {file}: {error.strerror}") from error
     signal.signal(signal.SIGINT, lambda number, _: process.send_signal(number))
     signal.signal(signal.SIGTERM, lambda number, _: process.send_signal(number))
     status = process.wait()

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     ExternalShutdownException,
@@ -73,7 +73,7 @@ class JointStatePublisher(Node):
             self.create_subscription(self._joint_state, topic, self._take_source, 10)
         rate = float(self._parameter("rate", 10))
         if rate <= 0:
-            raise TeleopctlError(f"rate should be positive, got {rate}")
+            raise InvalidParameterError(f"rate should be positive, got {rate}")
         self.create_timer(1.0 / rate, self._publish)
 
     def _parameter(self, name: str, default: Any) -> Any:

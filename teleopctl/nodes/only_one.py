@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import RefusedError
 from teleopctl.node import Node
 
 
@@ -16,7 +16,7 @@ def refuse_a_second(node: Node) -> None:
     """
     name = node.get_fully_qualified_name()
     if node.get_fully_qualified_node_names().count(name) > 1:
-        raise TeleopctlError(
+        raise RefusedError(
             f"A node named {name} is already running: two of them would fight over the robot",
             hint="Stop it first (`teleopctl ps` shows what runs in the background), or give "
             "this one another name with --ros-args -r __node:=NAME.",

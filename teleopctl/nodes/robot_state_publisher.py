@@ -9,7 +9,7 @@ import contextlib
 import math
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     ExternalShutdownException,
@@ -167,7 +167,7 @@ def main(args: list[str] | None = None) -> int:
 
 def _read(urdf: str) -> RobotDescription:
     if not urdf:
-        raise TeleopctlError(
+        raise InvalidParameterError(
             "The robot_description parameter must not be empty",
             hint="Give it by --params-file, or start the node by a launch file such as "
             "`teleopctl launch display.yaml model:=FILE`.",
@@ -177,6 +177,6 @@ def _read(urdf: str) -> RobotDescription:
 
 def _interval_ns(frequency: float) -> int:
     if not 0.0 < frequency <= _MAX_FREQUENCY:
-        raise TeleopctlError(f"publish_frequency must be between 0.0 and {_MAX_FREQUENCY}")
+        raise InvalidParameterError(f"publish_frequency must be between 0.0 and {_MAX_FREQUENCY}")
     # whole milliseconds, as in ROS 2, so that a stream at exactly that rate is not thinned
     return int(1000 / frequency) * 1_000_000

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, Node, init, spin
 from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.tf.broadcaster import StaticTransformBroadcaster
@@ -64,9 +64,8 @@ def main(args: list[str] | None = None) -> int:
         parse_old_style(program) if is_old else parse_new_style(program)
     )
     if frame_id == child_frame_id:
-        raise TeleopctlError(
+        raise UsageError(
             f"cannot publish static transform from '{frame_id}' to '{child_frame_id}'",
-            exit_status=2,
         )
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
@@ -96,7 +95,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
     try:
         x, y, z, *turn = (float(text) for text in texts)
     except ValueError as error:
-        raise TeleopctlError(f"{error}", hint=f"Usage: {_OLD_USAGE}", exit_status=2) from error
+        raise UsageError(f"{error}", hint=f"Usage: {_OLD_USAGE}") from error
     if len(turn) == len(_TURNS):
         rotation = _unit(turn)
     else:
@@ -141,7 +140,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of printing and leaving."""
-        raise TeleopctlError(message, hint=self.format_usage().strip(), exit_status=2)
+        raise UsageError(message, hint=self.format_usage().strip())
 
 
 def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
@@ -149,4 +148,4 @@ def _unit(numbers: Sequence[float]) -> tuple[float, float, float, float]:
     try:
         return normalize((x, y, z, w))
     except ZeroDivisionError:
-        raise TeleopctlError("the quaternion is zero", exit_status=2) from None
+        raise UsageError("the quaternion is zero") from None

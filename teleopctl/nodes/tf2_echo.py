@@ -3,7 +3,7 @@
 import contextlib
 import sys
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.node import Node, init
 from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.tf.echo import echo, echo_text
@@ -44,16 +44,14 @@ def main(args: list[str] | None = None) -> int:
 
 def _parse(words: tuple[str, ...]) -> tuple[str, str, float]:
     if len(words) not in (2, 3):
-        raise TeleopctlError(_USAGE, exit_status=2)
+        raise UsageError(_USAGE)
     target, source, *rest = words
     try:
         rate = float(rest[0]) if rest else 1.0
     except ValueError:
         rate = 0.0
     if not 0.0 < rate < float("inf"):
-        raise TeleopctlError(
-            f"Echo rate must be positive, got '{rest[0]}'", hint=_USAGE, exit_status=2
-        )
+        raise UsageError(f"Echo rate must be positive, got '{rest[0]}'", hint=_USAGE)
     return target, source, rate
 
 

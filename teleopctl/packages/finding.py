@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import AmbiguousNameError, NotFoundError, did_you_mean
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 ENTRY_POINT_GROUP = "teleopctl.nodes"
@@ -97,7 +97,7 @@ def find_package(name: str) -> Package:
     layers = _known(_folder_packages().get(name), _builtin_package(name))
     layers = layers or _known(_installed_packages().get(name))
     if not layers:
-        raise TeleopctlError(
+        raise NotFoundError(
             f"Package '{name}' not found",
             hint=did_you_mean(name, (package.name for package in list_packages()))
             or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
@@ -150,7 +150,7 @@ def _executable_of(package: str, name: str) -> Executable:
     if installed is not None and name in installed.executables:
         return installed.executables[name]
     names = ", ".join(sorted(offered))
-    raise TeleopctlError(
+    raise NotFoundError(
         "No executable found",
         hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
     )
@@ -159,7 +159,7 @@ def _executable_of(package: str, name: str) -> Executable:
 def _executable_file(path: str) -> Executable:
     file = Path(path).expanduser().absolute()
     if not file.is_file():
-        raise TeleopctlError("No executable found", hint=f"There is no file {file}.")
+        raise NotFoundError("No executable found", hint=f"There is no file {file}.")
     return Executable(name=file.name, file=file, import_root=file.parent)
 
 
@@ -169,13 +169,12 @@ def _only_executable(name: str) -> Executable:
     found = [entry.executables[name] for entry in packages if name in entry.executables]
     if not found:
         every = {executable for entry in packages for executable in entry.executables}
-        raise TeleopctlError("No executable found", hint=did_you_mean(name, every))
+        raise NotFoundError("No executable found", hint=did_you_mean(name, every))
     if len({(entry.target, entry.file, entry.import_root) for entry in found}) > 1:
         owners = ", ".join(entry.package for entry in found)
-        raise TeleopctlError(
+        raise AmbiguousNameError(
             f"Several packages have an executable '{name}': {owners}",
             hint=f"Name one: teleopctl run {found[0].package} {name}",
-            exit_status=2,
         )
     return found[0]
 
@@ -206,7 +205,7 @@ def resolve_uri(uri: str) -> Path:
         # file:///C:/x has a slash before the drive letter
         is_drive = len(rest) > 2 and rest[0] == "/" and rest[2] == ":"
         return Path(rest[1:] if is_drive else rest)
-    raise TeleopctlError(f"Cannot open '{uri}': expected package://, file:// or a path")
+    raise NotFoundError(f"Cannot open '{uri}': expected package://, file:// or a path")
 
 
 def _known(*layers: Package | None) -> list[Package]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
 from teleopctl.robot.elements import Element
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
@@ -88,7 +88,7 @@ class RobotDescription:
             TeleopctlError: When there is none, or when a tag is wrong.
         """
         if not self.ros2_control:
-            raise TeleopctlError("no 'ros2_control' tag found in the URDF")
+            raise InvalidDescriptionError("no 'ros2_control' tag found in the URDF")
         return self.ros2_control
 
     @property
@@ -111,7 +111,7 @@ class RobotDescription:
 def _parse_robot(text: str) -> Element:
     root = elements.parse(text)
     if root.tag != "robot":
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             "the robot tag is not root element in URDF or sdf tag is not root element in SDF",
             hint=f"The root element is <{root.tag}>.",
         )
@@ -126,29 +126,31 @@ def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
             do not form one tree.
     """
     if not links:
-        raise TeleopctlError("No link elements found in urdf file")
+        raise InvalidDescriptionError("No link elements found in urdf file")
     parent_of: dict[str, Joint] = {}
     for joint in joints.values():
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
-                raise TeleopctlError(f"{role} link [{name}] of joint [{joint.name}] not found")
+                raise InvalidDescriptionError(
+                    f"{role} link [{name}] of joint [{joint.name}] not found"
+                )
         other = parent_of.setdefault(joint.child, joint)
         if other is not joint:
-            raise TeleopctlError(
+            raise InvalidDescriptionError(
                 f"link [{joint.child}] has two parents: joints [{other.name}] and [{joint.name}]"
             )
     roots = [name for name in links if name not in parent_of]
     if not roots:
-        raise TeleopctlError("No root link found. The robot xml is not a valid tree.")
+        raise InvalidDescriptionError("No root link found. The robot xml is not a valid tree.")
     if len(roots) > 1:
-        raise TeleopctlError(f"Two root links found: [{roots[0]}] and [{roots[1]}]")
+        raise InvalidDescriptionError(f"Two root links found: [{roots[0]}] and [{roots[1]}]")
     reached = {roots[0]}
     for start in links:
         path: list[str] = []
         name = start
         while name not in reached:
             if name in path:
-                raise TeleopctlError(f"The links {path} form a ring")
+                raise InvalidDescriptionError(f"The links {path} form a ring")
             path.append(name)
             name = parent_of[name].parent
         reached.update(path)

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from lxml import etree
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 
 Vector3 = tuple[float, float, float]
 
@@ -43,7 +43,7 @@ def parse(text: str) -> Element:
         TeleopctlError: When it is empty or not XML, with ros2_control's message.
     """
     if not text.strip():
-        raise TeleopctlError("empty URDF passed to robot")
+        raise InvalidDescriptionError("empty URDF passed to robot")
     # The text is decoded already, so an encoding that it declares no longer holds. Entities are
     # left alone: a description has no reason to read other files through them.
     parser = etree.XMLParser(
@@ -52,7 +52,9 @@ def parse(text: str) -> Element:
     try:
         root: Element = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        raise TeleopctlError(f"invalid URDF passed in to robot parser: {error.msg}") from error
+        raise InvalidDescriptionError(
+            f"invalid URDF passed in to robot parser: {error.msg}"
+        ) from error
     return root
 
 
@@ -74,7 +76,7 @@ def required(element: Element, attribute: str) -> str:
     if not value:
         name = element.get("name")
         named = f" with name '{name}'" if name else ""
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"no attribute '{attribute}' in '{element.tag}' tag{named}",
             hint=f"See line {element.sourceline} of the URDF." if element.sourceline else None,
         )
@@ -113,7 +115,7 @@ def number(element: Element, attribute: str, default: float | None = None) -> fl
         return default
     value = to_number(required(element, attribute))
     if value is None:
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"{describe(element)}: attribute '{attribute}' should be a number, got '{text}'"
         )
     return value
@@ -129,7 +131,7 @@ def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
     values = [to_number(part) for part in text.split()]
     found = tuple(value for value in values if value is not None)
     if len(values) != count or len(found) != count:
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"{describe(element)}: attribute '{attribute}' should be {count} numbers, got '{text}'"
         )
     return found
@@ -155,5 +157,5 @@ def boolean(text: str, where: str) -> bool:
     """
     lowered = text.strip().lower()
     if lowered not in ("true", "false"):
-        raise TeleopctlError(f"{where} should be true or false, got '{text}'")
+        raise InvalidDescriptionError(f"{where} should be true or false, got '{text}'")
     return lowered == "true"

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.urdf import Joint, Mimic
 
@@ -118,7 +118,7 @@ class JointSet:
         seen: list[str] = []
         while (mimic := self._followers.get(name)) is not None:
             if name in seen:
-                raise TeleopctlError(f"The joints {seen} follow each other in a ring")
+                raise InvalidDescriptionError(f"The joints {seen} follow each other in a ring")
             seen.append(name)
             offset += factor * mimic.offset
             factor *= mimic.multiplier

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
 from teleopctl.robot.urdf import Pose
 
@@ -161,7 +161,9 @@ def _read_sensor(element: Element, link: str) -> Sensor:
 def _read_camera(element: Element) -> Camera:
     image = element.find("image")
     if image is None:
-        raise TeleopctlError(f"{describe(element)}: a camera needs an <image> with its size")
+        raise InvalidDescriptionError(
+            f"{describe(element)}: a camera needs an <image> with its size"
+        )
     distortion, clip = element.find("distortion"), element.find("clip")
     coefficients = {name: _number(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")}
     center = (0.5, 0.5)
@@ -212,7 +214,9 @@ def _read_pose(element: Element) -> Pose:
 def _vector(element: Element, text: str, count: int) -> list[float]:
     values = [value for part in text.split() if (value := to_number(part)) is not None]
     if len(values) != count or len(text.split()) != count:
-        raise TeleopctlError(f"{describe(element)}: expected {count} numbers, got '{text}'")
+        raise InvalidDescriptionError(
+            f"{describe(element)}: expected {count} numbers, got '{text}'"
+        )
     return values
 
 
@@ -224,14 +228,16 @@ def _number(element: Element | None, tag: str, default: Default) -> float | Defa
     text = (child.text or "").strip() or child.get("value") or ""
     value = to_number(text)
     if value is None:
-        raise TeleopctlError(f"{describe(element)}: <{tag}> should be a number, got '{text}'")
+        raise InvalidDescriptionError(
+            f"{describe(element)}: <{tag}> should be a number, got '{text}'"
+        )
     return value
 
 
 def _required_number(element: Element, tag: str) -> float:
     value = _number(element, tag, None)
     if value is None:
-        raise TeleopctlError(f"{describe(element)}: has no <{tag}>")
+        raise InvalidDescriptionError(f"{describe(element)}: has no <{tag}>")
     return value
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, required, to_number
 from teleopctl.robot.joint_limits import JointLimits, combine_limits
 from teleopctl.robot.urdf import Joint, Mimic
@@ -131,7 +131,7 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
     for element in robot.findall("ros2_control"):
         component = _read_component(element, joints)
         if component.name in components:
-            raise TeleopctlError(f"Component name '{component.name}' is not unique")
+            raise InvalidDescriptionError(f"Component name '{component.name}' is not unique")
         components[component.name] = component
     return tuple(components.values())
 
@@ -139,20 +139,20 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
 def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> HardwareComponent:
     name, kind = required(element, "name"), required(element, "type")
     if kind not in get_args(ComponentType):
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Component '{name}' is of unknown type '{kind}'",
             hint=f"Known are {', '.join(get_args(ComponentType))}.",
         )
     for child in element:
         if child.tag not in _CHILDREN:
-            raise TeleopctlError(
+            raise InvalidDescriptionError(
                 f"invalid tag name '{child.tag}'",
                 hint=f'<ros2_control name="{name}"> may hold {", ".join(_CHILDREN)}.',
             )
     hardware = element.find("hardware")
     plugin = "" if hardware is None else child_text(hardware, "plugin")
     if hardware is None or not plugin:
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Missing <plugin> tag of <hardware> element for '{name}' in your URDF."
         )
     warnings: list[str] = []
@@ -160,7 +160,7 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
     joints = tuple(_read_joint(child, urdf_joints, in_tag, warnings) for child in in_tag.values())
     transmissions = tuple(_read_transmission(child) for child in element.findall("transmission"))
     if kind == "actuator" and any(len(found.joints) != 1 for found in transmissions):
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Actuator '{name}': a transmission of an actuator names exactly one joint"
         )
     is_async = _flag(element, "is_async", default=False)
@@ -204,16 +204,18 @@ def _read_joint(
     part = _read_part(element, "joint")
     joint = urdf_joints.get(part.name)
     if joint is None:
-        raise TeleopctlError(f"Joint '{part.name}' not found in URDF")
+        raise InvalidDescriptionError(f"Joint '{part.name}' not found in URDF")
     if joint.type == "fixed":
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Joint '{part.name}' is of type 'fixed'. "
             "Fixed joints do not make sense in ros2_control."
         )
     mimic = _mimic_in_control(element, part, joint, warnings)
     if mimic is not None:
         if mimic.joint not in in_tag:
-            raise TeleopctlError(f"Mimic joint '{mimic.joint}' not found in <ros2_control> tag")
+            raise InvalidDescriptionError(
+                f"Mimic joint '{mimic.joint}' not found in <ros2_control> tag"
+            )
         part = _without_commands(part, joint, warnings)
     enabled = _limits_enabled(element)
     limits = combine_limits(joint, part.command_interfaces, enabled, warnings)
@@ -229,14 +231,16 @@ def _mimic_in_control(
     if wanted is False:
         return None
     if wanted and joint.mimic is None:
-        raise TeleopctlError(f"Joint '{part.name}' has no mimic information in the URDF")
+        raise InvalidDescriptionError(f"Joint '{part.name}' has no mimic information in the URDF")
     leader = part.parameters.get("mimic")
     if joint.mimic is not None or not leader:
         return joint.mimic
     text = part.parameters.get("multiplier", "1")
     multiplier = to_number(text)
     if multiplier is None:
-        raise TeleopctlError(f"Joint '{part.name}': multiplier should be a number, got '{text}'")
+        raise InvalidDescriptionError(
+            f"Joint '{part.name}': multiplier should be a number, got '{text}'"
+        )
     warnings.append(
         f"Joint '{part.name}' mimics '{leader}' by parameters of <ros2_control>, which newer "
         f'releases ignore. Write <mimic joint="{leader}" multiplier="{text}"/> into its <joint>.'
@@ -254,7 +258,7 @@ def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) ->
     if not part.command_interfaces:
         return part
     if "mimic" not in part.parameters:
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Joint '{joint.name}' has mimic attribute not set to false: "
             "Activated mimic joints cannot have command interfaces."
         )
@@ -291,10 +295,10 @@ def _read_transmission(element: Element) -> Transmission:
     name = required(element, "name")
     plugin = child_text(element, "plugin")
     if not plugin:
-        raise TeleopctlError(f"Missing <plugin> tag in transmission '{name}'")
+        raise InvalidDescriptionError(f"Missing <plugin> tag in transmission '{name}'")
     joints = tuple(_read_end(child) for child in element.findall("joint"))
     if not joints:
-        raise TeleopctlError(f"Transmission '{name}' has no <joint>")
+        raise InvalidDescriptionError(f"Transmission '{name}' has no <joint>")
     return Transmission(
         name=name,
         plugin=plugin,
@@ -319,7 +323,7 @@ def _child_number(element: Element, tag: str, default: str) -> float:
     value = to_number(text)
     if value is None:
         name = element.get("name")
-        raise TeleopctlError(f"<{tag}> of '{name}' should be a number, got '{text}'")
+        raise InvalidDescriptionError(f"<{tag}> of '{name}' should be a number, got '{text}'")
     return value
 
 
@@ -341,7 +345,7 @@ def _integer(element: Element, attribute: str, default: int, *, least: int) -> i
     value = int(text) if text.isascii() and text.isdigit() else -1
     if not least <= value < 2**31:
         expected = "a non-zero positive integer" if least else "an integer that is not negative"
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f'Could not parse {attribute} tag in "{element.get("name")}". '
             f'Got "{text}", but expected {expected}.'
         )

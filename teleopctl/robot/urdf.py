@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal, cast, get_args
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, Vector3, describe, number, numbers, required, vector
 
 JointType = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
@@ -189,7 +189,7 @@ def read_links(robot: Element) -> dict[str, Link]:
     for element in robot.findall("link"):
         name = required(element, "name")
         if name in links:
-            raise TeleopctlError(f"link '{name}' is not unique")
+            raise InvalidDescriptionError(f"link '{name}' is not unique")
         inertial = element.find("inertial")
         links[name] = Link(
             name=name,
@@ -211,7 +211,7 @@ def read_joints(robot: Element) -> dict[str, Joint]:
     for element in robot.findall("joint"):
         joint = _read_joint(element)
         if joint.name in joints:
-            raise TeleopctlError(f"joint '{joint.name}' is not unique")
+            raise InvalidDescriptionError(f"joint '{joint.name}' is not unique")
         joints[joint.name] = joint
     for joint in joints.values():
         _check_mimic(joint, joints)
@@ -222,14 +222,14 @@ def _read_joint(element: Element) -> Joint:
     name = required(element, "name")
     kind = required(element, "type")
     if kind not in get_args(JointType):
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Joint '{name}' has no known type: '{kind}'",
             hint=f"Known are {', '.join(get_args(JointType))}.",
         )
     limit, mimic, dynamics = (element.find(tag) for tag in ("limit", "mimic", "dynamics"))
     safety = element.find("safety_controller")
     if limit is None and kind in ("revolute", "prismatic"):
-        raise TeleopctlError(
+        raise InvalidDescriptionError(
             f"Joint '{name}' is of type '{kind}' but it does not specify limits",
             hint="Add <limit lower upper effort velocity>, or make the joint continuous.",
         )
@@ -263,7 +263,7 @@ def _read_joint(element: Element) -> Joint:
 def _linked(joint: Element, tag: str) -> str:
     element = joint.find(tag)
     if element is None:
-        raise TeleopctlError(f"Joint '{joint.get('name')}' has no <{tag}>")
+        raise InvalidDescriptionError(f"Joint '{joint.get('name')}' has no <{tag}>")
     return required(element, "link")
 
 
@@ -283,7 +283,7 @@ def _read_axis(joint: Element, kind: str) -> Vector3:
     x, y, z = vector(element, "xyz")
     length = math.hypot(x, y, z)
     if length == 0.0:
-        raise TeleopctlError(f"Joint '{joint.get('name')}' has an axis of length zero")
+        raise InvalidDescriptionError(f"Joint '{joint.get('name')}' has an axis of length zero")
     return (x / length, y / length, z / length)
 
 
@@ -292,11 +292,11 @@ def _check_mimic(joint: Joint, joints: dict[str, Joint]) -> None:
     mimic = joint.mimic
     while mimic is not None:
         if mimic.joint not in joints:
-            raise TeleopctlError(
+            raise InvalidDescriptionError(
                 f"Joint '{seen[-1]}' mimics the joint '{mimic.joint}', which does not exist"
             )
         if mimic.joint in seen:
-            raise TeleopctlError(f"Joint '{joint.name}' mimics itself by way of {seen}")
+            raise InvalidDescriptionError(f"Joint '{joint.name}' mimics itself by way of {seen}")
         seen.append(mimic.joint)
         mimic = joints[mimic.joint].mimic
 
@@ -311,7 +311,7 @@ def _read_origin(element: Element) -> Pose:
 def _read_inertial(element: Element) -> Inertial:
     mass, inertia = element.find("mass"), element.find("inertia")
     if mass is None or inertia is None:
-        raise TeleopctlError(f"{describe(element)}: needs a <mass> and an <inertia>")
+        raise InvalidDescriptionError(f"{describe(element)}: needs a <mass> and an <inertia>")
     return Inertial(
         mass=number(mass, "value"),
         origin=_read_origin(element),
@@ -355,7 +355,7 @@ def _read_geometry(owner: Element) -> Geometry:
     geometry = owner.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:
-        raise TeleopctlError(f"{describe(owner)}: has no <geometry> with a shape")
+        raise InvalidDescriptionError(f"{describe(owner)}: has no <geometry> with a shape")
     if shape.tag == "box":
         return Box(vector(shape, "size"))
     if shape.tag == "cylinder":
@@ -366,4 +366,4 @@ def _read_geometry(owner: Element) -> Geometry:
         return Sphere(number(shape, "radius"))
     if shape.tag == "mesh":
         return Mesh(required(shape, "filename"), vector(shape, "scale", (1.0, 1.0, 1.0)))
-    raise TeleopctlError(f"{describe(shape)}: unknown shape")
+    raise InvalidDescriptionError(f"{describe(shape)}: unknown shape")

@@ -16,7 +16,7 @@ from types import ModuleType
 from xml.parsers.expat import ExpatError, errors
 
 from teleopctl.compat import ament_index_python
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
@@ -62,7 +62,7 @@ def expand(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
         except ExpatError as error:
             raise _syntax_error(xacro, error) from error
         except OSError as error:
-            raise TeleopctlError(
+            raise InvalidDescriptionError(
                 f"Cannot read {error.filename or path}: {error.strerror}"
             ) from error
         except xacro.XacroException as error:
@@ -79,7 +79,7 @@ def _syntax_error(xacro: ModuleType, error: ExpatError) -> TeleopctlError:
     if error.code == _UNBOUND_PREFIX:
         hint = 'Declare xmlns:xacro="http://www.ros.org/wiki/xacro" in the root element.'
     reason = errors.messages[error.code]
-    return TeleopctlError(
+    return InvalidDescriptionError(
         f"{xacro.filestack[-1]}:{error.lineno}:{error.offset + 1}: invalid XML: {reason}", hint=hint
     )
 
@@ -91,10 +91,10 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
         missing = cause.filename or path
         message = f"Cannot read {missing}: {cause.strerror}"
         if Path(str(missing)) == path:
-            return TeleopctlError(f"Cannot read {path}: {cause.strerror}")
-        return TeleopctlError(f"{_place(xacro, path, None)}: {message}")
+            return InvalidDescriptionError(f"Cannot read {path}: {cause.strerror}")
+        return InvalidDescriptionError(f"{_place(xacro, path, None)}: {message}")
     if isinstance(cause, RecursionError):
-        return TeleopctlError(
+        return InvalidDescriptionError(
             f"{_place(xacro, path, None)}: files or macros include each other without end"
         )
     reason = str(error)
@@ -107,7 +107,7 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
     macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
     inside = f" (in macro {' > '.join(macros)})" if macros else ""
     reason = " ".join(reason.split()) or type(error).__name__
-    return TeleopctlError(f"{place}: {reason}{inside}")
+    return InvalidDescriptionError(f"{place}: {reason}{inside}")
 
 
 def _root_cause(error: BaseException) -> BaseException:

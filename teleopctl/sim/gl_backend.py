@@ -10,7 +10,7 @@ import ctypes
 import os
 import sys
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UnavailableError
 
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 
@@ -47,7 +47,7 @@ def missing_library(reason: object) -> TeleopctlError:
         reason: What failed, in the words of whoever noticed.
     """
     first_line = str(reason).strip().splitlines()[0] if str(reason).strip() else "no OpenGL"
-    return TeleopctlError(
+    return UnavailableError(
         f"Cannot render, a system library for drawing is missing: {first_line}",
         hint=INSTALL_HINT,
     )

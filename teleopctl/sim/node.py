@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.node import (
@@ -80,7 +80,7 @@ class MujocoSim(Node):
             ("state_rate", 1),
         ):
             if not self._number(name) >= least:
-                raise TeleopctlError(
+                raise InvalidParameterError(
                     f"Parameter '{name}' is {self.get_parameter(name).value}, "
                     f"expected a number of at least {least:g}"
                 )
@@ -89,7 +89,7 @@ class MujocoSim(Node):
     def _number(self, name: str) -> float:
         value = self.get_parameter(name).value
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise TeleopctlError(f"Parameter '{name}' is '{value}', expected a number")
+            raise InvalidParameterError(f"Parameter '{name}' is '{value}', expected a number")
         return float(value)
 
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:

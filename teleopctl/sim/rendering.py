@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UnavailableError
 from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.mujoco_model.model import RobotModel
 from teleopctl.sim.gl_backend import missing_library
@@ -146,7 +146,7 @@ def make_renderer(
     if quality == "fast":
         return CameraRenderer(model, camera, FAST, image), f"drawing at quality {FAST}"
     if quality != "auto":
-        raise TeleopctlError(
+        raise UnavailableError(
             f"Unknown quality '{quality}'", hint=f"It is one of {', '.join(QUALITIES)}"
         )
     budget = _SHARE / camera.rate_hz

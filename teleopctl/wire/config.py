@@ -13,7 +13,7 @@ from typing import Literal
 
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 
 SessionMode = Literal["peer", "client"]
 
@@ -190,10 +190,9 @@ def _from_text(template: str, **values: str) -> zenoh.Config:
     try:
         return zenoh.Config.from_json5(text)
     except zenoh.ZError as error:
-        raise TeleopctlError(
+        raise UsageError(
             f"Zenoh does not accept the endpoint {router_endpoint()!r}: {reason_of(error)}",
             hint="TELEOPCTL_ROUTER has the form tcp/host:port.",
-            exit_status=2,
         ) from error
 
 
@@ -201,10 +200,9 @@ def _from_file(path: str, variable: str) -> zenoh.Config:
     try:
         return zenoh.Config.from_file(path.removeprefix("file://"))
     except zenoh.ZError as error:
-        raise TeleopctlError(
+        raise UsageError(
             f"The Zenoh configuration {path} named by {variable} cannot be used: "
             f"{reason_of(error)}",
-            exit_status=2,
         ) from error
 
 
@@ -220,10 +218,9 @@ def _override(config: zenoh.Config) -> zenoh.Config:
             except zenoh.ZError as error:
                 fault = reason_of(error)
         if fault is not None:
-            raise TeleopctlError(
+            raise UsageError(
                 f"A part of ZENOH_CONFIG_OVERRIDE cannot be used, {assignment!r}: {fault}",
                 hint="Its form is key=value;key=value, the values in JSON5.",
-                exit_status=2,
             )
     return config
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
 from teleopctl.wire.config import reason_of, router_config, router_endpoint
 from teleopctl.wire.session import RouterNotRunning, open_session
 
@@ -110,7 +110,7 @@ def stop_router() -> bool:
         background.stop(record)
         return True
     if router_is_running():
-        raise TeleopctlError(
+        raise RefusedError(
             f"The router at {router_endpoint()} was not started by 'teleopctl daemon start'.",
             hint="Stop it where it was started: it may be rmw_zenohd, or belong to another user.",
         )
@@ -144,7 +144,7 @@ def run_router(endpoint: str | None = None) -> None:
         reason = reason_of(error) if isinstance(error, zenoh.ZError) else str(error)
         failure = f"The router cannot start: {reason}"
         background.announce_ready(failure)
-        raise TeleopctlError(failure) from error
+        raise UnavailableError(failure) from error
     with session:
         background.announce_ready()
         woken.recv(1)
@@ -171,7 +171,7 @@ def _check_port_is_free(endpoint: str) -> None:
         socket.create_connection((host, port), timeout=1.0).close()
     except OSError:
         return
-    raise TeleopctlError(
+    raise UnavailableError(
         f"Port {port} is taken by {_holder(port)}, which does not answer as a Zenoh router.",
         hint=f"End that program, or use another port: TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
     )
@@ -183,7 +183,7 @@ def _check_is_here(endpoint: str) -> None:
     if port is None:
         return
     if not any(_can_bind(*info) for info in _resolve(host)):
-        raise TeleopctlError(
+        raise UnavailableError(
             f"No router answers at {endpoint}, and it cannot be started from here: {host} is not "
             "an address of this machine.",
             hint="Start it there, or correct TELEOPCTL_ROUTER.",

@@ -4,7 +4,7 @@ import os
 
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.wire.config import (
     SessionMode,
     has_endpoints,
@@ -16,7 +16,7 @@ from teleopctl.wire.config import (
 from teleopctl.wire.keys import decimal
 
 
-class RouterNotRunning(TeleopctlError):
+class RouterNotRunning(UnavailableError):
     """No router answers at the endpoint where one is expected."""
 
     def __init__(self, endpoint: str) -> None:
@@ -36,9 +36,7 @@ def domain_id() -> int:
     text = os.environ.get("ROS_DOMAIN_ID", "").strip()
     domain = decimal(text or "0")
     if domain is None:
-        raise TeleopctlError(
-            f"ROS_DOMAIN_ID is {text!r}, but a domain is a number from 0.", exit_status=2
-        )
+        raise UsageError(f"ROS_DOMAIN_ID is {text!r}, but a domain is a number from 0.")
     return domain
 
 
@@ -65,7 +63,7 @@ def open_session(mode: SessionMode) -> zenoh.Session:
     except zenoh.ZError as error:
         if configured_mode == "client":
             raise RouterNotRunning(router_endpoint()) from error
-        raise TeleopctlError(f"Zenoh cannot open a session: {reason_of(error)}") from error
+        raise UnavailableError(f"Zenoh cannot open a session: {reason_of(error)}") from error
     if configured_mode == "peer" and seeks_router:
         from teleopctl.wire.introduction import introduce
 

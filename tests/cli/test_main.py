@@ -9,7 +9,7 @@ import pytest
 from teleopctl import __version__
 from teleopctl.cli import main, ros2_options, typer_app
 from teleopctl.cli.verb import Argument, Group, Verb
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 
 
 def end(how: Annotated[str, Argument(help="How to end.")]) -> int | None:
@@ -23,7 +23,7 @@ def end(how: Annotated[str, Argument(help="How to end.")]) -> int | None:
         case "fail":
             raise TeleopctlError("no such arm", hint="buy one")
         case "misuse":
-            raise TeleopctlError("not like this", exit_status=2)
+            raise UsageError("not like this")
         case "interrupt":
             raise KeyboardInterrupt
         case "defect":

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
     from teleopctl.launch.execution.status import ProcessStatus
@@ -101,14 +101,13 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
         if separator and name:
             arguments[name] = value
         elif arguments or separator or len(names) == 2 or any(map(is_launch_file, names)):
-            raise TeleopctlError(
+            raise UsageError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'",
-                exit_status=2,
             )
         else:
             names.append(word)
     if not names:
-        raise TeleopctlError("Which launch file?", hint="teleopctl launch FILE", exit_status=2)
+        raise UsageError("Which launch file?", hint="teleopctl launch FILE")
     return (names[0] if len(names) == 2 else None), names[-1], arguments
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 from teleopctl import background
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import SystemFailureError, TeleopctlError, UsageError
 from teleopctl.launch.execution.running import find_running, newest_log
 
 VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
@@ -37,7 +37,7 @@ def logs(
 ) -> int:
     """Print the output of a background process."""
     if lines is not None and lines < 0:
-        raise TeleopctlError("The number of lines must not be negative", exit_status=2)
+        raise UsageError("The number of lines must not be negative")
     log_file, is_running = _find(name)
     try:
         with log_file.open("rb") as log:
@@ -51,7 +51,7 @@ def logs(
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        raise TeleopctlError(f"Cannot read {log_file}: {error.strerror}") from error
+        raise SystemFailureError(f"Cannot read {log_file}: {error.strerror}") from error
     return 0
 
 
@@ -66,7 +66,7 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
         return log_file, lambda: False
     if len(found) > 1:
         names = ", ".join(entry.qualified_name for entry in found)
-        raise TeleopctlError(f"'{name}' may be {names}", hint="Name one of them.", exit_status=2)
+        raise UsageError(f"'{name}' may be {names}", hint="Name one of them.")
     record = found[0].record
     return record.log_file, lambda: background.is_alive(record)
 

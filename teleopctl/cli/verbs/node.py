@@ -8,7 +8,7 @@ from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Group, Option, Verb
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.wire.graph import is_hidden_name
 from teleopctl.wire.tokens import EntityKind
 
@@ -69,7 +69,7 @@ def node_info(
     node = graph.find_node(name)
     if node is None:
         hint = did_you_mean(name, graph.node_names(include_hidden=True))
-        raise TeleopctlError(f"Unable to find node '{name}'", hint=hint)
+        raise NotFoundError(f"Unable to find node '{name}'", hint=hint)
     sections = _sections(node, include_hidden=include_hidden)
     if as_json:
         document = {_key(title): dict(entries) for title, entries in sections.items()}

@@ -9,7 +9,7 @@ from typing import Annotated
 from teleopctl import packages
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, SystemFailureError, UsageError, did_you_mean
 from teleopctl.packages import Executable
 
 VERB = Verb(
@@ -68,12 +68,10 @@ def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
         return packages.find_executable(None, first), rest
     try:
         offered = packages.find_package(first).executables
-    except TeleopctlError as unknown_package:
+    except NotFoundError as unknown_package:
         try:
             return packages.find_executable(None, first), rest
-        except TeleopctlError as unknown_executable:
-            if unknown_executable.exit_status == 2:
-                raise
+        except NotFoundError:
             unknown_package.hint = _suggestion(first) or unknown_package.hint
             raise unknown_package from None
     if rest and not rest[0].startswith("-"):
@@ -94,7 +92,7 @@ def _words(prefix: str) -> list[str]:
     try:
         return shlex.split(prefix)
     except ValueError as error:
-        raise TeleopctlError(f"--prefix {prefix}: {error}", exit_status=2) from error
+        raise UsageError(f"--prefix {prefix}: {error}") from error
 
 
 def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
@@ -114,7 +112,7 @@ def _replace_this_process(command: list[str]) -> int:
     try:
         os.execvp(command[0], command)  # noqa: S606 -- --prefix is the user's own command
     except OSError as error:
-        raise TeleopctlError(f"Cannot run {command[0]}: {error.strerror}") from error
+        raise SystemFailureError(f"Cannot run {command[0]}: {error.strerror}") from error
 
 
 def _start_in_background(executable: Executable, command: list[str]) -> int:

@@ -8,7 +8,7 @@ from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.interfaces.store import get_service, type_hash
 from teleopctl.interfaces.yaml import message_from_yaml, message_to_dict
 from teleopctl.wire.graph import query_graph
@@ -38,7 +38,7 @@ def call(
     Without a server it waits for one.
     """
     if rate is not None and rate <= 0:
-        raise TeleopctlError("The rate must be greater than zero", exit_status=2)
+        raise UsageError("The rate must be greater than zero")
     service_class = get_service(service_type)
     request = message_from_yaml(service_class.Request, values)
     with command_node(session_mode="client") as node:
@@ -51,7 +51,9 @@ def call(
                 console.flush()
             response = client.call(request, timeout)
             if response is None:
-                raise TeleopctlError(f"'{client.service_name}' did not answer within {timeout:g} s")
+                raise UnavailableError(
+                    f"'{client.service_name}' did not answer within {timeout:g} s"
+                )
             if as_json:
                 console.out_json(message_to_dict(response), compact=True)
             else:
@@ -67,11 +69,11 @@ def _wait_for_server(client: "Client", longest_wait_s: float | None) -> None:
     if not query_graph(session).servers(name, client.type_name):
         console.note("waiting for service to become available...")
         if not client.wait_for_service(longest_wait_s):
-            raise TeleopctlError(f"No server for '{name}' came within {longest_wait_s:g} s")
+            raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
     servers = query_graph(session).servers(name, client.type_name)
     ours = type_hash(client.type_name)
     if servers and all(server.type_hash != ours for server in servers):
-        raise TeleopctlError(
+        raise UnavailableError(
             f"The server of '{name}' ({servers[0].full_name}) means another version of "
             f"{client.type_name}: the type hashes differ",
             hint="Does ROS_DISTRO name its distribution?",

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.store import get_message
 
 Points = npt.NDArray[Any]
@@ -74,13 +74,13 @@ def read_points(
     """
     kind = dtype_from_fields(cloud.fields, cloud.point_step)
     if cloud.height > 1 and cloud.row_step != cloud.width * cloud.point_step:
-        raise TeleopctlError("the rows of the point cloud are padded, which cannot be read")
+        raise InvalidMessageError("the rows of the point cloud are padded, which cannot be read")
     points: Points = np.frombuffer(cloud.data, dtype=kind, count=cloud.width * cloud.height)
     if bool(sys.byteorder == "little") == bool(cloud.is_bigendian):
         points = points.byteswap()
     if field_names is not None:
         if missing := [name for name in field_names if name not in (kind.names or ())]:
-            raise TeleopctlError(
+            raise InvalidMessageError(
                 f"the point cloud has no field {', '.join(missing)}",
                 hint=f"It has {', '.join(kind.names or ())}.",
             )
@@ -110,7 +110,7 @@ def read_points_numpy(
     points = read_points(cloud, field_names, skip_nans, uvs, reshape_organized_cloud)
     columns = [points[name] for name in points.dtype.names or ()]
     if len({column.dtype for column in columns}) > 1:
-        raise TeleopctlError(
+        raise InvalidMessageError(
             "the fields of the point cloud are of several types", hint="Name those of one type."
         )
     return np.stack(columns, axis=-1)
@@ -149,7 +149,7 @@ def create_cloud(
     if given.dtype.names is None:
         given = given.reshape(-1, len(names)) if given.size == 0 else given
         if given.ndim < 2 or given.shape[-1] != len(names):
-            raise TeleopctlError(
+            raise InvalidMessageError(
                 f"points of shape {given.shape} do not fit {len(names)} fields ({', '.join(names)})"
             )
         filled = np.zeros(given.shape[:-1], dtype=kind)

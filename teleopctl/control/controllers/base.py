@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidParameterError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -168,4 +168,4 @@ def _of_type(name: str, value: Any, default: Any) -> Any:
         expected = "a string"
     else:
         return value
-    raise TeleopctlError(f"Parameter '{name}' must be {expected}, got {value!r}")
+    raise InvalidParameterError(f"Parameter '{name}' must be {expected}, got {value!r}")

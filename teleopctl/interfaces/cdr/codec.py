@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout
 from teleopctl.interfaces.cdr.reading import Read
@@ -86,7 +86,7 @@ class Codecs:
             source = generator.source(key.type_name, key.is_nested)
             return _compile(key, source, generator.constants)
         except RecursionError:
-            raise TeleopctlError(f"{key.type_name} is nested too deeply") from None
+            raise InvalidMessageError(f"{key.type_name} is nested too deeply") from None
 
 
 class _Source:

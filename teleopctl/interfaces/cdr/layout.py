@@ -22,7 +22,7 @@ from functools import cache
 from struct import Struct
 from typing import TypeAlias
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
 
@@ -154,12 +154,12 @@ class Layout:
     def _weight(self, type_name: str, outer: tuple[str, ...]) -> int:
         """Return how many fields a message has, those of nested messages included."""
         if type_name in outer:
-            raise TeleopctlError(f"{type_name} contains itself")
+            raise InvalidMessageError(f"{type_name} contains itself")
         if type_name not in self._weights:
             fields = self.definition(type_name).wire_fields
             for field in fields:
                 if field.type.base == "wstring":
-                    raise TeleopctlError(
+                    raise InvalidMessageError(
                         f"{type_name} has a wide string, which cannot be sent or received"
                     )
             self._weights[type_name] = 1 + sum(

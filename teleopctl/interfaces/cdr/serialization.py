@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces.blocks import BLOCK_CODES, to_numpy
 from teleopctl.interfaces.cdr.codec import Codecs, Reader, Writer
 from teleopctl.interfaces.cdr.layout import HEADER_SIZE
@@ -97,8 +97,8 @@ def as_numpy(message: Any, field: str) -> NumberArray:
         if candidate.attribute == field:
             if candidate.type.shape and candidate.type.base in BLOCK_CODES:
                 return to_numpy(candidate.type.base, stored(message, candidate))
-            raise TeleopctlError(f"Field {field!r} of {message.TYPE_NAME} holds no numbers")
-    raise TeleopctlError(f"{message.TYPE_NAME} has no field {field!r}")
+            raise InvalidMessageError(f"Field {field!r} of {message.TYPE_NAME} holds no numbers")
+    raise InvalidMessageError(f"{message.TYPE_NAME} has no field {field!r}")
 
 
 def _find_writer(message_class: type[Any]) -> Writer:
@@ -116,13 +116,13 @@ def _find_reader(message_class: type[Any], is_little: bool) -> Reader:
 
 def _check_class(message_class: object) -> None:
     if not (isinstance(message_class, type) and issubclass(message_class, Message)):
-        raise TeleopctlError(f"{message_class!r} is not a message class")
+        raise InvalidMessageError(f"{message_class!r} is not a message class")
 
 
 def _unreadable(size: int, message_class: type[Any], error: Exception) -> TeleopctlError:
     _check_class(message_class)
     reason = "it ends too early" if isinstance(error, struct.error) else str(error)
-    return TeleopctlError(
+    return InvalidMessageError(
         f"{size} bytes are not a message of type {message_class.TYPE_NAME}: {reason}"
     )
 
@@ -130,7 +130,7 @@ def _unreadable(size: int, message_class: type[Any], error: Exception) -> Teleop
 def _unserializable(message: Message, error: Exception) -> TeleopctlError:
     """Name the field of a message that cannot be serialised."""
     reason = _first_fault(message, "") or str(error)
-    return TeleopctlError(f"{message.TYPE_NAME} cannot be serialised: {reason}")
+    return InvalidMessageError(f"{message.TYPE_NAME} cannot be serialised: {reason}")
 
 
 def _first_fault(message: Message, path: str) -> str | None:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import yaml
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.interfaces.convert import check_length, converter, expected
 from teleopctl.interfaces.definition import (
     FLOATS,
@@ -60,7 +60,7 @@ def message_from_yaml(
     try:
         message = _message(message_class, values, "", stamp)
     except _BadValueError as error:
-        raise TeleopctlError(str(error), hint=_hint(message_class), exit_status=2) from None
+        raise UsageError(str(error), hint=_hint(message_class)) from None
     assert isinstance(message, message_class)
     return message
 
@@ -76,7 +76,7 @@ def _load(text: str) -> object:
         return yaml.load(text, _LOADER)  # noqa: S506 - one of the two safe loaders
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
-        raise TeleopctlError(f"This is not YAML: {reason}", exit_status=2) from error
+        raise UsageError(f"This is not YAML: {reason}") from error
 
 
 def _hint(message_class: type[Message]) -> str:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model.descriptions import Parameter
 
 
@@ -126,7 +126,7 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
         try:
             RobotDescription.from_urdf(text)
         except TeleopctlError as error:
-            raise TeleopctlError(f"{file}: {error.message}", hint=error.hint) from error
+            raise LaunchError(f"{file}: {error.message}", hint=error.hint) from error
     return text
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError, TeleopctlError, UsageError
 from teleopctl.launch.evaluation import values
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.processes import ProcessBuilder, at_key, join_namespace
@@ -88,16 +88,10 @@ def located(place: Place) -> Iterator[None]:
     """Put file and line before the message of an error raised in the block."""
     try:
         yield
-    except _LocatedError:
-        raise
     except TeleopctlError as error:
-        raise _LocatedError(
-            f"{place}: {error.message}", hint=error.hint, exit_status=error.exit_status
-        ) from error
-
-
-class _LocatedError(TeleopctlError):
-    """An error whose message already says where."""
+        if error.place is not None:
+            raise
+        raise error.at(str(place)) from error
 
 
 class _Evaluation:
@@ -130,19 +124,17 @@ class _Evaluation:
         if action.name not in variables:
             if action.default is None:
                 description = action.description or "no description given"
-                raise TeleopctlError(
+                raise UsageError(
                     f"Required launch argument '{action.name}' (description: '{description}') "
                     "was not provided",
                     hint=f"Give it behind the file: {action.name}:=VALUE",
-                    exit_status=2,
                 )
             variables[action.name] = self._text(action.default)
         value = variables[action.name]
         if action.choices and value not in action.choices:
-            raise TeleopctlError(
+            raise UsageError(
                 f'Argument "{action.name}" provided value "{value}" is not valid. '
                 f"Valid options are: {list(action.choices)}",
-                exit_status=2,
             )
 
     def let(self, action: Let) -> None:
@@ -159,7 +151,7 @@ class _Evaluation:
     def include(self, action: Include) -> None:
         path = included_path(self._text(action.file), self.context.file)
         if self._depth >= _MAX_INCLUDES:
-            raise TeleopctlError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
+            raise LaunchError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
         for name, value in action.arguments:
             self.context.scope.variables[self._text(name)] = self._text(value)
         self._depth += 1
@@ -196,16 +188,18 @@ class _Evaluation:
         if level == "WARN":
             level = "WARNING"
         if level not in _LOG_LEVELS:
-            raise TeleopctlError(
+            raise LaunchError(
                 f"'level': expected one of {', '.join(sorted(_LOG_LEVELS))}, got '{level}'"
             )
         self.messages.append((level, self._text(action.message)))
 
     def shutdown(self, action: Shutdown) -> None:
         if self.context.start_delay > 0:
-            raise TeleopctlError("'shutdown' cannot stand in a timer")
+            raise LaunchError("'shutdown' cannot stand in a timer")
+        reason = LaunchError(self._text(action.reason))
         # Whoever wrote the file knows better than its line number what the person has to know.
-        raise _LocatedError(self._text(action.reason))
+        reason.place = ""
+        raise reason
 
     def start_process(self, action: StartProcess) -> None:
         self.builder.add(action)

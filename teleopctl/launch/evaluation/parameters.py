@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from teleopctl import ros_yaml
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -68,7 +68,7 @@ def convert(text: str, type_name: str) -> object:
     if type_name.startswith("list_of_"):
         items = _scalars(text)
         if not isinstance(items, list):
-            raise TeleopctlError(f"expected a list like [a, b], got '{text}'")
+            raise LaunchError(f"expected a list like [a, b], got '{text}'")
         return [convert(str(item), type_name.removeprefix("list_of_")) for item in items]
     if type_name == "str":
         return text
@@ -82,7 +82,7 @@ def convert(text: str, type_name: str) -> object:
         pass
     if type_name == "bool" and word.lower() in _TRUE | _FALSE:
         return word.lower() in _TRUE
-    raise TeleopctlError(f"expected a value of type {type_name}, got '{text}'")
+    raise LaunchError(f"expected a value of type {type_name}, got '{text}'")
 
 
 def unify(values: list[Any]) -> list[Any]:
@@ -96,7 +96,7 @@ def unify(values: list[Any]) -> list[Any]:
         return [float(value) for value in values]
     if len(kinds) > 1:
         names = ", ".join(sorted(kind.__name__ for kind in kinds))
-        raise TeleopctlError(f"the items of a list parameter have one type, these have {names}")
+        raise LaunchError(f"the items of a list parameter have one type, these have {names}")
     return values
 
 

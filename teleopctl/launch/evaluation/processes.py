@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation import values
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
@@ -48,7 +48,7 @@ def at_key(key: str) -> Iterator[None]:
     try:
         yield
     except TeleopctlError as error:
-        raise TeleopctlError(f"'{key}': {error.message}", hint=error.hint) from error
+        raise LaunchError(f"'{key}': {error.message}", hint=error.hint) from error
 
 
 class ProcessBuilder:
@@ -139,7 +139,7 @@ class ProcessBuilder:
         text = self._text(action.command)
         command = [text] if shell else _words(text, "cmd")
         if not text.strip():
-            raise TeleopctlError("'cmd': the command is empty")
+            raise LaunchError("'cmd': the command is empty")
         return "", Path(text.split()[0] if shell else command[0]).name, command
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
@@ -191,7 +191,7 @@ class ProcessBuilder:
             write_inline()
             path = resolve_uri(self._text(entry.path)).absolute()
             if not path.is_file():
-                raise TeleopctlError(f"'param.from': there is no parameter file {path}")
+                raise LaunchError(f"'param.from': there is no parameter file {path}")
             words.extend(["--params-file", str(path)])
         write_inline()
         return words
@@ -200,7 +200,7 @@ class ProcessBuilder:
         try:
             return self._tree_value(entry.value, entry.type_name)
         except TeleopctlError as error:
-            raise TeleopctlError(
+            raise LaunchError(
                 f"parameter '{entry.name.source}': {error.message}", hint=error.hint
             ) from error
 
@@ -226,7 +226,7 @@ class ProcessBuilder:
     def _shows_stdout(self, output: Template | None) -> bool:
         text = self._optional(output) or "log"
         if text not in _OUTPUTS:
-            raise TeleopctlError(f"'output': expected screen, log or both, got '{text}'")
+            raise LaunchError(f"'output': expected screen, log or both, got '{text}'")
         return self._show_all_output or text not in ("log", "own_log")
 
     def _text(self, text: Template) -> str:

@@ -13,7 +13,7 @@ import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.launch.evaluation import values
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
@@ -37,7 +37,7 @@ def _substitute(call: Call, context: LaunchContext) -> str:
         return _evaluate(call, context)
     entry = _FUNCTIONS.get(call.name)
     if entry is None:
-        raise TeleopctlError(
+        raise LaunchError(
             f"{call.source}: unknown substitution '{call.name}'",
             hint=did_you_mean(call.name, _FUNCTIONS),
         )
@@ -45,7 +45,7 @@ def _substitute(call: Call, context: LaunchContext) -> str:
     count = len(call.arguments)
     if count < least or (most is not None and count > most):
         expected = str(least) if least == most else f"{least} to {most}"
-        raise TeleopctlError(
+        raise LaunchError(
             f"{call.source}: expected {expected if most is not None else f'at least {least}'} "
             f"argument(s), got {count}"
         )
@@ -59,7 +59,7 @@ def _evaluate(call: Call, context: LaunchContext) -> str:
             return evaluate(render(call.arguments[0].template, context))
         return evaluate(" ".join(_requoted(argument, context) for argument in call.arguments))
     except ExpressionError as error:
-        raise TeleopctlError(f"{call.source}: {error}") from error
+        raise LaunchError(f"{call.source}: {error}") from error
 
 
 def _requoted(argument: Argument, context: LaunchContext) -> str:
@@ -72,7 +72,7 @@ def _var(arguments: Sequence[str], context: LaunchContext) -> str:
         return context.scope.variables[name]
     if len(arguments) > 1:
         return arguments[1]
-    raise TeleopctlError(
+    raise LaunchError(
         f"launch configuration '{name}' does not exist",
         hint=did_you_mean(name, context.scope.variables),
     )
@@ -84,7 +84,7 @@ def _env(arguments: Sequence[str], context: LaunchContext) -> str:
         return value
     if len(arguments) > 1:
         return arguments[1]
-    raise TeleopctlError(f"environment variable '{arguments[0]}' does not exist")
+    raise LaunchError(f"environment variable '{arguments[0]}' does not exist")
 
 
 def _optional_env(arguments: Sequence[str], context: LaunchContext) -> str:
@@ -100,7 +100,7 @@ def _find_pkg_share(arguments: Sequence[str], _: LaunchContext) -> str:
 def _find_exec(arguments: Sequence[str], context: LaunchContext) -> str:
     found = shutil.which(arguments[0], path=context.environment_value("PATH"))
     if found is None:
-        raise TeleopctlError(f"executable '{arguments[0]}' not found on the PATH")
+        raise LaunchError(f"executable '{arguments[0]}' not found on the PATH")
     return found
 
 
@@ -125,7 +125,7 @@ def _xacro(arguments: Sequence[str], context: LaunchContext) -> str:
     for argument in arguments[1:]:
         name, separator, value = argument.partition(":=")
         if not separator or not name:
-            raise TeleopctlError(f"$(xacro …): expected 'name:=value', got '{argument}'")
+            raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
         mappings[name] = value
     return context.robot_description(resolve_uri(arguments[0]).absolute(), mappings)
 
@@ -133,13 +133,13 @@ def _xacro(arguments: Sequence[str], context: LaunchContext) -> str:
 def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     words = values.words(arguments[0])
     if not words:
-        raise TeleopctlError("$(command …): the command is empty")
+        raise LaunchError("$(command …): the command is empty")
     if Path(words[0]).name == "xacro" and len(words) > 1 and words[1][:1] != "-":
         # What every launch file in the world does; it needs no xacro on the PATH here.
         return _xacro(words[1:], context)
     on_stderr = arguments[1] if len(arguments) > 1 else "fail"
     if on_stderr not in ("fail", "ignore", "warn", "capture"):
-        raise TeleopctlError(
+        raise LaunchError(
             f"$(command …): expected fail, ignore, warn or capture, got '{on_stderr}'"
         )
     try:
@@ -154,15 +154,15 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
             env=context.environment(),
         )
     except (OSError, ValueError, subprocess.TimeoutExpired) as error:
-        raise TeleopctlError(f"$(command '{arguments[0]}'): {error}") from error
+        raise LaunchError(f"$(command '{arguments[0]}'): {error}") from error
     complaint = result.stderr.strip()
     if result.returncode != 0:
-        raise TeleopctlError(
+        raise LaunchError(
             f"$(command '{arguments[0]}') ended with status {result.returncode}: "
             f"{complaint or 'it wrote nothing'}"
         )
     if complaint and on_stderr == "fail":
-        raise TeleopctlError(
+        raise LaunchError(
             f"$(command '{arguments[0]}') wrote to stderr: {complaint}",
             hint="Add 'ignore', 'warn' or 'capture' behind the command where that is in order.",
         )
@@ -180,7 +180,7 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
     for argument in arguments:
         if resolve_uri(argument).is_file():
             return argument
-    raise TeleopctlError(f"there is no file {' nor '.join(arguments)}")
+    raise LaunchError(f"there is no file {' nor '.join(arguments)}")
 
 
 def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
@@ -192,7 +192,7 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
         return str(parameters[name])
     if len(arguments) > 3:
         return arguments[3]
-    raise TeleopctlError(f"{file} gives node '{node}' no parameter '{name}'")
+    raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
 
 
 def _not(arguments: Sequence[str], _: LaunchContext) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError
 
 
 def flag(text: str) -> bool:
@@ -19,7 +19,7 @@ def flag(text: str) -> bool:
         return True
     if word in ("false", "0"):
         return False
-    raise TeleopctlError(f"expected true, 1, false or 0, got '{text}'")
+    raise LaunchError(f"expected true, 1, false or 0, got '{text}'")
 
 
 def number(text: str) -> float:
@@ -33,7 +33,7 @@ def number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise TeleopctlError(f"expected a number, got '{text}'")
+        raise LaunchError(f"expected a number, got '{text}'")
     return value
 
 
@@ -46,7 +46,7 @@ def integer(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise TeleopctlError(f"expected an integer, got '{text}'") from None
+        raise LaunchError(f"expected an integer, got '{text}'") from None
 
 
 def words(text: str) -> list[str]:
@@ -58,4 +58,4 @@ def words(text: str) -> list[str]:
     try:
         return shlex.split(text)
     except ValueError as error:
-        raise TeleopctlError(f"{error}: {text}") from error
+        raise LaunchError(f"{error}: {text}") from error

@@ -13,7 +13,7 @@ from types import TracebackType
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire.graph import Graph, GraphWatcher, query_graph
@@ -92,11 +92,11 @@ def wait_for_node(
         if background.exit_status(record) == 0:
             return []
         if not background.is_alive(record):
-            raise TeleopctlError(
+            raise LaunchError(
                 f"{record.name} ended before its node was up:\n{log_tail(record.log_file)}"
             )
         if time.monotonic() > deadline:
-            raise TeleopctlError(
+            raise LaunchError(
                 f"{record.name} runs, but its node did not appear within {timeout_s:g} s:\n"
                 f"{log_tail(record.log_file)}",
                 hint=f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`.",
@@ -138,7 +138,7 @@ def wait_for_launch(
         died = next((process for process in statuses if process.state == "died"), None)
         if died is not None:
             rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
-            raise TeleopctlError(
+            raise LaunchError(
                 f"{died.name} died with exit code {died.exit_status}:\n"
                 f"{log_tail(Path(died.log_file))}",
                 hint=None if launch_ended else rest,
@@ -146,12 +146,12 @@ def wait_for_launch(
         if published is not None and len(up) == len(statuses):
             return
         if launch_ended:
-            raise TeleopctlError(
+            raise LaunchError(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
             )
         if time.monotonic() > deadline:
             missing = ", ".join(process.name for process in statuses if process.name not in up)
-            raise TeleopctlError(
+            raise LaunchError(
                 f"Not up within {timeout_s:g} s: {missing or record.name}",
                 hint=f"They go on starting; see `teleopctl ps`, `teleopctl logs {record.name}`.",
             )

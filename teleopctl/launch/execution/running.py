@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
 
 # In seconds, before each harder signal.
@@ -87,7 +87,7 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
         if found:
             return found
     known = [entry.record.name for entry in everything if entry.is_alive]
-    raise TeleopctlError(
+    raise NotFoundError(
         f"Nothing named '{name}' runs in the background",
         hint=did_you_mean(name, known) or _listing(known),
     )

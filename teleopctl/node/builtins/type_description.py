@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidTypeNameError, TeleopctlError
 from teleopctl.interfaces import store
 from teleopctl.node.values.qos import qos_profile_services_default
 
@@ -33,7 +33,7 @@ def _answer(request: Any, response: Any) -> Any:
     try:
         actual = store.type_hash(request.type_name)
         if request.type_hash not in ("", actual):
-            raise TeleopctlError(
+            raise InvalidTypeNameError(
                 f"type '{request.type_name}' has the hash {actual} here, not {request.type_hash}"
             )
         response.type_description = _to_message(store.type_description(request.type_name))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import cdr
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
@@ -100,7 +100,7 @@ class Service(Endpoint, Waitable):
             payload = query.payload
             meta = attachment.decode(query.attachment.to_bytes()) if query.attachment else None
             if payload is None or meta is None:
-                raise TeleopctlError("it came without payload or readable attachment")
+                raise InvalidMessageError("it came without payload or readable attachment")
             request = cdr.deserialize(payload.to_bytes(), self.srv_type.Request)
         except TeleopctlError as error:
             self.node.get_logger().error(

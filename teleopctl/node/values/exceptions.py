@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UnavailableError
 
 if TYPE_CHECKING:
     from teleopctl.node.values.parameter import Parameter
@@ -41,7 +41,7 @@ class InvalidHandle(Exception):
     """An entity was used after it was destroyed."""
 
 
-class ServiceUnavailableError(TeleopctlError):
+class ServiceUnavailableError(UnavailableError):
     """A request ended without an answer: nobody serves the name, or the server went away."""
 
 

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 
 _DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
 _RESET = "\033[0m"
@@ -112,10 +112,9 @@ def severity_from_name(name: str) -> LoggingSeverity:
     try:
         return LoggingSeverity[{"WARNING": "WARN"}.get(name.upper(), name.upper())]
     except KeyError:
-        raise TeleopctlError(
+        raise UsageError(
             f"unknown log level '{name}'",
             hint="choose one of debug, info, warn, error, fatal",
-            exit_status=2,
         ) from None
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidFileError
 
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
@@ -66,7 +66,7 @@ def _sections(
     for key, value in tree.items():
         name = f"{prefix}/{str(key).strip('/')}"
         if not isinstance(value, Mapping):
-            raise TeleopctlError(
+            raise InvalidFileError(
                 f"{path}: '{key}' holds {value!r} where a section with '{_PARAMETERS}' is expected"
             )
         if _PARAMETERS in value:
@@ -74,7 +74,7 @@ def _sections(
             if parameters is None:
                 parameters = {}
             if not isinstance(parameters, Mapping):
-                raise TeleopctlError(
+                raise InvalidFileError(
                     f"{path}: '{_PARAMETERS}' of '{key}' must be a mapping of names to values"
                 )
             yield name, dict(flatten(parameters))
@@ -96,13 +96,15 @@ def read_parameter_file(path: Path) -> ParameterFile:
     try:
         tree = ros_yaml.load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise TeleopctlError(f"cannot read the parameter file {path}: {error.strerror}") from error
+        raise InvalidFileError(
+            f"cannot read the parameter file {path}: {error.strerror}"
+        ) from error
     except yaml.YAMLError as error:
-        raise TeleopctlError(f"{path} is not YAML: {error}") from error
+        raise InvalidFileError(f"{path} is not YAML: {error}") from error
     if tree is None:
         return ParameterFile(())
     if not isinstance(tree, Mapping):
-        raise TeleopctlError(f"{path}: a mapping of node names is expected at the top")
+        raise InvalidFileError(f"{path}: a mapping of node names is expected at the top")
     return ParameterFile(tuple(_sections(tree, path)))
 
 
@@ -132,7 +134,7 @@ def parameter_messages(
     sections = read_parameter_file(Path(path)).sections
     wanted = {f"/{name.strip('/')}" for name in target_nodes or ()}
     if missing := wanted - {name for name, _ in sections}:
-        raise TeleopctlError(
+        raise InvalidFileError(
             f"{path} has no parameters for {', '.join(sorted(missing))}",
             hint=f"It has some for {', '.join(name for name, _ in sections)}.",
         )

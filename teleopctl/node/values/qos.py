@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
 from teleopctl.wire.qos import INFINITE_NS, EndpointQos
 
@@ -35,10 +35,9 @@ class _Policy(enum.IntEnum):
         try:
             return cls[name.upper()]
         except KeyError:
-            raise TeleopctlError(
+            raise UsageError(
                 f"'{name}' is no {cls.__name__}",
                 hint=f"choose one of {', '.join(cls.short_keys())}",
-                exit_status=2,
             ) from None
 
 
@@ -258,10 +257,9 @@ class QoSPresetProfiles(enum.Enum):
         """
         preset = cls.__members__.get(name.upper())
         if preset is None or preset.value is None:
-            raise TeleopctlError(
+            raise UsageError(
                 f"'{name}' is no QoS profile",
                 hint=f"choose one of {', '.join(cls.short_keys())}",
-                exit_status=2,
             )
         profile = preset.value
         assert isinstance(profile, QoSProfile)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.node.values.names import expand_name, fully_qualified
 
 _RULE = re.compile(
@@ -124,18 +124,17 @@ def _value_of(option: str, words: Iterator[str]) -> str:
     try:
         return next(words)
     except StopIteration:
-        raise TeleopctlError(
-            f"Found '{option}' at the end of --ros-args, but it needs a value", exit_status=2
+        raise UsageError(
+            f"Found '{option}' at the end of --ros-args, but it needs a value"
         ) from None
 
 
 def _rule(option: str, text: str) -> re.Match[str]:
     match = _RULE.match(text)
     if match is None:
-        raise TeleopctlError(
+        raise UsageError(
             f"Couldn't parse the rule '{text}' of {option}",
             hint="rules have the form [NODE:]NAME:=VALUE",
-            exit_status=2,
         )
     return match
 
@@ -149,9 +148,8 @@ def _parameter_rule(text: str) -> ParameterRule:
     try:
         value = ros_yaml.load(match["right"])
     except yaml.YAMLError as error:
-        raise TeleopctlError(
+        raise UsageError(
             f"The value of parameter '{match['left']}' is not YAML: {match['right']!r}",
-            exit_status=2,
         ) from error
     return ParameterRule(match["node"], match["left"], "" if value is None else value)
 
@@ -186,10 +184,9 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
             "--log-config-file",
             "--log-file-name",
         ):
-            raise TeleopctlError(
+            raise UsageError(
                 f"unknown ROS argument '{word}'",
                 hint="end the ROS arguments with -- where the program's own follow",
-                exit_status=2,
             )
         value = attached or _value_of(option, words)
         match option:

@@ -12,7 +12,7 @@ from teleopctl.cli.verbs.control.session import (
     TargetState,
     manager_client,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import RefusedError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.control.client import ManagerClient
@@ -38,7 +38,7 @@ def load_controller(
 ) -> None:
     """Load a controller."""
     if param_file and not Path(param_file).is_file():
-        raise TeleopctlError(f"Controller parameter file : {param_file} does not exist, Aborting!")
+        raise RefusedError(f"Controller parameter file : {param_file} does not exist, Aborting!")
     name = controller_name
     with manager_client(controller_manager) as client:
         states = _states(client)
@@ -48,14 +48,14 @@ def load_controller(
             if param_file:
                 _set_param_file(client, name, param_file)
             if not client.load(name):
-                raise TeleopctlError(f"Failed loading controller {name} {_LOGS}")
+                raise RefusedError(f"Failed loading controller {name} {_LOGS}")
             console.out(f"Successfully loaded controller {name}")
         if set_state is None:
             return
         if states.get(name, "unconfigured") == "unconfigured" and not client.configure(name):
-            raise TeleopctlError(f"Error configuring controller : {name}")
+            raise RefusedError(f"Error configuring controller : {name}")
         if set_state == "active" and not client.switch([name])[0]:
-            raise TeleopctlError(f"Error activating controller : {name}, {_LOGS}")
+            raise RefusedError(f"Error activating controller : {name}, {_LOGS}")
         console.out(f"Successfully loaded controller {name} into state {set_state}")
 
 
@@ -64,7 +64,7 @@ def _set_param_file(client: "ManagerClient", name: str, file: str) -> None:
 
     for setting, value in manager_settings(name, client.name, [file]).items():
         if not client.set_parameter(f"{name}.{setting}", value):
-            raise TeleopctlError(f"Could not set {name}.{setting} to {value} on {client.name}")
+            raise RefusedError(f"Could not set {name}.{setting} to {value} on {client.name}")
 
 
 def unload_controller(
@@ -74,7 +74,7 @@ def unload_controller(
     """Unload a controller."""
     with manager_client(controller_manager) as client:
         if not client.unload(controller_name):
-            raise TeleopctlError(f"Error unloading controller {controller_name}, {_LOGS}")
+            raise RefusedError(f"Error unloading controller {controller_name}, {_LOGS}")
     console.out(f"Successfully unloaded controller {controller_name}")
 
 
@@ -85,7 +85,7 @@ def cleanup_controller(
     """Bring a controller back to unconfigured."""
     with manager_client(controller_manager) as client:
         if not client.cleanup(controller_name):
-            raise TeleopctlError(f"Error cleaning up controller {controller_name}, {_LOGS}")
+            raise RefusedError(f"Error cleaning up controller {controller_name}, {_LOGS}")
     console.out(f"Successfully cleaned up controller {controller_name}")
 
 
@@ -100,24 +100,24 @@ def set_controller_state(
         present = _states(client).get(name)
         match present, state:
             case None, _:
-                raise TeleopctlError(f"controller {name} does not seem to be loaded")
+                raise RefusedError(f"controller {name} does not seem to be loaded")
             case "inactive", "unconfigured":
                 if not client.cleanup(name):
-                    raise TeleopctlError(f"Error cleaning up controller, {_LOGS}")
+                    raise RefusedError(f"Error cleaning up controller, {_LOGS}")
                 console.out(f"successfully cleaned up {name}")
             case "unconfigured", "inactive":
                 if not client.configure(name):
-                    raise TeleopctlError(f"Error configuring controller, {_LOGS}")
+                    raise RefusedError(f"Error configuring controller, {_LOGS}")
                 console.out(f"Successfully configured {name}")
             case "active", "inactive":
                 ok, message = client.switch((), [name])
                 if not ok:
-                    raise TeleopctlError(f"Error stopping controller, {_LOGS}", hint=message)
+                    raise RefusedError(f"Error stopping controller, {_LOGS}", hint=message)
                 console.out(f"Successfully deactivated {name}")
             case "inactive", "active":
                 ok, message = client.switch([name])
                 if not ok:
-                    raise TeleopctlError(f"Error activating controller, {_LOGS}", hint=message)
+                    raise RefusedError(f"Error activating controller, {_LOGS}", hint=message)
                 console.out(f"Successfully activated {name}")
             case _:
                 refused = {
@@ -125,7 +125,7 @@ def set_controller_state(
                     "inactive": f"put {name} in 'inactive' state",
                     "active": f"activate {name}",
                 }[state]
-                raise TeleopctlError(f"cannot {refused} from its current state {present}")
+                raise RefusedError(f"cannot {refused} from its current state {present}")
 
 
 def switch_controllers(
@@ -153,7 +153,7 @@ def switch_controllers(
 ) -> None:
     """Stop and start controllers in one go."""
     if strict and best_effort:
-        raise TeleopctlError("--strict and --best-effort exclude each other", exit_status=2)
+        raise UsageError("--strict and --best-effort exclude each other")
     with manager_client(controller_manager) as client:
         ok, message = client.switch(
             activate or (),
@@ -163,7 +163,7 @@ def switch_controllers(
             timeout=switch_timeout,
         )
     if not ok:
-        raise TeleopctlError(message)
+        raise RefusedError(message)
     console.out(message)
 
 
@@ -179,7 +179,7 @@ def reload_controller_libraries(
             "reload_controller_libraries", "ReloadControllerLibraries", force_kill=force_kill
         )
     if not response.ok:
-        raise TeleopctlError(f"Error reloading libraries, {_LOGS}")
+        raise RefusedError(f"Error reloading libraries, {_LOGS}")
     console.out("Reload successful")
 
 

@@ -11,7 +11,7 @@ from teleopctl.cli.verbs.control.session import (
     TargetState,
     manager_client,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import RefusedError
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}
@@ -96,7 +96,7 @@ def set_hardware_component_state(
             target_state=target,
         )
     if not response.ok:
-        raise TeleopctlError(
+        raise RefusedError(
             f"Error {_DOING[state]} hardware component, check controller_manager logs"
         )
     console.out(f"Successfully set {component_name} to state {response.state}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, did_you_mean
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.wire.graph import query_graph
 
@@ -48,9 +48,9 @@ class ParameterClient:
         name = absolute_name(node_name)
         if self._graph.find_node(name) is None:
             known = self._graph.node_names(include_hidden=True)
-            raise TeleopctlError("Node not found", hint=did_you_mean(name, known))
+            raise NotFoundError("Node not found", hint=did_you_mean(name, known))
         if not self._graph.servers(f"{name}/list_parameters"):
-            raise TeleopctlError(f"Node '{name}' offers no parameters")
+            raise NotFoundError(f"Node '{name}' offers no parameters")
         return name
 
     def ask(self, node_name: str, service: str, **fields: Any) -> Any:
@@ -121,11 +121,11 @@ def parameter_client() -> Iterator[ParameterClient]:
 
 def _outcome(node_name: str, future: Future, deadline: float) -> Any | TeleopctlError:
     if not future.wait(max(0.0, deadline - time.monotonic())):
-        return TeleopctlError(f"Node '{node_name}' did not answer within {LONGEST_WAIT_S:g} s")
+        return UnavailableError(f"Node '{node_name}' did not answer within {LONGEST_WAIT_S:g} s")
     try:
         return future.result()
     except TeleopctlError as error:
-        return TeleopctlError(f"Node '{node_name}' did not answer: {error.message}")
+        return UnavailableError(f"Node '{node_name}' did not answer: {error.message}")
 
 
 def _snake_case(name: str) -> str:

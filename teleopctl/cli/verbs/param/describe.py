@@ -7,7 +7,7 @@ from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.client import parameter_client
 from teleopctl.cli.verbs.param.text import type_name
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import NotFoundError
 from teleopctl.interfaces.yaml import message_to_dict
 
 
@@ -24,7 +24,7 @@ def describe_parameters(
         node = client.find(node_name)
         descriptors = client.ask(node, "DescribeParameters", names=parameter_names).descriptors
     if len(descriptors) != len(parameter_names):
-        raise TeleopctlError(
+        raise NotFoundError(
             "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is."
         )
     if as_json:

@@ -8,7 +8,7 @@ from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.client import parameter_client
 from teleopctl.cli.verbs.param.text import python_value
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import NotFoundError
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.parameter_file import read_parameter_file
 
@@ -53,7 +53,7 @@ def load_parameters(
             for name, value in wanted.for_node(node).items()
         }
         if not values:
-            raise TeleopctlError(f"{parameter_file} has no parameters for '{node}'")
+            raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
         results = client.set(node, values)
     failed = False
     for name, result in results.items():

@@ -9,7 +9,7 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
 from teleopctl.cli.verbs.param.text import type_name
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 
 
 def list_parameters(
@@ -70,6 +70,4 @@ def _pattern(text: str | None) -> re.Pattern[str]:
     try:
         return re.compile(text or "")
     except re.error as error:
-        raise TeleopctlError(
-            f"'{text}' is no regular expression: {error}", exit_status=2
-        ) from error
+        raise UsageError(f"'{text}' is no regular expression: {error}") from error

@@ -7,7 +7,7 @@ from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
 from teleopctl.cli.verbs.param.text import python_value, type_name, value_label
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, RefusedError, did_you_mean
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values.parameter import (
     ParameterType,
@@ -52,7 +52,7 @@ def set_parameter(
         wanted = {parameter_name: parameter_value_from_yaml(value)}
         result = client.set(node, wanted)[parameter_name]
     if not result.successful:
-        raise TeleopctlError(_with_reason("Setting parameter failed", result.reason))
+        raise RefusedError(_with_reason("Setting parameter failed", result.reason))
     console.out(_with_reason("Set parameter successful", result.reason))
 
 
@@ -62,7 +62,7 @@ def delete_parameter(node_name: NodeName, parameter_name: ParameterName) -> None
     with parameter_client() as client:
         result = client.set(client.find(node_name), {parameter_name: unset})[parameter_name]
     if not result.successful:
-        raise TeleopctlError(_with_reason("Deleting parameter failed", result.reason))
+        raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
     console.out(_with_reason("Deleted parameter successfully", result.reason))
 
 
@@ -70,7 +70,7 @@ def _value(client: ParameterClient, node: str, name: str) -> Any:
     values = client.ask(node, "GetParameters", names=[name]).values
     if not values or values[0].type == ParameterType.NOT_SET:
         hint = did_you_mean(name, client.names(node))
-        raise TeleopctlError(
+        raise NotFoundError(
             "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is."
         )
     return values[0]

@@ -6,7 +6,7 @@ from typing import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 from teleopctl.tf.echo import echo, echo_text
 from teleopctl.tf.transforms import Transform, rpy_from_quaternion
 
@@ -27,7 +27,7 @@ def echo_transform(
 ) -> None:
     """Print where one frame stands in another."""
     if not 0.0 < rate < float("inf"):
-        raise TeleopctlError(f"The rate must be positive, got {rate:g}", exit_status=2)
+        raise UsageError(f"The rate must be positive, got {rate:g}")
 
     def show(stamp: int, transform: Transform) -> None:
         if as_json:

@@ -11,7 +11,7 @@ from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.topic.listening import listen
 from teleopctl.cli.verbs.topic.source import TopicSource, find_source
 from teleopctl.cli.verbs.topic.statistics import Window, delay_text
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError
 
 
 def measure_delay(
@@ -28,7 +28,7 @@ def measure_delay(
     """
     source = find_source(absolute_name(topic_name))
     if "header" not in source.message_class.get_fields_and_field_types():
-        raise TeleopctlError(
+        raise InvalidMessageError(
             f"{source.message_class.TYPE_NAME} has no header, so its age cannot be told"
         )
     delays = Window(window)

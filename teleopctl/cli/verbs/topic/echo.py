@@ -20,7 +20,7 @@ from teleopctl.cli.verbs.topic.qos_options import (
 from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UnavailableError
 from teleopctl.node.executor import SingleThreadedExecutor
 from teleopctl.node.values.future import Future
 
@@ -117,7 +117,7 @@ def echo(
         executor.add_node(node)
         executor.spin_until_future_complete(done, timeout)
     if timeout is not None and not printed:
-        raise TeleopctlError(f"No message on '{source.topic}' within {timeout:g} s")
+        raise UnavailableError(f"No message on '{source.topic}' within {timeout:g} s")
 
 
 def _writer(

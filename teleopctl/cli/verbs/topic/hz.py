@@ -10,7 +10,7 @@ from teleopctl.cli.verbs.topic.listening import listen
 from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import TopicSource, find_sources
 from teleopctl.cli.verbs.topic.statistics import RateWindow, Summary, rate, rate_text
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 
 _COLUMNS = ("rate", "min_delta", "max_delta", "std_dev", "window")
 
@@ -39,7 +39,7 @@ def measure_rate(
     if all_topics:
         names = [name for name, _ in live_graph().topic_names_and_types()]
     if not names:
-        raise TeleopctlError("Name a topic, or measure all of them with --all", exit_status=2)
+        raise UsageError("Name a topic, or measure all of them with --all")
     sources = find_sources(names)
     rates = _Rates(sources, window)
     wanted = filter_predicate(filter_expression) if filter_expression else None

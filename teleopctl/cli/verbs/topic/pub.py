@@ -20,7 +20,7 @@ from teleopctl.cli.verbs.topic.qos_options import (
     QosWishes,
     ReliabilityName,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidFileError, UnavailableError, UsageError
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml import message_from_yaml
 from teleopctl.node.values.qos import QoSProfile
@@ -88,10 +88,10 @@ def publish(
     time of each publication.
     """
     if rate <= 0:
-        raise TeleopctlError("The rate must be greater than zero", exit_status=2)
+        raise UsageError("The rate must be greater than zero")
     count = 1 if once else times
     if wait_matching_subscriptions is not None and wait_matching_subscriptions < 0:
-        raise TeleopctlError("There cannot be less than 0 subscriptions", exit_status=2)
+        raise UsageError("There cannot be less than 0 subscriptions")
     file = "-" if stdin else yaml_file
     text = _read(file) if file else values
     message_class = get_message(message_type)
@@ -147,7 +147,7 @@ def _wait_for_subscribers(
         console.note(f"Waiting for at least {count} matching subscription(s)...")
     if not node.wait_for_match(EntityKind.MS, topic, type_name, count, longest_wait_s):
         came = publisher.get_subscription_count()
-        raise TeleopctlError(
+        raise UnavailableError(
             f"Only {came} of {count} subscribers came to '{topic}' within {longest_wait_s:g} s",
             hint="-w 0 publishes without a subscriber.",
         )
@@ -159,4 +159,4 @@ def _read(file: str) -> str:
     try:
         return sys.stdin.buffer.read().decode("utf-8")
     except UnicodeDecodeError as error:
-        raise TeleopctlError("Cannot read standard input: it is not UTF-8 text") from error
+        raise InvalidFileError("Cannot read standard input: it is not UTF-8 text") from error

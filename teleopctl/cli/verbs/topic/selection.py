@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError, UsageError
 
 _STEP = re.compile(r"\.?(?P<name>[A-Za-z_]\w*)|\[(?P<index>-?\d+)\]")
 
@@ -26,15 +26,14 @@ def field_reader(path: str) -> Callable[[Any], Any]:
     while position < len(path):
         match = _STEP.match(path, position)
         if match is None or (path[position] == "." and not steps):
-            raise TeleopctlError(
+            raise UsageError(
                 f"Invalid field '{path}'",
                 hint="Write it as in Python, such as pose.position or transforms[0].header.",
-                exit_status=2,
             )
         position = match.end()
         steps.append(match["name"] or int(match["index"]))
     if not steps:
-        raise TeleopctlError("An empty field name picks nothing", exit_status=2)
+        raise UsageError("An empty field name picks nothing")
 
     def read(message: Any) -> Any:
         value = message
@@ -42,7 +41,7 @@ def field_reader(path: str) -> Callable[[Any], Any]:
             try:
                 value = getattr(value, step) if isinstance(step, str) else value[step]
             except (AttributeError, IndexError, TypeError, KeyError) as error:
-                raise TeleopctlError(
+                raise InvalidMessageError(
                     f"Invalid field '{path}': {_reason(value, step)}", hint=_known_fields(value)
                 ) from error
         return value
@@ -63,16 +62,16 @@ def filter_predicate(expression: str) -> Callable[[Any], bool]:
     try:
         code = compile(expression, "--filter", "eval")
     except (SyntaxError, ValueError) as error:
-        raise TeleopctlError(
-            f"Invalid filter expression '{expression}': {error}", exit_status=2
-        ) from error
+        raise UsageError(f"Invalid filter expression '{expression}': {error}") from error
 
     def wanted(message: Any) -> bool:
         try:
             # The expression comes from the person who runs the command, with their own rights.
             return bool(eval(code, {"m": message}))  # noqa: S307
         except Exception as error:
-            raise TeleopctlError(f"Filter expression '{expression}' failed: {error}") from error
+            raise InvalidMessageError(
+                f"Filter expression '{expression}' failed: {error}"
+            ) from error
 
     return wanted
 

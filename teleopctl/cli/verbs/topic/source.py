@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.live import live_graph
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import (
+    NotFoundError,
+    RefusedError,
+    TeleopctlError,
+    UnavailableError,
+    did_you_mean,
+)
 from teleopctl.interfaces.store import get_message, type_hash
 from teleopctl.interfaces.typenames import normalize
 from teleopctl.wire.graph import Graph
@@ -84,7 +90,7 @@ def find_sources(topics: Sequence[str]) -> list[TopicSource]:
                 raise
             console.warn(f"{topic}: {failure.message}")
     if not found:
-        raise TeleopctlError("None of these topics can be measured")
+        raise UnavailableError("None of these topics can be measured")
     return found
 
 
@@ -98,12 +104,12 @@ def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
             if takes_type
             else "Start its publisher first."
         )
-        raise TeleopctlError(
+        raise NotFoundError(
             "Could not determine the type for the passed topic",
             hint=did_you_mean(topic, topics) or way_out,
         )
     if len(types) > 1:
-        raise TeleopctlError(
+        raise RefusedError(
             f"Topic '{topic}' has more than one type: {', '.join(types)}",
             hint="Name the one that is meant." if takes_type else None,
         )

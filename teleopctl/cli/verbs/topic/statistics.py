@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import UsageError
 
 
 class Summary(NamedTuple):
@@ -155,5 +155,5 @@ def _with_unit(sizes: tuple[float, ...]) -> tuple[str, ...]:
 
 def _checked(window: int) -> int:
     if window < 1:
-        raise TeleopctlError("The window must have at least one message", exit_status=2)
+        raise UsageError("The window must have at least one message")
     return window

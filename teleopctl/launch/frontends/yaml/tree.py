@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from teleopctl import ros_yaml
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model import template
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.text_file import read_text
@@ -35,7 +35,7 @@ class Element:
     def error(self, message: str, hint: str | None = None) -> TeleopctlError:
         """Return an error that begins with file, line and key."""
         where = f" '{self.path}':" if self.path else ""
-        return TeleopctlError(f"{self.place}:{where} {message}", hint=hint)
+        return LaunchError(f"{self.place}:{where} {message}", hint=hint)
 
     def mapping(self, what: str) -> dict[str, Element]:
         """Return the value as a mapping.
@@ -105,9 +105,9 @@ def load(path: Path) -> Element:
         return _element(loader, node, path, "", 0)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise TeleopctlError(f"{path}:{line}: not YAML: {error.problem}") from error
+        raise LaunchError(f"{path}:{line}: not YAML: {error.problem}") from error
     except yaml.YAMLError as error:
-        raise TeleopctlError(f"{path}: not YAML: {error}") from error
+        raise LaunchError(f"{path}: not YAML: {error}") from error
     finally:
         loader.dispose()
 
@@ -115,7 +115,7 @@ def load(path: Path) -> Element:
 def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) -> Element:
     place = Place(file, node.start_mark.line + 1)
     if depth > _MAX_DEPTH:
-        raise TeleopctlError(f"{place}: nested too deeply")
+        raise LaunchError(f"{place}: nested too deeply")
     if isinstance(node, yaml.MappingNode):
         entries: dict[str, Element] = {}
         for key_node, value_node in node.value:
@@ -123,7 +123,7 @@ def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) ->
             below = f"{path}.{key}" if path else key
             if key in entries:
                 line = key_node.start_mark.line + 1
-                raise TeleopctlError(f"{file}:{line}: '{below}': the key stands here twice")
+                raise LaunchError(f"{file}:{line}: '{below}': the key stands here twice")
             entries[key] = _element(loader, value_node, file, below, depth + 1)
         return Element(entries, place, path)
     if isinstance(node, yaml.SequenceNode):
