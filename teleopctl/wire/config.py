@@ -3,21 +3,28 @@
 The environment is honoured as by a ROS process: ``ZENOH_SESSION_CONFIG_URI`` and
 ``ZENOH_ROUTER_CONFIG_URI`` name a file that replaces the built-in configuration,
 ``TELEOPCTL_ROUTER`` (``tcp/host:port``) is the short way to say where the router is, and
-``ZENOH_CONFIG_OVERRIDE`` (``key=json5;key=json5``) has the last word.
+``ZENOH_CONFIG_OVERRIDE`` (``key=json5;key=json5``) has the last word. Each configuration is
+returned with the address of the router that follows from all of them.
 """
+
+from __future__ import annotations
 
 import os
 import re
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import zenoh
 
 from teleopctl.errors import UsageError
+from teleopctl.wire.address import DEFAULT_ADDRESS, RouterAddress
 
 SessionMode = Literal["peer", "client"]
 
-DEFAULT_ROUTER = "tcp/localhost:7447"
+_SESSION_FILE = "ZENOH_SESSION_CONFIG_URI"
+_ROUTER_FILE = "ZENOH_ROUTER_CONFIG_URI"
+_ROUTER = "TELEOPCTL_ROUTER"
+_OVERRIDE = "ZENOH_CONFIG_OVERRIDE"
 
 # One text, parsed once, is several times faster than setting key by key. Times in milliseconds,
 # in the transmission queue in microseconds.
@@ -79,7 +86,7 @@ _CLIENT = (
     + _COMMON
     + "}"
 )
-_ROUTER = (
+_ROUTER_TEMPLATE = (
     """{ mode: "router",
   connect: { endpoints: [], timeout_ms: -1, exit_on_failure: false, retry: %(retry)s },
   listen: { endpoints: %(listen)s, timeout_ms: 0, exit_on_failure: true },
@@ -93,6 +100,35 @@ _SOURCE_POSITION = re.compile(r" at \S+\.rs:\d+\.?")
 _QUOTED_REASON = re.compile(r'(?:Str\(|msg: )"(.*?)"(?:\)|, location)')
 
 
+class SessionConfig(NamedTuple):
+    """How to open a session.
+
+    Attributes:
+        zenoh: The configuration in Zenoh's form.
+        mode: ``peer`` or ``client``, as the environment has it in the end.
+        router: Where the session looks for a router.
+    """
+
+    zenoh: zenoh.Config
+    mode: str
+    router: RouterAddress
+
+
+class RouterConfig(NamedTuple):
+    """How to open a router.
+
+    Attributes:
+        zenoh: The configuration in Zenoh's form.
+        address: Where it listens.
+        is_stated: Whether that is the place where sessions were told to look; otherwise the
+            router's own configuration names it.
+    """
+
+    zenoh: zenoh.Config
+    address: RouterAddress
+    is_stated: bool
+
+
 def reason_of(error: zenoh.ZError) -> str:
     """What Zenoh says went wrong, without the places in its source code."""
     text = _SOURCE_POSITION.sub("", str(error)).strip()
@@ -101,33 +137,32 @@ def reason_of(error: zenoh.ZError) -> str:
     return quoted[1].split("\\n")[-1].strip(" =") if quoted else text
 
 
-def router_endpoint() -> str:
-    """Where the router is expected: ``TELEOPCTL_ROUTER``, else ``tcp/localhost:7447``."""
-    return os.environ.get("TELEOPCTL_ROUTER") or DEFAULT_ROUTER
-
-
-def session_config(mode: SessionMode) -> zenoh.Config:
+def session_config(mode: SessionMode) -> SessionConfig:
     """Return the configuration of a session as the environment wants it.
 
+    Args:
+        mode: What the session should be unless the environment says otherwise.
+
     Raises:
-        TeleopctlError: A file or an override cannot be read.
+        UsageError: A file, an endpoint or an override cannot be used.
     """
-    path = os.environ.get("ZENOH_SESSION_CONFIG_URI")
+    path = os.environ.get(_SESSION_FILE)
+    router = _stated_router()
     if path:
-        config = _from_file(path, "ZENOH_SESSION_CONFIG_URI")
-        if "TELEOPCTL_ROUTER" in os.environ:
-            config.insert_json5("connect/endpoints", _json_list([router_endpoint()]))
-        if mode == "client" and has_endpoints(config):
+        config = _from_file(path, _SESSION_FILE)
+        if router.origin == _ROUTER:
+            config.insert_json5("connect/endpoints", _json_list(router.endpoints))
+        if mode == "client" and router.endpoints:
             config.insert_json5("mode", '"client"')
     else:
-        endpoint = router_endpoint()
-        if not _is_on_this_machine(endpoint):
+        if not router.is_on_this_machine:
             # A router does not forward between two peers, and on another machine nobody could
             # connect to a peer that listens on loopback. A client reaches all through the router.
             mode = "client"
         config = _from_text(
             _CLIENT if mode == "client" else _PEER,
-            connect=_json_list([endpoint]),
+            router,
+            connect=_json_list(router.endpoints),
             # A program that accepts the connection and says nothing is found out by this.
             open_timeout="3000" if mode == "client" else "60000",
             to_peer="greater-zid",
@@ -136,7 +171,117 @@ def session_config(mode: SessionMode) -> zenoh.Config:
             shared_memory="true" if mode == "peer" and _has_room_for_shared_memory() else "false",
             wait_before_close="60000000",
         )
-    return _override(config)
+    if "connect" in _override(config):
+        router = RouterAddress(_endpoints(config, "connect"), _OVERRIDE)
+    return SessionConfig(config, _mode_of(config), router)
+
+
+def probe_config(address: RouterAddress) -> SessionConfig:
+    """Return the configuration of a client that connects to one router, wherever others connect.
+
+    Raises:
+        UsageError: A file, an endpoint or an override cannot be used.
+    """
+    config = session_config("client").zenoh
+    address = address.to_connect()
+    for key, value in (
+        ("mode", '"client"'),
+        ("connect/endpoints", _json_list(address.endpoints)),
+        ("connect/timeout_ms", "0"),
+        ("connect/exit_on_failure", "true"),
+        # An override for the router would have the probe listen on the router's own port.
+        ("listen/endpoints", "[]"),
+    ):
+        config.insert_json5(key, value)
+    return SessionConfig(config, "client", address)
+
+
+def router_config(listen: Sequence[str] = ()) -> RouterConfig:
+    """Return the configuration of the router as the environment wants it.
+
+    It listens where sessions look for a router, unless a file or an override says otherwise. What
+    an override tells sessions to connect to is not that place: a router connects to other routers.
+
+    Args:
+        listen: Where to listen instead, unless a file or an override says otherwise.
+
+    Raises:
+        UsageError: A file, an endpoint or an override cannot be used, or makes no router.
+    """
+    path = os.environ.get(_ROUTER_FILE)
+    if path:
+        config = _from_file(path, _ROUTER_FILE)
+        address = RouterAddress(_endpoints(config, "listen"), path)
+    else:
+        address = _stated_router()
+        # Routers that are found by multicast listen where everybody expects them.
+        address = address if address.endpoints else DEFAULT_ADDRESS
+        if listen:
+            address = RouterAddress(tuple(listen), address.origin)
+        config = _from_text(
+            _ROUTER_TEMPLATE,
+            address,
+            listen=_json_list([each for text in address.endpoints for each in _loopbacks(text)]),
+            open_timeout="60000",
+            to_peer="always",
+            shared_memory="false",
+            wait_before_close="5000000",
+        )
+    overridden = _override(config)
+    if "listen" in overridden:
+        address = RouterAddress(_endpoints(config, "listen"), _OVERRIDE)
+    if _mode_of(config) != "router":
+        origin = _OVERRIDE if "mode" in overridden else path
+        raise UsageError(
+            f"A router cannot start in the mode {_mode_of(config)!r}, which {origin} asks for.",
+            hint=f"{origin} may be meant for sessions only: start the daemon without it.",
+        )
+    return RouterConfig(config, address, not path and "listen" not in overridden)
+
+
+def how_to_start(router: RouterAddress) -> str:
+    """What a person does who wants a router at an address where none answers."""
+    try:
+        daemon = router_config().address
+    except UsageError:
+        daemon = RouterAddress(())
+    if daemon.serves(router) and router.is_on_this_machine:
+        return "Start one with 'teleopctl daemon start'."
+    correct = f", or correct {router.origin}" if router.origin else ""
+    if daemon.serves(router):
+        return f"Start one on that machine with 'teleopctl daemon start'{correct}."
+    elsewhere = f" ('teleopctl daemon start' starts one at {daemon})" if daemon.endpoints else ""
+    return f"Start one there{correct}{elsewhere}."
+
+
+def _stated_router() -> RouterAddress:
+    """Where a router is expected, by everything but the overrides."""
+    chosen = os.environ.get(_ROUTER)
+    if chosen:
+        return RouterAddress((chosen,), _ROUTER)
+    path = os.environ.get(_SESSION_FILE)
+    if path:
+        return RouterAddress(_endpoints(_from_file(path, _SESSION_FILE), "connect"), path)
+    return DEFAULT_ADDRESS
+
+
+def _endpoints(config: zenoh.Config, side: Literal["connect", "listen"]) -> tuple[str, ...]:
+    """The endpoints of one side; Zenoh has one list, or one for each mode."""
+    import json
+
+    value = json.loads(config.get_json(f"{side}/endpoints"))
+    if isinstance(value, dict):
+        value = value.get(_mode_of(config), ())
+    return tuple(str(endpoint) for endpoint in value)
+
+
+def _loopbacks(endpoint: str) -> Sequence[str]:
+    """Both loopback addresses for ``localhost``, since a client may try either first."""
+    protocol, slash, address = endpoint.partition("/")
+    host, colon, port = address.rpartition(":")
+    if not slash or not colon or host != "localhost":
+        return [endpoint]
+    return [f"{protocol}/127.0.0.1:{port}", f"{protocol}/[::1]:{port}#exit_on_failure=false"]
 
 
 def _has_room_for_shared_memory() -> bool:
@@ -152,47 +297,19 @@ def _has_room_for_shared_memory() -> bool:
     return room.f_bavail * room.f_frsize >= _ROOM_FOR_SHARED_MEMORY
 
 
-def mode_of(config: zenoh.Config) -> str:
+def _mode_of(config: zenoh.Config) -> str:
     """``peer``, ``client`` or ``router``."""
     return str(config.get_json("mode")).strip('"')
 
 
-def has_endpoints(config: zenoh.Config) -> bool:
-    """Whether a session of this configuration connects to anybody by address."""
-    return '"' in config.get_json("connect/endpoints")
-
-
-def router_config(listen: Sequence[str]) -> zenoh.Config:
-    """Return the configuration of a router as the environment wants it.
-
-    Args:
-        listen: Endpoints to listen on unless a configuration file says otherwise.
-
-    Raises:
-        TeleopctlError: A file or an override cannot be read, or an endpoint is malformed.
-    """
-    path = os.environ.get("ZENOH_ROUTER_CONFIG_URI")
-    if path:
-        return _override(_from_file(path, "ZENOH_ROUTER_CONFIG_URI"))
-    config = _from_text(
-        _ROUTER,
-        listen=_json_list(listen),
-        open_timeout="60000",
-        to_peer="always",
-        shared_memory="false",
-        wait_before_close="5000000",
-    )
-    return _override(config)
-
-
-def _from_text(template: str, **values: str) -> zenoh.Config:
+def _from_text(template: str, address: RouterAddress, **values: str) -> zenoh.Config:
     text = template % {"retry": _RETRY, "scouting_delay": "delay: 0,", **values}
     try:
         return zenoh.Config.from_json5(text)
     except zenoh.ZError as error:
         raise UsageError(
-            f"Zenoh does not accept the endpoint {router_endpoint()!r}: {reason_of(error)}",
-            hint="TELEOPCTL_ROUTER has the form tcp/host:port.",
+            f"Zenoh does not accept the endpoint {address}: {reason_of(error)}",
+            hint="An endpoint has the form tcp/host:port.",
         ) from error
 
 
@@ -206,8 +323,10 @@ def _from_file(path: str, variable: str) -> zenoh.Config:
         ) from error
 
 
-def _override(config: zenoh.Config) -> zenoh.Config:
-    for assignment in os.environ.get("ZENOH_CONFIG_OVERRIDE", "").split(";"):
+def _override(config: zenoh.Config) -> set[str]:
+    """Apply the overrides; returns the sections of the configuration that they speak of."""
+    sections = set()
+    for assignment in os.environ.get(_OVERRIDE, "").split(";"):
         if not assignment.strip():
             continue
         key, equals, value = assignment.partition("=")
@@ -219,16 +338,11 @@ def _override(config: zenoh.Config) -> zenoh.Config:
                 fault = reason_of(error)
         if fault is not None:
             raise UsageError(
-                f"A part of ZENOH_CONFIG_OVERRIDE cannot be used, {assignment!r}: {fault}",
+                f"A part of {_OVERRIDE} cannot be used, {assignment!r}: {fault}",
                 hint="Its form is key=value;key=value, the values in JSON5.",
             )
-    return config
-
-
-def _is_on_this_machine(endpoint: str) -> bool:
-    protocol, _, address = endpoint.partition("/")
-    host = address.partition("#")[0].rpartition(":")[0]
-    return host in ("localhost", "[::1]") or host.startswith("127.") or protocol.startswith("unix")
+        sections.add(key.strip().partition("/")[0])
+    return sections
 
 
 def _json_list(texts: Sequence[str]) -> str:

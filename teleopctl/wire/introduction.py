@@ -14,7 +14,8 @@ from typing import cast
 
 import zenoh
 
-from teleopctl.wire.config import router_endpoint
+from teleopctl.wire.address import RouterAddress
+from teleopctl.wire.config import how_to_start
 
 LONGEST_WAIT_S = 0.5
 """No longer than Zenoh's own wait: a peer that left without a word is listed for a while."""
@@ -22,11 +23,15 @@ LONGEST_WAIT_S = 0.5
 _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 
 
-def introduce(session: zenoh.Session) -> None:
+def introduce(session: zenoh.Session, router: RouterAddress) -> None:
     """Let a new peer meet the others; warn when there is no router to introduce it.
 
     ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is honoured as by a ROS process: how many seconds to wait for a
     router, 0 for ever, a negative number not at all.
+
+    Args:
+        session: A session in peer mode.
+        router: Where it looks for the router.
     """
     patience_s = _router_patience_s()
     if patience_s is not None and patience_s < 0:
@@ -36,8 +41,9 @@ def introduce(session: zenoh.Session) -> None:
 
         logging.getLogger(__name__).warning(
             "No router answers at %s. Going on without one: other processes become visible as "
-            "soon as it runs ('teleopctl daemon start').",
-            router_endpoint(),
+            "soon as it runs. %s",
+            router,
+            how_to_start(router),
         )
 
 

@@ -1,8 +1,13 @@
 """The daemon: a Zenoh router that introduces the processes of the graph to each other.
 
-``python -m teleopctl.wire.router [ENDPOINT]`` is the router in the foreground; the functions here
-find, start and stop the one in the background. A running ``rmw_zenohd`` serves as well.
+``python -m teleopctl.wire.router [ENDPOINT ...]`` is the router in the foreground; the functions
+here find, start and stop the one in the background. A running ``rmw_zenohd`` serves as well.
+
+The daemon is the router that listens at `daemon_address`. Sessions look for it there too, unless
+``ZENOH_CONFIG_OVERRIDE`` or a configuration file sends them to another one.
 """
+
+from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
@@ -11,17 +16,18 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
-from teleopctl.wire.config import reason_of, router_config, router_endpoint
-from teleopctl.wire.session import RouterNotRunning, open_session
+from teleopctl.wire.address import RouterAddress, tcp_address
+from teleopctl.wire.config import how_to_start, probe_config, reason_of, router_config
+from teleopctl.wire.session import RouterNotRunning, open_configured, open_session
 
 # The rest is imported where a router is started or stopped: most commands only find it running.
 if TYPE_CHECKING:
     from teleopctl.background import ProcessRecord
 
 __all__ = [
+    "daemon_address",
     "ensure_router",
     "find_router",
-    "router_endpoint",
     "router_is_running",
     "run_router",
     "start_router",
@@ -30,66 +36,94 @@ __all__ = [
 
 _KIND = "router"
 _READY_WITHIN_S = 10.0
-_LOOPBACK = ("127.0.0.1", "[::1]")
 
 
-def router_is_running() -> bool:
-    """Whether a Zenoh router, ours or another, answers where one is expected."""
+def daemon_address() -> RouterAddress:
+    """Where the daemon listens, or would.
+
+    Raises:
+        UsageError: The router's configuration cannot be used.
+    """
+    return router_config().address
+
+
+def router_is_running(address: RouterAddress | None = None) -> bool:
+    """Whether a Zenoh router, ours or another, answers at an address, by default the daemon's.
+
+    Raises:
+        UsageError: The configuration of sessions or of the router cannot be used.
+    """
     try:
-        with open_session("client"):
+        with open_configured(probe_config(address or daemon_address())):
             return True
     except RouterNotRunning:
         return False
 
 
 def ensure_router() -> None:
-    """Return once a router answers, starting the daemon if there is none.
+    """Return once a router answers where sessions look, starting the daemon if that is its place.
 
     Raises:
-        TeleopctlError: Something else occupies the port, or the router cannot be started.
+        RouterNotRunning: Sessions look elsewhere than where the daemon listens.
+        UnavailableError: Something else occupies the port, or it is on another machine.
+        SystemFailureError: The router cannot be started.
+        UsageError: The configuration of sessions or of the router cannot be used.
     """
-    start_router()
+    try:
+        open_session("client").close()
+    except RouterNotRunning as failure:
+        if not daemon_address().serves(failure.router):
+            raise
+        start_router()
 
 
 def start_router() -> bool:
-    """Start the daemon unless a router answers already.
+    """Start the daemon unless a router answers in its place already.
 
     Returns:
         Whether it was started by this call.
 
     Raises:
-        TeleopctlError: Something else occupies the port, or the router cannot be started.
+        UnavailableError: Something else occupies the port, or it is on another machine.
+        SystemFailureError: The router cannot be started.
+        UsageError: The configuration of sessions or of the router cannot be used.
     """
-    if router_is_running():
+    config = router_config()
+    address = config.address
+    if router_is_running(address):
         return False
     from teleopctl import background
 
-    endpoint = router_endpoint()
-    _check_is_here(endpoint)
-    _check_port_is_free(endpoint)
+    if config.is_stated:
+        address = address._replace(endpoints=_endpoints_here(address))
+    _check_ports_are_free(address)
     try:
         background.start(
             "router",
-            [sys.executable, "-P", "-m", "teleopctl.wire.router", endpoint],
+            [sys.executable, "-P", "-m", "teleopctl.wire.router", *address.endpoints],
             kind=_KIND,
             ready_within_s=_READY_WITHIN_S,
         )
     except TeleopctlError:
         # Two commands may start it at once; the port lets one of them win, and both go on.
-        if router_is_running():
+        if router_is_running(address):
             return False
-        _check_port_is_free(endpoint)
+        _check_ports_are_free(address)
         raise
     return True
 
 
-def find_router() -> "ProcessRecord | None":
-    """The record of the daemon at the expected endpoint, None when it was started otherwise."""
+def find_router() -> ProcessRecord | None:
+    """The record of the daemon in its place, None when the router there was started otherwise.
+
+    Raises:
+        UsageError: The router's configuration cannot be used.
+    """
     from teleopctl import background
 
-    endpoint = router_endpoint()
+    address = daemon_address().to_connect()
     for record in background.records():
-        if record.kind == _KIND and record.command[-1] == endpoint:
+        if record.kind == _KIND and _listens_at(record).serves(address):
             return record
     return None
 
@@ -101,7 +135,8 @@ def stop_router() -> bool:
         Whether there was one to stop.
 
     Raises:
-        TeleopctlError: The router that answers was not started in the background by teleopctl.
+        RefusedError: The router that answers was not started in the background by teleopctl.
+        UsageError: The configuration of sessions or of the router cannot be used.
     """
     record = find_router()
     if record is not None:
@@ -109,23 +144,24 @@ def stop_router() -> bool:
 
         background.stop(record)
         return True
-    if router_is_running():
+    address = daemon_address()
+    if router_is_running(address):
         raise RefusedError(
-            f"The router at {router_endpoint()} was not started by 'teleopctl daemon start'.",
+            f"The router at {address} was not started by 'teleopctl daemon start'.",
             hint="Stop it where it was started: it may be rmw_zenohd, or belong to another user.",
         )
     return False
 
 
-def run_router(endpoint: str | None = None) -> None:
+def run_router(listen: Sequence[str] = ()) -> None:
     """Be the router until SIGINT or SIGTERM.
 
     Args:
-        endpoint: Where to listen, by default where clients expect it. ``localhost`` means every
-            loopback address of the machine.
+        listen: Where to listen, by default where clients expect it; a configuration file or an
+            override goes before. ``localhost`` means every loopback address of the machine.
 
     Raises:
-        TeleopctlError: It cannot listen there.
+        UnavailableError: It cannot listen there.
     """
     import signal
     import socket
@@ -139,7 +175,7 @@ def run_router(endpoint: str | None = None) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)
     try:
-        session = zenoh.open(router_config(_listen_endpoints(endpoint or router_endpoint())))
+        session = zenoh.open(router_config(listen).zenoh)
     except (zenoh.ZError, TeleopctlError) as error:
         reason = reason_of(error) if isinstance(error, zenoh.ZError) else str(error)
         failure = f"The router cannot start: {reason}"
@@ -150,44 +186,50 @@ def run_router(endpoint: str | None = None) -> None:
         woken.recv(1)
 
 
-def _listen_endpoints(endpoint: str) -> Sequence[str]:
-    """Both loopback addresses for ``localhost``, since a client may try either first."""
-    protocol, slash, address = endpoint.partition("/")
-    host, colon, port = address.rpartition(":")
-    if not slash or not colon or host != "localhost":
-        return [endpoint]
-    ipv4, ipv6 = (f"{protocol}/{loopback}:{port}" for loopback in _LOOPBACK)
-    return [ipv4, f"{ipv6}#exit_on_failure=false"]
+def _listens_at(record: ProcessRecord) -> RouterAddress:
+    """Where a daemon listens: the arguments of its command, behind the module's name."""
+    module = record.command.index("-m") + 1
+    return RouterAddress(record.command[module + 1 :])
 
 
-def _check_port_is_free(endpoint: str) -> None:
-    """Raise when a program that is no router has the port of an endpoint."""
-    host, port = _tcp_address(endpoint)
-    if port is None:
-        return
+def _check_ports_are_free(address: RouterAddress) -> None:
+    """Raise when a program that is no router has a port of an address."""
     import socket
 
-    try:
-        socket.create_connection((host, port), timeout=1.0).close()
-    except OSError:
-        return
-    raise UnavailableError(
-        f"Port {port} is taken by {_holder(port)}, which does not answer as a Zenoh router.",
-        hint=f"End that program, or use another port: TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
-    )
-
-
-def _check_is_here(endpoint: str) -> None:
-    """Raise when the address of an endpoint belongs to another machine."""
-    host, port = _tcp_address(endpoint)
-    if port is None:
-        return
-    if not any(_can_bind(*info) for info in _resolve(host)):
+    for endpoint in address.to_connect().endpoints:
+        host, port = tcp_address(endpoint)
+        if port is None:
+            continue
+        try:
+            socket.create_connection((host, port), timeout=1.0).close()
+        except OSError:
+            continue
         raise UnavailableError(
-            f"No router answers at {endpoint}, and it cannot be started from here: {host} is not "
-            "an address of this machine.",
-            hint="Start it there, or correct TELEOPCTL_ROUTER.",
+            f"Port {port} is taken by {_holder(port)}, which does not answer as a Zenoh router.",
+            hint=f"End that program, or use another port: TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
         )
+
+
+def _endpoints_here(address: RouterAddress) -> tuple[str, ...]:
+    """The endpoints of an address that belong to this machine.
+
+    Raises:
+        UnavailableError: They all belong to other machines.
+    """
+    here = tuple(endpoint for endpoint in address.endpoints if _is_here(endpoint))
+    if not here:
+        hosts = " or ".join(tcp_address(endpoint)[0] for endpoint in address.endpoints)
+        raise UnavailableError(
+            f"No router answers at {address}, and it cannot be started from here: {hosts} is not "
+            "an address of this machine.",
+            hint=how_to_start(address),
+        )
+    return here
+
+
+def _is_here(endpoint: str) -> bool:
+    host, port = tcp_address(endpoint)
+    return port is None or any(_can_bind(*info) for info in _resolve(host))
 
 
 def _resolve(host: str) -> list[tuple[int, Any]]:
@@ -212,14 +254,6 @@ def _can_bind(family: int, address: Any) -> bool:
     return True
 
 
-def _tcp_address(endpoint: str) -> tuple[str, int | None]:
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.partition("#")[0].rpartition(":")
-    if protocol != "tcp" or not port.isdigit():
-        return host, None
-    return host.strip("[]"), int(port)
-
-
 def _holder(port: int) -> str:
     """Name the program that listens on a port, as far as the system lets us know."""
     import psutil
@@ -236,10 +270,10 @@ def _holder(port: int) -> str:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the router in the foreground; the only argument is the endpoint to listen on."""
+    """Run the router in the foreground; the arguments are the endpoints to listen on."""
     words = sys.argv[1:] if args is None else list(args)
     try:
-        run_router(words[0] if words else None)
+        run_router(words)
     except TeleopctlError as error:
         sys.stderr.write(f"{error.message}\n")
         return error.exit_status

@@ -1,37 +1,40 @@
 """Zenoh sessions: how a process enters the ROS graph."""
 
+from __future__ import annotations
+
 import os
 
 import zenoh
 
 from teleopctl.errors import UnavailableError, UsageError
+from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import (
+    SessionConfig,
     SessionMode,
-    has_endpoints,
-    mode_of,
+    how_to_start,
     reason_of,
-    router_endpoint,
     session_config,
 )
 from teleopctl.wire.keys import decimal
 
 
 class RouterNotRunning(UnavailableError):
-    """No router answers at the endpoint where one is expected."""
+    """No router answers where one is expected.
 
-    def __init__(self, endpoint: str) -> None:
-        super().__init__(
-            f"No router answers at {endpoint}.",
-            hint="Start one with 'teleopctl daemon start'.",
-        )
-        self.endpoint = endpoint
+    Attributes:
+        router: Where that is, and who said so.
+    """
+
+    def __init__(self, router: RouterAddress) -> None:
+        super().__init__(f"No router answers at {router}.", hint=how_to_start(router))
+        self.router = router
 
 
 def domain_id() -> int:
     """Return the ROS domain from ``ROS_DOMAIN_ID``, by default 0.
 
     Raises:
-        TeleopctlError: The variable does not hold a number.
+        UsageError: The variable does not hold a number.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "").strip()
     domain = decimal(text or "0")
@@ -51,21 +54,29 @@ def open_session(mode: SessionMode) -> zenoh.Session:
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
-        TeleopctlError: The configuration is faulty, or a peer cannot listen.
+        UsageError: The configuration is faulty.
+        UnavailableError: A peer cannot listen.
     """
-    config = session_config(mode)
-    # A configuration file or an override may want it otherwise.
-    configured_mode, seeks_router = mode_of(config), has_endpoints(config)
+    return open_configured(session_config(mode))
+
+
+def open_configured(config: SessionConfig) -> zenoh.Session:
+    """Open a session as `open_session` does, with a configuration that is at hand.
+
+    Raises:
+        RouterNotRunning: There is no router for a client to connect to.
+        UnavailableError: A peer cannot listen.
+    """
     if "RUST_LOG" in os.environ:
         zenoh.try_init_log_from_env()
     try:
-        session = zenoh.open(config)
+        session = zenoh.open(config.zenoh)
     except zenoh.ZError as error:
-        if configured_mode == "client":
-            raise RouterNotRunning(router_endpoint()) from error
+        if config.mode == "client":
+            raise RouterNotRunning(config.router) from error
         raise UnavailableError(f"Zenoh cannot open a session: {reason_of(error)}") from error
-    if configured_mode == "peer" and seeks_router:
+    if config.mode == "peer" and config.router.endpoints:
         from teleopctl.wire.introduction import introduce
 
-        introduce(session)
+        introduce(session, config.router)
     return session

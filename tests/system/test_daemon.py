@@ -7,8 +7,9 @@ import sys
 import pytest
 
 from teleopctl import background
+from teleopctl.wire.config import router_config
 from teleopctl.wire.graph import GraphWatcher
-from teleopctl.wire.router import _listen_endpoints, find_router, router_is_running
+from teleopctl.wire.router import find_router, router_is_running
 from teleopctl.wire.session import open_session
 from tests.processes import LONGEST_WAIT_S, eventually
 
@@ -117,13 +118,17 @@ def test_a_router_that_cannot_start_says_why_and_where_its_log_is(ros_without_ro
     assert str(ros.folder / "log") in result.stderr
 
 
-def test_it_is_on_every_loopback_address_and_on_no_other():
-    assert _listen_endpoints("tcp/localhost:7447") == [
-        "tcp/127.0.0.1:7447",
-        "tcp/[::1]:7447#exit_on_failure=false",
-    ]
-    assert _listen_endpoints("tcp/0.0.0.0:7447") == ["tcp/0.0.0.0:7447"]
-    assert _listen_endpoints("quic/robot:7447") == ["quic/robot:7447"]
+@pytest.mark.parametrize(
+    ("endpoint", "listens"),
+    [
+        ("tcp/localhost:7447", ["tcp/127.0.0.1:7447", "tcp/[::1]:7447#exit_on_failure=false"]),
+        ("tcp/0.0.0.0:7447", ["tcp/0.0.0.0:7447"]),
+        ("quic/robot:7447", ["quic/robot:7447"]),
+    ],
+)
+def test_it_is_on_every_loopback_address_and_on_no_other(monkeypatch, endpoint, listens):
+    monkeypatch.setenv("TELEOPCTL_ROUTER", endpoint)
+    assert json.loads(router_config().zenoh.get_json("listen/endpoints")) == listens
 
 
 def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ros):

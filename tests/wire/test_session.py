@@ -6,7 +6,8 @@ import pytest
 import zenoh
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.wire.config import router_config, router_endpoint, session_config
+from teleopctl.wire.address import RouterAddress
+from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.introduction import _listed_peers, meet_peers
 from teleopctl.wire.session import RouterNotRunning, domain_id, open_session
 from tests.processes import LONGEST_WAIT_S, free_port
@@ -73,7 +74,7 @@ def test_a_peer_is_connected_to_all_others_as_soon_as_it_is_open(opened):
 
 def test_nobody_waits_for_a_peer_that_cannot_be_met(opened):
     # Connected to the router, but reachable by nobody: nothing listens and nothing connects.
-    config = session_config("peer")
+    config = session_config("peer").zenoh
     config.insert_json5("listen/endpoints", "[]")
     config.insert_json5("scouting/gossip/enabled", "false")
     with zenoh.open(config) as hermit:
@@ -155,20 +156,23 @@ def test_an_override_may_turn_every_session_into_a_client(ros, monkeypatch, capl
 )
 def test_a_peer_is_configured_as_a_ros_process(monkeypatch, key, value):
     monkeypatch.delenv("TELEOPCTL_ROUTER", raising=False)
-    assert json.loads(session_config("peer").get_json(key)) == value
+    assert json.loads(session_config("peer").zenoh.get_json(key)) == value
 
 
 @pytest.mark.parametrize(("free_bytes", "offered"), [(64 * 2**20, False), (2**30, True)])
 def test_a_peer_offers_shared_memory_where_there_is_room(monkeypatch, free_bytes, offered):
     room = SimpleNamespace(f_bavail=free_bytes // 4096, f_frsize=4096)
     monkeypatch.setattr("os.statvfs", lambda _: room, raising=False)
-    config = session_config("peer")
+    config = session_config("peer").zenoh
     assert json.loads(config.get_json("transport/shared_memory/enabled")) is offered
-    assert json.loads(session_config("client").get_json("transport/shared_memory/enabled")) is False
+    assert (
+        json.loads(session_config("client").zenoh.get_json("transport/shared_memory/enabled"))
+        is False
+    )
 
 
 def test_a_router_is_configured_as_rmw_zenohd():
-    config = router_config(["tcp/127.0.0.1:7447"])
+    config = router_config(["tcp/127.0.0.1:7447"]).zenoh
     assert json.loads(config.get_json("mode")) == "router"
     assert json.loads(config.get_json("listen/endpoints")) == ["tcp/127.0.0.1:7447"]
     blocked = "transport/link/tx/queue/congestion_control/block/wait_before_close"
@@ -178,9 +182,11 @@ def test_a_router_is_configured_as_rmw_zenohd():
 
 def test_the_router_is_on_this_machine_unless_told_otherwise(monkeypatch):
     monkeypatch.delenv("TELEOPCTL_ROUTER", raising=False)
-    assert router_endpoint() == "tcp/localhost:7447"
+    assert session_config("client").router == RouterAddress(("tcp/localhost:7447",))
     monkeypatch.setenv("TELEOPCTL_ROUTER", "tcp/robot:7450")
-    assert json.loads(session_config("client").get_json("connect/endpoints")) == ["tcp/robot:7450"]
+    config, _, router = session_config("client")
+    assert router == RouterAddress(("tcp/robot:7450",), "TELEOPCTL_ROUTER")
+    assert json.loads(config.get_json("connect/endpoints")) == ["tcp/robot:7450"]
 
 
 @pytest.mark.parametrize(
@@ -196,7 +202,7 @@ def test_the_router_is_on_this_machine_unless_told_otherwise(monkeypatch):
 )
 def test_a_node_is_a_client_of_a_router_on_another_machine(monkeypatch, endpoint, mode):
     monkeypatch.setenv("TELEOPCTL_ROUTER", endpoint)
-    assert json.loads(session_config("peer").get_json("mode")) == mode
+    assert json.loads(session_config("peer").zenoh.get_json("mode")) == mode
 
 
 def test_a_configuration_file_replaces_ours(monkeypatch, tmp_path):
@@ -204,10 +210,10 @@ def test_a_configuration_file_replaces_ours(monkeypatch, tmp_path):
     file.write_text('{ mode: "peer", connect: { endpoints: ["tcp/here:1"] }, /* as is */ }')
     monkeypatch.delenv("TELEOPCTL_ROUTER", raising=False)
     monkeypatch.setenv("ZENOH_SESSION_CONFIG_URI", str(file))
-    config = session_config("peer")
+    config = session_config("peer").zenoh
     assert json.loads(config.get_json("connect/endpoints")) == ["tcp/here:1"]
     assert json.loads(config.get_json("transport/link/tx/lease")) == 10_000
-    assert json.loads(session_config("client").get_json("mode")) == "client"
+    assert json.loads(session_config("client").zenoh.get_json("mode")) == "client"
 
 
 def test_a_short_command_stays_a_peer_where_the_file_names_no_router(monkeypatch, tmp_path):
@@ -215,7 +221,7 @@ def test_a_short_command_stays_a_peer_where_the_file_names_no_router(monkeypatch
     file.write_text('{ mode: "peer", scouting: { multicast: { enabled: true } } }')
     monkeypatch.delenv("TELEOPCTL_ROUTER", raising=False)
     monkeypatch.setenv("ZENOH_SESSION_CONFIG_URI", str(file))
-    assert json.loads(session_config("client").get_json("mode")) == "peer"
+    assert json.loads(session_config("client").zenoh.get_json("mode")) == "peer"
 
 
 def test_overrides_have_the_last_word(monkeypatch):
@@ -224,7 +230,8 @@ def test_overrides_have_the_last_word(monkeypatch):
         "ZENOH_CONFIG_OVERRIDE",
         'connect/endpoints=["tcp/other:7447"]; transport/link/tx/lease=5000;',
     )
-    for config in (session_config("client"), session_config("peer")):
+    for config, _, router in (session_config("client"), session_config("peer")):
+        assert router == RouterAddress(("tcp/other:7447",), "ZENOH_CONFIG_OVERRIDE")
         assert json.loads(config.get_json("connect/endpoints")) == ["tcp/other:7447"]
         assert json.loads(config.get_json("transport/link/tx/lease")) == 5000
 
@@ -242,7 +249,7 @@ def test_an_override_that_cannot_be_used_is_shown(monkeypatch, override):
     ("variable", "configure"),
     [
         ("ZENOH_SESSION_CONFIG_URI", lambda: session_config("client")),
-        ("ZENOH_ROUTER_CONFIG_URI", lambda: router_config([])),
+        ("ZENOH_ROUTER_CONFIG_URI", router_config),
     ],
 )
 def test_a_missing_configuration_file_is_named(monkeypatch, tmp_path, variable, configure):

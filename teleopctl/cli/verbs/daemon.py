@@ -16,45 +16,50 @@ GROUP = Group(
 
 def start(as_json: AsJson = False) -> None:
     """Start the daemon if it is not running."""
-    from teleopctl.wire.router import router_endpoint, start_router
+    from teleopctl.wire.router import daemon_address, start_router
 
     started = start_router()
     if as_json:
-        console.out_json({"started": started, "endpoint": router_endpoint()})
+        console.out_json({"started": started, "endpoint": daemon_address().text})
     else:
         console.out("The daemon has been started" if started else "The daemon is already running")
 
 
 def stop(as_json: AsJson = False) -> None:
     """Stop the daemon if it is running."""
-    from teleopctl.wire.router import router_endpoint, stop_router
+    from teleopctl.wire.router import daemon_address, stop_router
 
     stopped = stop_router()
     if as_json:
-        console.out_json({"stopped": stopped, "endpoint": router_endpoint()})
+        console.out_json({"stopped": stopped, "endpoint": daemon_address().text})
     else:
         console.out("The daemon has been stopped" if stopped else "The daemon is not running")
 
 
 def status(as_json: AsJson = False) -> None:
     """Tell whether the daemon is running, and where."""
-    from teleopctl.wire.router import find_router, router_endpoint, router_is_running
+    from teleopctl.wire.config import session_config
+    from teleopctl.wire.router import daemon_address, find_router, router_is_running
 
-    running = router_is_running()
+    address, sessions = daemon_address(), session_config("client").router
+    running = router_is_running(address)
     # A router that was started otherwise, rmw_zenohd for one, has no record.
     record = find_router() if running else None
     if as_json:
         console.out_json(
             {
                 "running": running,
-                "endpoint": router_endpoint(),
+                "endpoint": address.text,
+                "sessions": sessions.text,
                 "pid": record.pid if record else None,
                 "log_file": str(record.log_file) if record else None,
             }
         )
         return
     console.out("The daemon is running" if running else "The daemon is not running")
-    console.out(f"Endpoint: {router_endpoint()}")
+    console.out(f"Endpoint: {address.text}")
+    if sessions.endpoints and not address.serves(sessions):
+        console.out(f"Sessions connect elsewhere: {sessions}")
     if record is not None:
         console.out(f"Process: {record.pid}")
         console.out(f"Log file: {record.log_file}")

@@ -1,0 +1,140 @@
+"""One address of the router, whoever names it: what is started, found and told to the user."""
+
+import json
+
+import pytest
+
+from teleopctl import background
+from tests.processes import RosEnvironment, free_port
+
+
+@pytest.fixture
+def ros(ros_without_router: RosEnvironment) -> RosEnvironment:
+    """An environment without a router."""
+    return ros_without_router
+
+
+@pytest.fixture
+def other(ros: RosEnvironment, tmp_path) -> RosEnvironment:
+    """A second router of the same machine, that the environment's own variables do not name."""
+    (tmp_path / "other").mkdir()
+    other = RosEnvironment(tmp_path / "other")
+    other.start_router()
+    return other
+
+
+def write_session_file(ros: RosEnvironment, *endpoints: str) -> str:
+    """Let a session file alone say where the router is; returns its path."""
+    file = ros.folder / "session.json5"
+    file.write_text(f'{{ mode: "peer", connect: {{ endpoints: {json.dumps(endpoints)} }} }}')
+    ros.env["ZENOH_SESSION_CONFIG_URI"] = str(file)
+    del ros.env["TELEOPCTL_ROUTER"]
+    return str(file)
+
+
+def connect_to(ros: RosEnvironment, endpoint: str) -> None:
+    ros.env["ZENOH_CONFIG_OVERRIDE"] = f'connect/endpoints=["{endpoint}"]'
+
+
+def test_a_router_that_a_session_file_names_is_the_one_that_is_missed_and_started(ros):
+    endpoint = f"tcp/localhost:{free_port()}"
+    file = write_session_file(ros, endpoint)
+    missing = ros.run("topic list")
+    assert missing.returncode == 1
+    assert missing.stderr == (
+        f"teleopctl: No router answers at {endpoint} (from {file}).\n"
+        "  Start one with 'teleopctl daemon start'.\n"
+    )
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+    assert f"Endpoint: {endpoint}\n" in ros.run("daemon status").stdout
+    assert ros.run("topic list").returncode == 0
+    assert ros.run("daemon stop").stdout == "The daemon has been stopped\n"
+
+
+def test_the_variable_goes_before_the_session_file(ros):
+    write_session_file(ros, "tcp/localhost:1")
+    ros.env["TELEOPCTL_ROUTER"] = ros.router
+    assert f"{ros.router} (from TELEOPCTL_ROUTER)" in ros.run("topic list").stderr
+
+
+def test_the_daemon_starts_in_its_place_though_sessions_connect_to_another_router(ros, other):
+    connect_to(ros, other.router)
+    status = ros.run("daemon status").stdout.splitlines()
+    assert status[0] == "The daemon is not running"
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+    status = ros.run("daemon status").stdout.splitlines()
+    assert status[:3] == [
+        "The daemon is running",
+        f"Endpoint: {ros.router}",
+        f"Sessions connect elsewhere: {other.router} (from ZENOH_CONFIG_OVERRIDE)",
+    ]
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+
+
+def test_a_router_that_an_override_names_is_not_started_in_another_place(ros):
+    elsewhere = f"tcp/localhost:{free_port()}"
+    connect_to(ros, elsewhere)
+    for command in ("topic list", "run simple_publisher"):
+        result = ros.run(command)
+        assert result.returncode == 1
+        assert result.stderr == (
+            f"teleopctl: No router answers at {elsewhere} (from ZENOH_CONFIG_OVERRIDE).\n"
+            "  Start one there, or correct ZENOH_CONFIG_OVERRIDE ('teleopctl daemon start' starts "
+            f"one at {ros.router} (from TELEOPCTL_ROUTER)).\n"
+        )
+    assert background.records() == []
+
+
+def test_any_of_several_endpoints_will_do(ros, other):
+    first = f"tcp/localhost:{free_port()}"
+    write_session_file(ros, first, other.router)
+    assert ros.run("topic list").returncode == 0
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+
+
+def test_of_several_endpoints_all_are_named_and_listened_on(ros):
+    endpoints = [f"tcp/127.0.0.1:{free_port()}" for _ in range(2)]
+    write_session_file(ros, *endpoints)
+    assert f"No router answers at {' or '.join(endpoints)} (from " in ros.run("topic list").stderr
+    ros.run("daemon start")
+    for endpoint in endpoints:
+        ros.env["TELEOPCTL_ROUTER"] = endpoint
+        assert ros.run("topic list").returncode == 0
+
+
+def test_a_router_on_another_machine_is_to_be_started_there(ros):
+    ros.env["TELEOPCTL_ROUTER"] = "tcp/192.0.2.1:7447"
+    assert ros.run("topic list").stderr == (
+        "teleopctl: No router answers at tcp/192.0.2.1:7447 (from TELEOPCTL_ROUTER).\n"
+        "  Start one on that machine with 'teleopctl daemon start', or correct TELEOPCTL_ROUTER.\n"
+    )
+
+
+def test_an_override_that_is_meant_for_sessions_makes_no_router(ros, other):
+    ros.env["ZENOH_CONFIG_OVERRIDE"] = f'mode="client";connect/endpoints=["{other.router}"]'
+    assert ros.run("topic list").returncode == 0
+    result = ros.run("daemon start")
+    assert result.returncode == 2
+    assert "'client', which ZENOH_CONFIG_OVERRIDE asks for" in result.stderr
+
+
+def test_a_daemon_that_listens_on_every_address_is_found_and_stopped_without_the_override(ros):
+    ros.env["ZENOH_CONFIG_OVERRIDE"] = f'listen/endpoints=["tcp/0.0.0.0:{ros.port}"]'
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+    del ros.env["ZENOH_CONFIG_OVERRIDE"]
+    assert ros.run("topic list").returncode == 0
+    assert ros.run("daemon stop").stdout == "The daemon has been stopped\n"
+
+
+def test_a_router_file_says_where_the_daemon_listens(ros):
+    port = free_port()
+    file = ros.folder / "router.json5"
+    file.write_text(f'{{ mode: "router", listen: {{ endpoints: ["tcp/127.0.0.1:{port}"] }} }}')
+    ros.env["ZENOH_ROUTER_CONFIG_URI"] = str(file)
+    assert ros.run("daemon start").stdout == "The daemon has been started\n"
+    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+    assert f"Endpoint: tcp/127.0.0.1:{port}\n" in ros.run("daemon status").stdout
+    missing = ros.run("topic list").stderr
+    assert f"No router answers at {ros.router} (from TELEOPCTL_ROUTER)" in missing
+    assert f"starts one at tcp/127.0.0.1:{port} (from {file})" in missing
