@@ -4,10 +4,12 @@
 TeleopctlError                       exit status 1
 ├── UsageError                       2: asked for wrongly (option, argument, type, variable)
 │   ├── AmbiguousNameError           the name fits several things
-│   └── InvalidTypeNameError         no name of a message, service or action
+│   ├── InvalidTypeNameError         no name of a message, service or action
+│   └── UnsupportedError             ROS 2 has it, teleopctl does not have it yet
 ├── NotFoundError                    nothing has that name (package, file, node, type, frame …)
-│   └── UnknownPluginError           no plug-in has that name, or it cannot be imported
+│   └── UnknownPluginError           no plug-in has that name
 ├── UnavailableError                 it exists but does not answer or cannot be used now
+│   ├── BrokenPluginError            a plug-in cannot be imported, or is of another kind
 │   ├── RouterNotRunning             … wire/session.py
 │   ├── ServiceUnavailableError      … node/values/exceptions.py
 │   └── ManagerUnavailableError      … control/client.py
@@ -86,16 +88,24 @@ class InvalidTypeNameError(UsageError):
     """A text does not name a message, service or action, or names one of another kind."""
 
 
+class UnsupportedError(UsageError):
+    """ROS 2 has it, teleopctl does not have it yet."""
+
+
 class NotFoundError(TeleopctlError):
     """Nothing has that name: package, program, file, node, topic, type, frame, controller."""
 
 
 class UnknownPluginError(NotFoundError):
-    """No plug-in has that name, or it cannot be imported."""
+    """No plug-in has that name."""
 
 
 class UnavailableError(TeleopctlError):
     """Something exists but does not answer, or cannot be used now."""
+
+
+class BrokenPluginError(UnavailableError):
+    """A plug-in cannot be imported, or is not what its kind has to be."""
 
 
 class RefusedError(TeleopctlError):

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 import typer
 
-from teleopctl.cli.main import VERBS
 from teleopctl.cli.typer_app import command_tree
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends.yaml.parser import parse_file
@@ -88,8 +87,8 @@ def calls(line):
 
 def command_named(words):
     """The command that the first words name, and the words that are left for it."""
-    tree = command_tree(VERBS, words)
-    assert words[0] in VERBS, f"there is no verb {words[0]}"
+    tree = command_tree(words)
+    assert words[0] in tree.commands, f"there is no verb {words[0]}"
     command, rest = tree.commands[words[0]], words[1:]
     subcommands = getattr(command, "commands", None)
     if subcommands and rest:

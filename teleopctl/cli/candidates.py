@@ -46,43 +46,6 @@ def message_types(context: typer.Context, incomplete: str) -> list[str]:
     return [name for name in live or list_types("msg") if name.startswith(incomplete)]
 
 
-def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
-    """Names of the parameters of the node that stands on the line."""
-    from teleopctl.cli.verbs.param.client import parameter_client
-
-    try:
-        with parameter_client() as client:
-            names = client.names(client.find(context.params.get("node_name") or ""))
-    except TeleopctlError:
-        return []
-    return [name for name in names if name.startswith(incomplete)]
-
-
-def controllers(incomplete: str) -> list[str]:
-    """Names of the loaded controllers."""
-    from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, manager_client
-
-    # Asking takes a moment where nobody answers, so first see whether there is anybody.
-    if f"/{DEFAULT_MANAGER}" not in nodes(""):
-        return []
-    try:
-        with manager_client(DEFAULT_MANAGER) as client:
-            names = [controller.name for controller in client.controllers()]
-    except TeleopctlError:
-        return []
-    return [name for name in names if name.startswith(incomplete)]
-
-
-def frames(incomplete: str) -> list[str]:
-    """Names of the frames that are broadcast within a moment."""
-    from teleopctl.cli.verbs.tf.frames import heard_frames
-
-    try:
-        return sorted(name for name in heard_frames() if name.startswith(incomplete))
-    except TeleopctlError:
-        return []
-
-
 def programs(context: typer.Context, incomplete: str) -> list[str]:
     """For ``run``: packages and files first, then the programs of the package that was named."""
     from teleopctl import packages

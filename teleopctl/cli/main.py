@@ -1,8 +1,8 @@
-"""The ``teleopctl`` command: which verb lives where, and how a run of it ends.
+"""The ``teleopctl`` command: runs the verb that is named, and how that ends.
 
-A verb's module is imported when the verb is named and never before. It offers ``GROUP``, a
-[`Group`][teleopctl.cli.verb.Group] of verbs, or ``VERB``, a [`Verb`][teleopctl.cli.verb.Verb] that
-stands alone.
+Which verbs there are stands in the registry, `teleopctl.plugins`. A verb is a
+[`Group`][teleopctl.cli.verb.Group] of verbs, or a [`Verb`][teleopctl.cli.verb.Verb] that stands
+alone; its module is imported when it is named and never before.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
-from teleopctl import __version__
+from teleopctl import __version__, plugins
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE
 from teleopctl.errors import (
@@ -25,28 +24,6 @@ from teleopctl.errors import (
     TeleopctlError,
     UsageError,
 )
-
-if TYPE_CHECKING:
-    from teleopctl.cli.verb import Verb
-
-VERBS: dict[str, tuple[str, str]] = {
-    "run": ("teleopctl.cli.verbs.run", "Start one node."),
-    "launch": ("teleopctl.cli.verbs.launch", "Start many nodes from a launch file."),
-    "ps": ("teleopctl.cli.verbs.ps", "List what runs in the background."),
-    "logs": ("teleopctl.cli.verbs.logs", "Show the output of a background process."),
-    "stop": ("teleopctl.cli.verbs.stop", "Stop background processes."),
-    "topic": ("teleopctl.cli.verbs.topic", "List, watch, measure and publish topics."),
-    "node": ("teleopctl.cli.verbs.node", "List nodes and what they offer."),
-    "param": ("teleopctl.cli.verbs.param", "Read and change parameters of nodes."),
-    "service": ("teleopctl.cli.verbs.service", "List and call services."),
-    "control": ("teleopctl.cli.verbs.control", "Manage controllers and hardware."),
-    "tf": ("teleopctl.cli.verbs.tf", "Watch transforms between frames."),
-    "daemon": (
-        "teleopctl.cli.verbs.daemon",
-        "Manage the router that introduces nodes to each other.",
-    ),
-    "completion": ("teleopctl.cli.verbs.completion", "Print the completion script of a shell."),
-}
 
 
 def main() -> NoReturn:
@@ -99,28 +76,30 @@ def _dispatch(words: list[str]) -> int:
     if COMPLETION_VARIABLE in os.environ:
         from teleopctl.cli import typer_app
 
-        typer_app.answer_shell(VERBS, typer_app.typed_words())
+        typer_app.answer_shell(typer_app.typed_words())
     words = ros2_options.dropped(words)
     status = _run_quickly(words)
     if status is not None:
         return status
     from teleopctl.cli import typer_app
 
-    return typer_app.run(VERBS, words)
+    return typer_app.run(words)
 
 
 def _run_quickly(words: list[str]) -> int | None:
     """Run a well-formed command line of a light verb; None when Typer has to look at it."""
-    if not words or words[0] not in VERBS:
+    if not words or words[0].startswith("-") or plugins.find(plugins.VERBS, words[0]) is None:
         return None
     from teleopctl.cli import quick
+    from teleopctl.cli.verb import Group, Verb
 
     first, *rest = words
-    module = import_module(VERBS[first][0])
-    verb: Verb | None = getattr(module, "VERB", None)
-    if verb is None and rest:
+    verb: Verb | Group | None = plugins.load(plugins.VERBS, first)
+    if isinstance(verb, Group):
+        if not rest:
+            return None
         second, *rest = rest
-        verb = module.GROUP.verbs.get(second)
+        verb = verb.verbs.get(second)
     if verb is None:
         return None
     function = verb.load()

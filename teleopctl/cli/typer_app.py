@@ -10,26 +10,25 @@ import inspect
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
-from importlib import import_module
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command, get_group, get_install_completion_arguments
 
-from teleopctl.cli import candidates, ros2_options
+from teleopctl import plugins
+from teleopctl.cli import ros2_options, ros2_verbs
 from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
-from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 
 
-def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
+def run(words: Sequence[str]) -> int:
     """Parse and run a command line.
 
     Args:
-        table: Module and one-line help of each verb.
         words: The command line behind the global options.
 
     Returns:
@@ -38,7 +37,8 @@ def run(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> int:
     Raises:
         TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
     """
-    tree = command_tree(table, words)
+    tree = command_tree(words)
+    _refuse_missing(tree, words)
     line = _spread_lists(tree, words)
     if not line or (len(line) == 1 and isinstance(tree.commands.get(line[0]), TyperGroup)):
         line.append("--help")
@@ -60,20 +60,27 @@ def typed_words() -> list[str]:
     return line.split()[1:]
 
 
-def answer_shell(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> NoReturn:
+def answer_shell(words: Sequence[str]) -> NoReturn:
     """Do what the completion variable in the environment asks for, and end the process.
 
     Args:
-        table: Module and one-line help of each verb.
         words: The command line so far, to know which verb to load.
     """
     get_install_completion_arguments()  # makes Typer's shells known, which it does not do alone
-    command_tree(table, words).main(prog_name=PROGRAM, complete_var=COMPLETION_VARIABLE)
+    try:
+        tree = command_tree(words)
+    except TeleopctlError:  # a stranger's verb that cannot be loaded offers nothing
+        sys.exit(0)
+    tree.main(prog_name=PROGRAM, complete_var=COMPLETION_VARIABLE)
     sys.exit(0)
 
 
-def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> TyperGroup:
-    """The root command, with only the verb that ``words`` name really loaded."""
+def command_tree(words: Sequence[str]) -> TyperGroup:
+    """The root command, with only the verb that ``words`` name really loaded.
+
+    Raises:
+        BrokenPluginError: That verb is a stranger's and cannot be loaded.
+    """
     root = _new_app()
 
     @root.callback(
@@ -90,20 +97,58 @@ def command_tree(table: Mapping[str, tuple[str, str]], words: Sequence[str]) -> 
     ) -> None:
         """Both options are read before Typer is loaded; they stand here for ``--help``."""
 
-    for name, (_, short_help) in table.items():
-        root.command(name, help=short_help)(_placeholder)
-    tree = get_group(root)
     position, chosen = _first_word(words)
-    if chosen in table:
-        module = import_module(table[chosen][0])
-        verb: Verb | None = getattr(module, "VERB", None)
-        if verb is None:
-            tree.add_command(_group_command(chosen, module.GROUP, words[position + 1 :]), chosen)
+    for name, summary in _summaries(chosen).items():
+        root.command(name, short_help=summary)(_placeholder)
+    tree = get_group(root)
+    if chosen in tree.commands:
+        verb: Verb | Group = plugins.load(plugins.VERBS, chosen)
+        if isinstance(verb, Group):
+            tree.add_command(_group_command(chosen, verb, words[position + 1 :]), chosen)
         else:
             app = _new_app()
             _add_verb(app, chosen, verb, _typer_function(verb))
             tree.add_command(get_command(app), chosen)
     return tree
+
+
+def _summaries(chosen: str) -> dict[str, str]:
+    """One line on each verb; strangers' verbs only where none of ours has been chosen."""
+    summaries = dict(plugins.VERBS.summaries)
+    if chosen in plugins.VERBS.ours:
+        return summaries
+    for name, plugin in plugins.available(plugins.VERBS).items():
+        if plugin.distribution:
+            try:
+                summary = plugins.load(plugins.VERBS, name).help
+            except TeleopctlError:
+                summary = "Cannot be loaded."
+            summaries[name] = f"{summary} (from {plugin.distribution})"
+    return summaries
+
+
+def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
+    """Tell a verb of ``ros2`` that is missing here from a misspelt one.
+
+    Raises:
+        UnsupportedError: The first word that is no verb here is one of ros2.
+    """
+    command: Any = tree
+    path: list[str] = []
+    for word in words:
+        if word.startswith("-"):
+            continue
+        path.append(word)
+        if word not in command.commands:
+            if ros2_verbs.exists(path):
+                raise UnsupportedError(
+                    f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not have yet",
+                    hint=f"See `{' '.join([PROGRAM, *path[:-1]])} --help` for those that it has.",
+                )
+            return
+        command = command.commands[word]
+        if not isinstance(command, TyperGroup):
+            return
 
 
 def _group_command(name: str, group: Group, words: Sequence[str]) -> TyperGroup:
@@ -221,7 +266,7 @@ def _typer_annotation(parameter: Parameter) -> object:
         value_type = list[value_type]
     if parameter.optional and parameter.default is None:
         value_type = value_type | None
-    live = getattr(candidates, declaration.complete) if declaration.complete else None
+    live = _candidates(declaration.complete) if declaration.complete else None
     metavar = declaration.metavar
     if isinstance(declaration, Option):
         if parameter.type is bool:
@@ -235,6 +280,15 @@ def _typer_annotation(parameter: Parameter) -> object:
         metavar = metavar or parameter.name.upper()
         read = typer.Argument(help=help_text, metavar=metavar, autocompletion=live)
     return Annotated[value_type, read]
+
+
+def _candidates(name: str) -> Callable[..., list[str]] | None:
+    """The function that completes a parameter; None where a stranger's cannot be loaded."""
+    try:
+        found: Callable[..., list[str]] = plugins.load(plugins.COMPLETIONS, name)
+    except TeleopctlError:
+        return None
+    return found
 
 
 class _Tidy:

@@ -19,7 +19,8 @@ class Declaration:
         help: One sentence for ``--help``.
         metavar: The placeholder of its value in ``--help``.
         choices: The only values it may have; empty for any.
-        complete: Name of the function in `candidates` that lists live values.
+        complete: What Tab offers: a completion's name in `teleopctl.plugins`, or
+            ``module:function``.
     """
 
     __slots__ = ("choices", "complete", "help", "metavar")

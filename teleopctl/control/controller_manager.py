@@ -15,12 +15,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
-from teleopctl.control import plugins
+from teleopctl import plugins
 from teleopctl.control.controllers.base import ControllerInterface, Environment
 from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ResourceManager
-from teleopctl.errors import InvalidParameterError, TeleopctlError, UnknownPluginError
+from teleopctl.errors import (
+    BrokenPluginError,
+    InvalidParameterError,
+    TeleopctlError,
+    UnknownPluginError,
+)
 
 
 class Host(Protocol):
@@ -114,8 +119,8 @@ class ControllerManager:
             return False
         self.logger.info(f"Loading controller : '{name}' of type '{type_name}'")
         try:
-            controller_class = plugins.load(plugins.CONTROLLER_GROUP, str(type_name))
-        except UnknownPluginError as error:
+            controller_class = plugins.load(plugins.CONTROLLERS, str(type_name))
+        except (UnknownPluginError, BrokenPluginError) as error:
             self.logger.error(f"Loader for controller '{name}' (type '{type_name}') not found.")
             self.logger.info(str(error))
             return False

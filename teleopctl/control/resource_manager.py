@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.control import plugins
+from teleopctl import plugins
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import Component
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.control.limits import JointLimiter, JointLimits
-from teleopctl.errors import HardwareError, UnknownPluginError
+from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
@@ -90,11 +90,15 @@ class ResourceManager:
             )
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
-            hardware_class = plugins.load(plugins.HARDWARE_GROUP, info.plugin)
+            hardware_class = plugins.load(plugins.HARDWARE, info.plugin)
         except UnknownPluginError as error:
             raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{info.plugin}' not found",
                 hint=str(error),
+            ) from error
+        except BrokenPluginError as error:
+            raise HardwareError(
+                f"Failed to load hardware '{info.name}': {error.message}"
             ) from error
         try:
             hardware = hardware_class(info, self._node, self._logger.get_child(info.name))

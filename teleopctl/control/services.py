@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from teleopctl.control import plugins
+from teleopctl import plugins
 from teleopctl.control.controller_manager import ControllerManager, Loaded
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
@@ -132,7 +132,7 @@ class ControllerManagerServices:
 
     def _list_controller_types(self, request: Any, response: Any) -> Any:
         del request
-        names = list(plugins.available(plugins.CONTROLLER_GROUP))
+        names = sorted(plugins.available(plugins.CONTROLLERS))
         response.types = names
         response.base_classes = [ControllerInterface.base_class] * len(names)
         return response

@@ -1,7 +1,6 @@
 """ROS packages: which there are, where their files lie and which programs they offer."""
 
 from teleopctl.packages.finding import (
-    ENTRY_POINT_GROUP,
     PACKAGE_PATH_VARIABLE,
     Executable,
     Package,
@@ -14,7 +13,6 @@ from teleopctl.packages.finding import (
 )
 
 __all__ = [
-    "ENTRY_POINT_GROUP",
     "PACKAGE_PATH_VARIABLE",
     "Executable",
     "Package",

@@ -14,44 +14,20 @@ that is used in it, while executables that it does not define still come from th
 """
 
 import os
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from teleopctl import plugins
 from teleopctl.errors import AmbiguousNameError, NotFoundError, did_you_mean
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
-ENTRY_POINT_GROUP = "teleopctl.nodes"
 
 _HERE = Path(__file__).resolve().parents[1]
 
 # Packages that consist of files: name → folder at the root of a source checkout.
 _DATA_PACKAGES = {"teleop_description": "robot", "teleop_controller": "config"}
-
-_TUTORIAL_NODES = {
-    "simple_parameter": "simple_parameter",
-    "simple_publisher": "simple_publisher",
-    "simple_subscriber": "simple_subscriber",
-}
-
-# Packages that consist of programs: package → executable → module below teleopctl.nodes.
-_NODE_PACKAGES: dict[str, dict[str, str]] = {
-    "camera": {"camera": "camera"},
-    "controller_manager": {
-        "ros2_control_node": "controller_manager",
-        "spawner": "spawner",
-        "unspawner": "unspawner",
-    },
-    "joint_state_publisher": {"joint_state_publisher": "joint_state_publisher"},
-    "mujoco_sim": {"mujoco_sim": "mujoco_sim"},
-    "robot_state_publisher": {"robot_state_publisher": "robot_state_publisher"},
-    "teleop_py_pkg": _TUTORIAL_NODES,
-    "teleop_robot_py_pkg": _TUTORIAL_NODES,
-    "tf2_ros": {
-        "static_transform_publisher": "static_transform_publisher",
-        "tf2_echo": "tf2_echo",
-    },
-}
 
 
 class Executable(NamedTuple):
@@ -108,7 +84,8 @@ def find_package(name: str) -> Package:
 
 def list_packages() -> list[Package]:
     """Return every package that can be found, sorted by name."""
-    builtin = {name: _builtin_package(name) for name in (*_DATA_PACKAGES, *_NODE_PACKAGES)}
+    ours = (*_DATA_PACKAGES, *(name.partition("/")[0] for name in plugins.NODES.ours))
+    builtin = {name: _builtin_package(name) for name in ours}
     sources = (_folder_packages(), builtin, _installed_packages())
     names = sorted({name for source in sources for name in source})
     return [_overlay(_known(*(source.get(name) for source in sources))) for name in names]
@@ -224,18 +201,18 @@ def _builtin_package(name: str) -> Package | None:
         installed = _HERE / "share" / name
         share = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]
         return Package(name=name, share=share, executables={})
-    if name in _NODE_PACKAGES:
-        return Package(
-            name=name,
-            share=_HERE,
-            executables={
-                executable: Executable(
-                    name=executable, package=name, target=f"teleopctl.nodes.{module}:main"
-                )
-                for executable, module in _NODE_PACKAGES[name].items()
-            },
-        )
-    return None
+    executables = _executables(name, plugins.NODES.ours.items())
+    return Package(name=name, share=_HERE, executables=executables) if executables else None
+
+
+def _executables(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
+    """Of pairs of ``package/executable`` and target, those of one package."""
+    split = ((name.rpartition("/"), target) for name, target in nodes)
+    return {
+        name: Executable(name=name, package=package, target=target)
+        for (owner, _, name), target in split
+        if owner == package
+    }
 
 
 def _folder_packages() -> dict[str, Package]:
@@ -274,18 +251,16 @@ def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
 
 @lru_cache(maxsize=1)
 def _installed_packages() -> dict[str, Package]:
-    from importlib.metadata import entry_points
     from importlib.util import find_spec
 
-    executables: dict[str, dict[str, Executable]] = {}
-    for entry in entry_points(group=ENTRY_POINT_GROUP):
-        package, _, name = entry.name.rpartition("/")
-        if package:
-            executables.setdefault(package, {})[name] = Executable(
-                name=name, package=package, target=entry.value
-            )
+    nodes = [
+        (name, plugin.target)
+        for name, plugin in plugins.available(plugins.NODES).items()
+        if plugin.distribution
+    ]
     packages: dict[str, Package] = {}
-    for package, found in executables.items():
+    for package in dict.fromkeys(name.rpartition("/")[0] for name, _ in nodes):
+        found = _executables(package, nodes)
         # The files of an installed package lie beside the code of its first executable.
         module = next(iter(found.values())).target.partition(":")[0].partition(".")[0]
         spec = find_spec(module)

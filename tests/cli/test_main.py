@@ -6,7 +6,7 @@ from typing import Annotated
 
 import pytest
 
-from teleopctl import __version__
+from teleopctl import __version__, plugins
 from teleopctl.cli import main, ros2_options, typer_app
 from teleopctl.cli.verb import Argument, Group, Verb
 from teleopctl.errors import TeleopctlError, UsageError
@@ -40,7 +40,8 @@ GROUP = Group("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some way.
 
 @pytest.fixture
 def sample(monkeypatch):
-    monkeypatch.setitem(main.VERBS, "sample", (__name__, "Sample verbs."))
+    monkeypatch.setitem(plugins.VERBS.ours, "sample", f"{__name__}:GROUP")
+    monkeypatch.setitem(plugins.VERBS.summaries, "sample", "Sample verbs.")
     monkeypatch.setattr("teleopctl.cli.console.discard_output", lambda: None)
     monkeypatch.delenv("FORCE_COLOR", raising=False)
 
@@ -111,7 +112,7 @@ def test_version(capsys):
 def test_help_lists_every_verb(capsys, line):
     assert main.run(line.split()) == 0
     listing = capsys.readouterr().out
-    for verb, (_, short_help) in main.VERBS.items():
+    for verb, short_help in plugins.VERBS.summaries.items():
         assert verb in listing
         assert short_help in listing
 
@@ -142,7 +143,7 @@ def test_help_lists_the_choices_of_an_option_in_words(capsys):
 
 
 def test_help_wraps_where_the_terminal_does_and_not_where_the_source_does():
-    tree = typer_app.command_tree(main.VERBS, ["topic", "echo"])
+    tree = typer_app.command_tree(["topic", "echo"])
     paragraphs = tree.commands["topic"].commands["echo"].help.split("\n\n")
     assert len(paragraphs) == 2
     assert not any("\n" in paragraph for paragraph in paragraphs)

@@ -58,4 +58,4 @@ def _print_script(shell: str) -> None:
     from teleopctl.cli import typer_app
 
     os.environ[COMPLETION_VARIABLE] = f"source_{shell}"
-    typer_app.answer_shell({}, [])
+    typer_app.answer_shell(["completion"])

@@ -1,0 +1,19 @@
+"""What Tab offers for parameters."""
+
+from __future__ import annotations
+
+import typer
+
+from teleopctl.errors import TeleopctlError
+
+
+def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
+    """Names of the parameters of the node that stands on the line."""
+    from teleopctl.cli.verbs.param.client import parameter_client
+
+    try:
+        with parameter_client() as client:
+            names = client.names(client.find(context.params.get("node_name") or ""))
+    except TeleopctlError:
+        return []
+    return [name for name in names if name.startswith(incomplete)]

@@ -1,0 +1,132 @@
+"""Verbs of other distributions, and verbs of ros2 that teleopctl does not have."""
+
+import subprocess
+import sys
+
+import pytest
+
+from teleopctl import plugins
+from teleopctl.cli import main
+from tests.distributions import install
+
+GREETER = '''
+    from typing import Annotated
+
+    from teleopctl.cli import console
+    from teleopctl.cli.verb import Argument, Group, Verb
+
+    def greet(who: Annotated[str, Argument(help="Whom.", complete="greeter:people")]) -> None:
+        """Say hello."""
+        console.out(f"Hello {who}")
+
+    def people(incomplete: str) -> list[str]:
+        return [name for name in ("Ada", "Alan", "Grace") if name.startswith(incomplete)]
+
+    VERB = Verb("greeter:greet", "Greet somebody.")
+    GROUP = Group("Greet many.", {"one": VERB})
+'''
+
+
+@pytest.fixture
+def site(ros_without_router, tmp_path):
+    ros_without_router.env["PYTHONPATH"] = str(tmp_path / "site")
+    return tmp_path / "site"
+
+
+@pytest.fixture
+def greeter(site):
+    verbs = {"greet": "greeter:VERB", "greetings": "greeter:GROUP", "gone": "no_such_module:VERB"}
+    install(site, "my-greeter", {"teleopctl.verbs": verbs}, {"greeter.py": GREETER})
+
+
+def test_a_strangers_verb_runs_as_ours_do(ros_without_router, greeter):
+    ros = ros_without_router
+    for line in ("greet Ada", "greetings one Ada", "greet -- Ada"):
+        done = ros.run(line)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "Hello Ada\n", "")
+    assert "Whom." in ros.run("greet --help").stdout
+    assert ros.run("greet").returncode == 2
+
+
+def test_help_names_the_distribution_of_a_strangers_verb(ros_without_router, greeter):
+    done = ros_without_router.run("--help")
+    listing = " ".join(done.stdout.split())
+    assert "greet Greet somebody. (from my-greeter)" in listing
+    assert "greetings Greet many. (from my-greeter)" in listing
+    assert "gone Cannot be loaded. (from my-greeter)" in listing
+    assert "topic List, watch, measure and publish topics." in listing
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_broken_verb_is_one_line_of_its_own_use(ros_without_router, greeter):
+    done = ros_without_router.run("gone")
+    assert done.returncode == 1
+    assert done.stderr == (
+        "teleopctl: verb 'gone' of my-greeter: no_such_module:VERB cannot be imported: "
+        "ModuleNotFoundError: No module named 'no_such_module'\n"
+    )
+
+
+def test_a_strangers_verb_and_its_arguments_are_completed(ros_without_router, greeter):
+    def offered(line):
+        shell = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
+        done = subprocess.run(
+            [sys.executable, "-m", "teleopctl"],
+            env=ros_without_router.env | shell | {"_TELEOPCTL_COMPLETE": "complete_bash"},
+            cwd=ros_without_router.folder,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert done.stderr == ""
+        return done.stdout.split()
+
+    assert offered("teleopctl gre") == ["greet", "greetings"]
+    assert offered("teleopctl greetings o") == ["one"]
+    assert offered("teleopctl greet A") == ["Ada", "Alan"]
+    assert offered("teleopctl gone ") == []
+
+
+def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
+    probe = (
+        "import sys; from teleopctl.cli import main; main.run(['topic', 'list']); "
+        "print('importlib.metadata' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", probe], env=ros.env, capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.splitlines()[-1] == "False", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "verb", "where"),
+    [
+        ("action list", "action", "teleopctl"),
+        ("bag", "bag", "teleopctl"),
+        ("lifecycle --help", "lifecycle", "teleopctl"),
+        ("service info /x", "service info", "teleopctl service"),
+        ("tf view_frames", "tf view_frames", "teleopctl tf"),
+    ],
+)
+def test_a_verb_of_ros2_that_is_missing_is_called_missing(capsys, line, verb, where):
+    assert main.run(line.split()) == 2
+    assert capsys.readouterr().err == (
+        f"teleopctl: '{verb}' is a verb of ros2 that teleopctl does not have yet\n"
+        f"  See `{where} --help` for those that it has.\n"
+    )
+
+
+@pytest.mark.parametrize("line", ["acton list", "topic lst", "service inf"])
+def test_a_misspelt_verb_is_not_called_missing(capsys, line):
+    assert main.run(line.split()) == 2
+    assert "ros2" not in capsys.readouterr().err
+
+
+def test_a_missing_verb_that_a_stranger_brings_is_there(ros_without_router, site):
+    install(site, "my-bags", {"teleopctl.verbs": {"bag": "greeter:VERB"}}, {"greeter.py": GREETER})
+    done = ros_without_router.run("bag Ada")
+    assert done.stdout == "Hello Ada\n", done.stderr
+
+
+def test_every_verb_has_a_line_for_help():
+    assert set(plugins.VERBS.ours) == set(plugins.VERBS.summaries)

@@ -1,0 +1,126 @@
+"""The registry: what is found by which name, and what a broken plug-in may break."""
+
+import sys
+from importlib.util import find_spec
+
+import pytest
+
+from teleopctl import plugins
+from teleopctl.errors import BrokenPluginError, TeleopctlError, UnknownPluginError
+from tests.distributions import install
+
+# The tutorial's nodes import rclpy, which they find only where `teleopctl run` starts them.
+NEEDS_RCLPY = "teleopctl.nodes.simple_"
+KINDS = [kind for kind in vars(plugins).values() if isinstance(kind, plugins.Kind)]
+GROUP = plugins.CONTROLLERS.group
+CONTROLLER = """
+    from teleopctl.control.controllers.base import ControllerInterface
+
+    class Mine(ControllerInterface):
+        pass
+
+    class Other:
+        pass
+"""
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    """A folder on the path for distributions; the registry reads the entry points anew."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    plugins._installed.cache_clear()
+    before = set(sys.modules)
+    yield tmp_path
+    plugins._installed.cache_clear()
+    for name in set(sys.modules) - before:
+        if name.startswith("strange"):
+            del sys.modules[name]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.noun)
+def test_every_one_of_ours_can_be_loaded_and_is_what_its_kind_has_to_be(kind):
+    for name, target in kind.ours.items():
+        if target.startswith(NEEDS_RCLPY):
+            assert find_spec(target.partition(":")[0])
+            continue
+        found = plugins.load(kind, name)
+        assert not kind.bases or plugins._is_one(found, kind), name
+
+
+def test_every_kind_has_a_noun_and_a_group_of_its_own():
+    assert len({kind.group for kind in KINDS}) == len({kind.noun for kind in KINDS}) == len(KINDS)
+
+
+def test_ours_are_found_without_reading_entry_points(monkeypatch):
+    monkeypatch.setattr(plugins, "_installed", None)
+    for kind in KINDS:
+        for name in kind.ours:
+            assert plugins.find(kind, name) == (name, kind.ours[name], "")
+
+
+def test_a_strangers_plug_in_is_found_loaded_and_listed(site):
+    install(site, "strange-arms", {GROUP: {"s/Mine": "strange:Mine"}}, {"strange.py": CONTROLLER})
+    assert plugins.load(plugins.CONTROLLERS, "s/Mine").__name__ == "Mine"
+    assert plugins.available(plugins.CONTROLLERS)["s/Mine"].distribution == "strange-arms"
+
+
+def test_a_class_can_be_named_directly_where_its_kind_allows_that(site):
+    (site / "strange.py").write_text(CONTROLLER.replace("\n    ", "\n"))
+    assert plugins.load(plugins.CONTROLLERS, "strange:Mine").__name__ == "Mine"
+    with pytest.raises(UnknownPluginError):
+        plugins.load(plugins.VERBS, "strange:Mine")
+
+
+def test_an_unknown_name_is_answered_with_those_that_there_are():
+    with pytest.raises(UnknownPluginError, match="no controller 'joint_state_broadcaster'") as told:
+        plugins.load(plugins.CONTROLLERS, "joint_state_broadcaster")
+    assert "\n  joint_state_broadcaster/JointStateBroadcaster\n" in told.value.message
+    assert "joint_state_broadcaster/JointStateBroadcaster" in told.value.hint
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        ("strange_missing:Mine", "ModuleNotFoundError: No module named 'strange_missing'"),
+        ("strange:Missing", "AttributeError"),
+        ("strange_raises:Mine", "ZeroDivisionError"),
+        ("strange:Other", "is not a subclass of .*ControllerInterface"),
+        ("strange", "cannot be imported"),
+        ("", "cannot be imported"),
+    ],
+)
+def test_a_broken_plug_in_is_one_line_that_names_its_distribution(site, value, why):
+    files = {"strange.py": CONTROLLER, "strange_raises.py": "1 / 0\n"}
+    install(site, "strange-arms", {GROUP: {"s/Bad": value, "s/Mine": "strange:Mine"}}, files)
+    with pytest.raises(BrokenPluginError, match=f"controller 's/Bad' of strange-arms: .*{why}"):
+        plugins.load(plugins.CONTROLLERS, "s/Bad")
+    assert plugins.load(plugins.CONTROLLERS, "s/Mine")
+
+
+def test_metadata_that_cannot_be_read_concern_their_distribution_alone(site, caplog):
+    install(site, "strange-arms", f"[{GROUP}]\nno value\n")
+    install(site, "other-arms", {GROUP: {"s/Mine": "strange:Mine"}}, {"strange.py": CONTROLLER})
+    assert plugins.load(plugins.CONTROLLERS, "s/Mine")
+    (line,) = caplog.messages
+    assert line.startswith("The plug-ins of strange-arms cannot be read: ")
+
+
+def test_of_two_distributions_with_one_name_the_first_by_name_wins_and_a_line_says_so(site, caplog):
+    for name in ("b-arms", "a-arms"):
+        install(site, name, {GROUP: {"s/Mine": "strange:Mine"}}, {"strange.py": CONTROLLER})
+    for _ in range(2):
+        assert plugins.find(plugins.CONTROLLERS, "s/Mine").distribution == "a-arms"
+    assert caplog.messages == [
+        f"Both a-arms and b-arms offer 's/Mine' in {GROUP}: that of a-arms is used"
+    ]
+
+
+def test_ours_win_over_a_strangers_of_the_same_name(site):
+    install(site, "strange-arms", {plugins.VERBS.group: {"topic": "strange_missing:VERB"}})
+    assert plugins.available(plugins.VERBS)["topic"].distribution == ""
+    assert plugins.load(plugins.VERBS, "topic").verbs
+
+
+def test_the_errors_are_of_the_kind_that_a_program_catches():
+    assert issubclass(BrokenPluginError, TeleopctlError)
+    assert not issubclass(BrokenPluginError, UnknownPluginError)
