@@ -297,3 +297,7 @@ HARDWARE = Kind(
     direct=True,
 )
 """Hardware components, by the names that URDFs use as ``<plugin>``."""
+
+PACKAGES = Kind("package", "teleopctl.packages", {})
+"""ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
+module in whose folder they lie. It is not imported; ours are folders, see `teleopctl.packages`."""

@@ -32,7 +32,7 @@ class Catalog:
         self._built_in = [_BUILT_IN] if changed is None else [changed, _BUILT_IN]
         self._definitions: dict[str, Definition] = {}
         self._used: set[str] = set()
-        self._user_folders: dict[str, Path] | None = None
+        self._shares: dict[str, Path | None] = {}
         self._lock = threading.RLock()
 
     def find(self, type_name: str) -> Definition | None:
@@ -113,8 +113,10 @@ class Catalog:
             names.update(name for name in self._definitions if "_" not in split(name)[2])
             for package in _BUILT_IN.glob("[!_]*"):
                 names.update(name for name, _ in _files(package, package.name))
-            for package_name, folder in self._packages().items():
-                names.update(name for name, _ in _files(folder, package_name))
+            from teleopctl.packages import list_packages
+
+            for found in list_packages():
+                names.update(name for name, _ in _files(found.share, found.name))
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
@@ -133,7 +135,7 @@ class Catalog:
             )
             built_in = _files(_BUILT_IN / package, package)
             names.update(name for name, _ in built_in if name.startswith(start))
-            if not names and (share := self._packages().get(package)) is not None:
+            if not names and (share := self._share(package)) is not None:
                 names.update(name for name, _ in _files(share, package) if name.startswith(start))
         return sorted(names)
 
@@ -164,23 +166,20 @@ class Catalog:
         for folder in self._built_in:
             if (path := folder / package / kind / name).is_file():
                 return path
-        share = self._packages().get(package)
+        share = self._share(package)
         if share is not None and (path := share / kind / name).is_file():
             return path
         return None
 
-    def _packages(self) -> dict[str, Path]:
-        """Return the user's ROS packages that define interfaces; looked for once."""
-        if self._user_folders is None:
-            from teleopctl.packages import list_packages
+    def _share(self, package: str) -> Path | None:
+        """Return the folder of a ROS package of the user's; looked for once."""
+        if package not in self._shares:
+            from teleopctl.packages import lookup_package
 
-            self._user_folders = {}  # what looks for packages may import, and an import may ask
-            self._user_folders = {
-                package.name: package.share
-                for package in list_packages()
-                if any((package.share / kind).is_dir() for kind in KINDS)
-            }
-        return self._user_folders
+            self._shares[package] = None  # what looks for packages may import, and an import ask
+            found = lookup_package(package)
+            self._shares[package] = None if found is None else found.share
+        return self._shares[package]
 
 
 def _files(folder: Path, package: str) -> Iterator[tuple[str, Path]]:

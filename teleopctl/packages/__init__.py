@@ -8,6 +8,7 @@ from teleopctl.packages.finding import (
     find_package,
     is_path,
     list_packages,
+    lookup_package,
     package_share,
     resolve_uri,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "find_package",
     "is_path",
     "list_packages",
+    "lookup_package",
     "package_share",
     "resolve_uri",
 ]

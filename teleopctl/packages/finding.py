@@ -6,7 +6,8 @@ Three sources form one overlay, the first one that knows a name wins:
 1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH`` and below the current folder,
    ordinary ROS 2 source packages that need no build,
 2. the packages that teleopctl brings itself,
-3. installed distributions with the entry-point group ``teleopctl.nodes``, whose entries are named
+3. installed distributions with the entry-point groups ``teleopctl.packages``, whose values are the
+   module in whose folder the package's files lie, and ``teleopctl.nodes``, whose entries are named
    ``package/executable``.
 
 As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
@@ -15,12 +16,18 @@ that is used in it, while executables that it does not define still come from th
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from teleopctl import plugins
-from teleopctl.errors import AmbiguousNameError, NotFoundError, did_you_mean
+from teleopctl.errors import (
+    AmbiguousNameError,
+    BrokenPluginError,
+    NotFoundError,
+    did_you_mean,
+)
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 
@@ -68,27 +75,41 @@ def find_package(name: str) -> Package:
     Raises:
         TeleopctlError: When no source knows the name.
     """
-    # Entry points are read from the metadata of every installed distribution, which takes tens
-    # of milliseconds: they are asked only when nothing else knows the package.
-    layers = _known(_folder_packages().get(name), _builtin_package(name))
-    layers = layers or _known(_installed_packages().get(name))
-    if not layers:
+    package = lookup_package(name)
+    if package is None:
         raise NotFoundError(
             f"Package '{name}' not found",
             hint=did_you_mean(name, (package.name for package in list_packages()))
             or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
             "and among the installed distributions.",
         )
-    return _overlay(layers)
+    return package
+
+
+def lookup_package(name: str) -> Package | None:
+    """Find a package by its name; None when no source knows it.
+
+    Raises:
+        BrokenPluginError: A distribution offers it, but its files are not there.
+    """
+    # Entry points are dear to read: they are asked only when nothing else knows the package.
+    layers = _known(_folder_packages().get(name), _builtin_package(name))
+    return _overlay(layers) if layers else _installed_package(name)
 
 
 def list_packages() -> list[Package]:
     """Return every package that can be found, sorted by name."""
-    ours = (*_DATA_PACKAGES, *(name.partition("/")[0] for name in plugins.NODES.ours))
-    builtin = {name: _builtin_package(name) for name in ours}
-    sources = (_folder_packages(), builtin, _installed_packages())
-    names = sorted({name for source in sources for name in source})
-    return [_overlay(_known(*(source.get(name) for source in sources))) for name in names]
+    nodes = plugins.available(plugins.NODES)
+    names = {*_DATA_PACKAGES, *plugins.available(plugins.PACKAGES), *_folder_packages()}
+    names.update(name.rpartition("/")[0] for name in nodes)
+    listed = []
+    for name in sorted(names - {""}):
+        layers = _known(_folder_packages().get(name), _builtin_package(name))
+        with suppress(BrokenPluginError):  # told where it is used
+            layers += _known(_installed_package(name))
+        if layers:
+            listed.append(_overlay(layers))
+    return listed
 
 
 def package_share(name: str) -> Path:
@@ -123,7 +144,7 @@ def _executable_of(package: str, name: str) -> Executable:
     if name in offered:
         return offered[name]
     # A package that needs no look at the entry points may have more programs among them.
-    installed = _installed_packages().get(package)
+    installed = _installed_package(package)
     if installed is not None and name in installed.executables:
         return installed.executables[name]
     names = ", ".join(sorted(offered))
@@ -249,22 +270,39 @@ def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
     return packages
 
 
-@lru_cache(maxsize=1)
-def _installed_packages() -> dict[str, Package]:
-    from importlib.util import find_spec
-
+def _installed_package(name: str) -> Package | None:
     nodes = [
-        (name, plugin.target)
-        for name, plugin in plugins.available(plugins.NODES).items()
+        (node, plugin.target)
+        for node, plugin in plugins.available(plugins.NODES).items()
         if plugin.distribution
     ]
-    packages: dict[str, Package] = {}
-    for package in dict.fromkeys(name.rpartition("/")[0] for name, _ in nodes):
-        found = _executables(package, nodes)
-        # The files of an installed package lie beside the code of its first executable.
-        module = next(iter(found.values())).target.partition(":")[0].partition(".")[0]
-        spec = find_spec(module)
-        origin = spec.origin if spec is not None else None
-        share = Path(origin).parent if origin else _HERE
-        packages[package] = Package(name=package, share=share, executables=found)
-    return packages
+    executables = _executables(name, nodes)
+    plugin = plugins.find(plugins.PACKAGES, name)
+    if plugin is not None:
+        share = _module_folder(plugin.target)
+        if share is None:
+            raise BrokenPluginError(
+                f"package '{name}' of {plugin.distribution}: there is no module {plugin.target}"
+            )
+    elif executables:
+        # Without an entry of its own, its files lie beside the code of its first executable.
+        module = next(iter(executables.values())).target.partition(":")[0]
+        share = _module_folder(module.partition(".")[0]) or _HERE
+    else:
+        return None
+    return Package(name=name, share=share, executables=executables)
+
+
+def _module_folder(module: str) -> Path | None:
+    """The folder of a package's or a module's file, found without importing anything."""
+    from importlib.util import find_spec
+
+    top, *below = module.split(".")
+    spec = find_spec(top)
+    if spec is None:
+        return None
+    if spec.submodule_search_locations:
+        folder = Path(next(iter(spec.submodule_search_locations)), *below)
+    else:
+        folder = Path(spec.origin or "").parent
+    return folder if folder.is_dir() else None

@@ -7,9 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl.errors import TeleopctlError
+from teleopctl import plugins
+from teleopctl.errors import BrokenPluginError, TeleopctlError
+from teleopctl.interfaces.catalog import Catalog
 from teleopctl.packages import ament
 from teleopctl.packages import finding as packages
+from tests.distributions import install
 
 SETUP_PY = """
 from setuptools import find_packages, setup
@@ -204,3 +207,56 @@ def test_no_setup_py_makes_the_reader_fail(text):
     assert isinstance(ament._scripts_of_setup_py(text), dict)
     assert isinstance(ament._scripts_of_setup_cfg(text), dict)
     assert isinstance(ament._scripts_of_pyproject(text), dict)
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    folder = tmp_path / "site"
+    monkeypatch.syspath_prepend(str(folder))
+    plugins._installed.cache_clear()
+    yield folder
+    plugins._installed.cache_clear()
+
+
+def test_an_installed_distribution_brings_a_package_of_files(site):
+    entries = {"strange_arm": "strange_arm_files", "strange_data": "strange_arm_files.share"}
+    files = {"strange_arm_files/launch/up.yaml": "", "strange_arm_files/share/a.txt": "A"}
+    install(site, "strange-arm", {"teleopctl.packages": entries}, files)
+    assert packages.package_share("strange_arm") == site / "strange_arm_files"
+    assert packages.resolve_uri("package://strange_data/a.txt").read_text() == "A"
+    assert {"strange_arm", "strange_data"} <= {found.name for found in packages.list_packages()}
+
+
+def test_a_package_of_a_distribution_has_its_nodes_too(site):
+    groups = {
+        "teleopctl.packages": {"strange_arm": "strange_arm_files"},
+        "teleopctl.nodes": {"strange_arm/talk": "strange_arm_code:main"},
+    }
+    install(site, "strange-arm", groups, {"strange_arm_files/x": "", "strange_arm_code.py": ""})
+    found = packages.find_package("strange_arm")
+    assert found.share == site / "strange_arm_files"
+    assert found.executables["talk"].target == "strange_arm_code:main"
+
+
+def test_a_package_whose_files_are_missing_is_told_where_it_is_used_and_nowhere_else(site):
+    install(site, "strange-arm", {"teleopctl.packages": {"strange_arm": "not_there"}})
+    assert "strange_arm" not in {found.name for found in packages.list_packages()}
+    with pytest.raises(BrokenPluginError, match=r"strange_arm' of strange-arm: .* not_there"):
+        packages.find_package("strange_arm")
+
+
+def test_entry_points_are_read_only_for_what_nothing_else_knows(monkeypatch, empty_folder):
+    make_package(empty_folder / "mine", "mine")
+    monkeypatch.setattr(plugins, "_installed", None)
+    assert packages.lookup_package("mine")
+    assert packages.lookup_package("teleop_description")
+    assert packages.lookup_package("tf2_ros")
+
+
+def test_an_installed_distribution_brings_messages(site):
+    files = {"strange_msgs_files/msg/Grip.msg": "float64 force\n"}
+    install(site, "strange", {"teleopctl.packages": {"strange_msgs": "strange_msgs_files"}}, files)
+    catalog = Catalog()
+    assert [field.name for field in catalog.find("strange_msgs/msg/Grip").fields] == ["force"]
+    assert catalog.package_names("strange_msgs") == ["strange_msgs/msg/Grip"]
+    assert "strange_msgs/msg/Grip" in catalog.names()
