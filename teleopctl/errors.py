@@ -12,7 +12,7 @@ TeleopctlError                       exit status 1
 │   ├── BrokenPluginError            a plug-in cannot be imported, or is of another kind
 │   ├── RouterNotRunning             … wire/session.py
 │   ├── ServiceUnavailableError      … node/values/exceptions.py
-│   └── ManagerUnavailableError      … control/client.py
+│   └── ControllerManagerUnavailableError  … control/client.py
 ├── RefusedError                     it answered, and said no
 ├── InvalidParameterError            a parameter has a value that it cannot have
 ├── HardwareError                    a hardware component cannot be loaded or started

@@ -278,7 +278,7 @@ CONTROLLERS = Kind(
 )
 """Controllers, by the names that parameter files use as ``type``."""
 
-_TOPIC = "teleopctl.control.hardware.topic:TopicSystem"
+_TOPIC = "teleopctl.control.hardware.topic:JointStateTopicSystem"
 
 HARDWARE = Kind(
     "hardware plug-in",
@@ -293,7 +293,7 @@ HARDWARE = Kind(
         "topic_based_hardware_interfaces/TopicBasedSystem": _TOPIC,
         "joint_state_topic_hardware_interface/JointStateTopicSystem": _TOPIC,
     },
-    bases=("teleopctl.control.hardware.base:HardwareInterface",),
+    bases=("teleopctl.control.hardware.base:HardwareComponentInterface",),
     direct=True,
 )
 """Hardware components, by the names that URDFs use as ``<plugin>``."""

@@ -14,11 +14,11 @@ from teleopctl.node.values.parameter import Parameter
 STRICT = 2
 
 
-class ManagerUnavailableError(UnavailableError):
+class ControllerManagerUnavailableError(UnavailableError):
     """No controller manager of that name answers."""
 
 
-class ManagerClient:
+class ControllerManagerClient:
     """Calls the services of one controller manager.
 
     Args:
@@ -54,7 +54,7 @@ class ManagerClient:
             patient: Whether to say on the node's logger what is being waited for.
 
         Raises:
-            ManagerUnavailableError: The time is over.
+            ControllerManagerUnavailableError: The time is over.
             ExternalShutdownException: The process was told to end meanwhile.
         """
         client = self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
@@ -72,7 +72,7 @@ class ManagerClient:
             if not self._node.context.ok():
                 raise ExternalShutdownException
             if deadline is not None and time.monotonic() >= deadline:
-                raise ManagerUnavailableError(
+                raise ControllerManagerUnavailableError(
                     f"Could not contact service {service}",
                     hint=self._why_unavailable(),
                 )
@@ -107,7 +107,7 @@ class ManagerClient:
             fields: The request's fields.
 
         Raises:
-            ManagerUnavailableError: There is no answer.
+            ControllerManagerUnavailableError: There is no answer.
         """
         full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
         client = self._client(service, full_type)
@@ -120,32 +120,32 @@ class ManagerClient:
                 f"Failed getting a result from calling {self.name}/{service} in "
                 f"{self._call_timeout}. (Attempt {attempt} of {self._attempts}.)"
             )
-        raise ManagerUnavailableError(
+        raise ControllerManagerUnavailableError(
             f"Could not successfully call service {self.name}/{service} after "
             f"{self._attempts} attempts."
         )
 
-    def controllers(self) -> list[Any]:
+    def list_controllers(self) -> list[Any]:
         """All controllers, as controller_manager_msgs/ControllerState."""
         return list(self.call("list_controllers", "ListControllers").controller)
 
-    def load(self, name: str) -> bool:
+    def load_controller(self, name: str) -> bool:
         """Load a controller."""
         return bool(self.call("load_controller", "LoadController", name=name).ok)
 
-    def configure(self, name: str) -> bool:
+    def configure_controller(self, name: str) -> bool:
         """Configure a controller."""
         return bool(self.call("configure_controller", "ConfigureController", name=name).ok)
 
-    def cleanup(self, name: str) -> bool:
+    def cleanup_controller(self, name: str) -> bool:
         """Clean a controller up."""
         return bool(self.call("cleanup_controller", "CleanupController", name=name).ok)
 
-    def unload(self, name: str) -> bool:
+    def unload_controller(self, name: str) -> bool:
         """Unload a controller."""
         return bool(self.call("unload_controller", "UnloadController", name=name).ok)
 
-    def switch(
+    def switch_controllers(
         self,
         activate: Sequence[str] = (),
         deactivate: Sequence[str] = (),

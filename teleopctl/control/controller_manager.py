@@ -1,8 +1,8 @@
-"""The controller manager's heart: which controllers there are and in what state.
+"""Controller life cycle, without ROS: which controllers there are and in what state.
 
-It knows no ROS services; ``services`` offers it to the graph, ``cycle`` runs it. Requests come
+``services`` offers it to the graph, ``cycle`` runs it. Requests come
 from service threads, one at a time; the control loop runs in another thread. What both touch, the
-tuple of running controllers and the ownership of interfaces, changes only under ``cycle_lock``,
+tuple of active controllers and the ownership of interfaces, changes only under ``cycle_lock``,
 which the loop holds during a cycle. So a switch happens between two cycles, also when no cycle is
 due because the simulation is paused.
 """
@@ -10,14 +10,20 @@ due because the simulation is paused.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl import plugins
-from teleopctl.control.controllers.base import ControllerInterface, Environment
-from teleopctl.control.hardware_component import Component
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    ControllerInterfaceParams,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.handles import StateInterface
+from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.errors import (
@@ -27,45 +33,54 @@ from teleopctl.errors import (
     UnknownPluginError,
 )
 
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.node.values.logging import RcutilsLogger
 
-class Host(Protocol):
-    """What the manager needs from the process around it."""
+_NO_INTERFACES = InterfaceConfiguration()
 
+
+class ManagerNode(Protocol):
+    """What the controller manager needs of its node."""
+
+    # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
-        """A parameter of the controller manager's node, or None."""
+        """A parameter's value, or None."""
 
-    def create_environment(self, controller: str) -> Environment:
-        """A node for a controller, and all else that it needs."""
+    def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
+        """Make a controller's node, with all else that the controller needs."""
 
-    def destroy_environment(self, environment: Environment) -> None:
+    def destroy_controller_node(self, node: Node) -> None:
         """Take a controller's node out of the graph."""
 
-    def changed(self) -> None:
-        """A controller or a component has changed its state."""
+    def publish_activity(self) -> None:
+        """Publish the states of controllers and hardware components, of which one has changed."""
 
 
 @dataclass
-class Loaded:
+class ControllerSpec:
     """A controller that has been loaded.
 
     Attributes:
         controller: The controller.
-        type_name: Its plug-in's name.
-        fallbacks: Controllers that take over when its update fails.
-        command_names: Command interfaces that it needs, known once it is configured.
-        state_names: State interfaces that it needs, likewise.
-        all_states: Whether it reads every state interface that is available.
-        last_update_ns: Time of its last update on the clock that triggers the cycles, or None
-            since its activation.
+        type: Its plug-in's name.
+        fallback_controllers: Controllers that take over when its update fails.
+        command_interface_configuration: What it commands, known once it is configured.
+        state_interface_configuration: What it reads, likewise.
+        required_command_interfaces: Full names of the command interfaces that follow from it.
+        required_state_interfaces: Full names of the state interfaces, likewise.
+        last_update_cycle_time_ns: Time of its last update on the clock that triggers the cycles,
+            or None since its activation.
     """
 
     controller: ControllerInterface
-    type_name: str
-    fallbacks: tuple[str, ...] = ()
-    command_names: tuple[str, ...] = ()
-    state_names: tuple[str, ...] = ()
-    all_states: bool = False
-    last_update_ns: int | None = field(default=None)
+    type: str
+    fallback_controllers: tuple[str, ...] = ()
+    command_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
+    state_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
+    required_command_interfaces: tuple[str, ...] = ()
+    required_state_interfaces: tuple[str, ...] = ()
+    last_update_cycle_time_ns: int | None = None
 
     @property
     def name(self) -> str:
@@ -73,47 +88,51 @@ class Loaded:
         return self.controller.name
 
     @property
-    def state(self) -> State:
+    def lifecycle_state(self) -> State:
         """Where the controller stands in its life cycle."""
-        return self.controller.state
+        return self.controller.lifecycle_state
 
 
 class ControllerManager:
     """Loads, configures, starts and stops controllers.
 
     Args:
-        resources: The robot's hardware.
-        host: The process around it.
+        resource_manager: The robot's hardware.
+        node: The manager's node.
         logger: The manager's logger.
         update_rate: Cycles per second.
 
     Attributes:
         controllers: Loaded controllers by name, in the order in which they were loaded.
-        running: The active controllers, in the order in which they are updated.
+        active_controllers: The active controllers, in the order in which they are updated.
         cycle_lock: Held by the loop during a cycle.
     """
 
     def __init__(
-        self, resources: ResourceManager, host: Host, logger: Any, update_rate: int
+        self,
+        resource_manager: ResourceManager,
+        node: ManagerNode,
+        logger: RcutilsLogger,
+        update_rate: int,
     ) -> None:
-        self.resources = resources
-        self.host = host
+        self.resource_manager = resource_manager
+        self.node = node
         self.logger = logger
         self.update_rate = update_rate
-        self.controllers: dict[str, Loaded] = {}
-        self.running: tuple[Loaded, ...] = ()
+        self.controllers: dict[str, ControllerSpec] = {}
+        self.active_controllers: tuple[ControllerSpec, ...] = ()
         self.cycle_lock = threading.Lock()
 
     # ---- life cycle of single controllers
 
-    def load(self, name: str) -> bool:
+    def load_controller(self, name: str) -> bool:
         """Make a controller; its type comes from the parameter ``<name>.type``."""
         if name in self.controllers:
             self.logger.error(
                 f"A controller named '{name}' was already loaded inside the controller manager"
             )
             return False
-        type_name = self.host.parameter(f"{name}.type")
+        type_name = self.node.parameter(f"{name}.type")
         if not type_name:
             self.logger.error(f"The 'type' param was not defined for '{name}'.")
             return False
@@ -124,134 +143,141 @@ class ControllerManager:
             self.logger.error(f"Loader for controller '{name}' (type '{type_name}') not found.")
             self.logger.info(str(error))
             return False
-        fallbacks = tuple(self.host.parameter(f"{name}.fallback_controllers") or ())
+        fallbacks = tuple(self.node.parameter(f"{name}.fallback_controllers") or ())
         if name in fallbacks:
             self.logger.error(f"Controller '{name}' cannot be a fallback controller for itself.")
             return False
         self.logger.info(f"Loading controller '{name}'")
         try:
-            environment = self.host.create_environment(name)
+            params = self.node.create_controller_params(name)
         except TeleopctlError as error:
             self.logger.error(f"Could not make the node of controller '{name}': {error.message}")
             return False
         try:
-            controller: ControllerInterface = controller_class(name, environment)
+            controller: ControllerInterface = controller_class(params)
         except Exception as error:  # noqa: BLE001 - a controller's failure is reported, not ours
             self.logger.error(f"Could not initialize the controller named '{name}': {error}")
-            self.host.destroy_environment(environment)
+            self.node.destroy_controller_node(params.node)
             return False
         if self.call(controller, controller.on_init) is not CallbackReturn.SUCCESS:
             self.logger.error(f"Could not initialize the controller named '{name}'")
-            self.host.destroy_environment(environment)
+            self.node.destroy_controller_node(params.node)
             return False
-        self.controllers[name] = Loaded(controller, str(type_name), fallbacks)
-        self.host.changed()
+        self.controllers[name] = ControllerSpec(controller, str(type_name), fallbacks)
+        self.node.publish_activity()
         return True
 
-    def configure(self, name: str) -> bool:
+    def configure_controller(self, name: str) -> bool:
         """Bring a controller from unconfigured or inactive to inactive."""
-        loaded = self._find(name, "configure")
-        if loaded is None:
+        spec = self._find(name, "configure")
+        if spec is None:
             return False
         self.logger.info(f"Configuring controller: '{name}'")
-        if loaded.state not in (State.UNCONFIGURED, State.INACTIVE):
+        if spec.lifecycle_state not in (State.UNCONFIGURED, State.INACTIVE):
             self.logger.error(
-                f"Controller '{name}' can not be configured from '{loaded.state.label}' state."
+                f"Controller '{name}' can not be configured from "
+                f"'{spec.lifecycle_state.label}' state."
             )
             return False
-        controller = loaded.controller
-        if loaded.state is State.INACTIVE and not self.cleanup(name):
+        controller = spec.controller
+        if spec.lifecycle_state is State.INACTIVE and not self.cleanup_controller(name):
             return False
         if not self._set_rate(controller):
             return False
         outcome = self.call(controller, controller.on_configure)
         if outcome is CallbackReturn.SUCCESS:
-            outcome = self.call(controller, partial(self._ask_interfaces, loaded))
+            outcome = self.call(controller, partial(self._ask_interfaces, spec))
             if outcome is not CallbackReturn.SUCCESS:
                 self.call(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
-            controller.state = State.INACTIVE
+            controller.lifecycle_state = State.INACTIVE
         else:
             self.logger.error(f"Could not configure the controller named '{name}'")
             self.recover(controller, outcome, State.UNCONFIGURED)
-        self.host.changed()
+        self.node.publish_activity()
         return outcome is CallbackReturn.SUCCESS
 
-    def cleanup(self, name: str) -> bool:
+    def cleanup_controller(self, name: str) -> bool:
         """Bring a controller from inactive to unconfigured."""
-        loaded = self._find(name, "cleanup")
-        if loaded is None:
+        spec = self._find(name, "cleanup")
+        if spec is None:
             return False
-        if loaded.state is State.UNCONFIGURED:
+        if spec.lifecycle_state is State.UNCONFIGURED:
             return True
         self.logger.info(f"Cleanup controller '{name}'")
-        if loaded.state is not State.INACTIVE:
+        if spec.lifecycle_state is not State.INACTIVE:
             self.logger.error(
-                f"Controller '{name}' cannot be cleaned-up from '{loaded.state.label}' state."
+                f"Controller '{name}' cannot be cleaned-up from "
+                f"'{spec.lifecycle_state.label}' state."
             )
             return False
-        controller = loaded.controller
+        controller = spec.controller
         outcome = self.call(controller, controller.on_cleanup)
-        controller.state = State.UNCONFIGURED
-        loaded.command_names = loaded.state_names = ()
+        controller.lifecycle_state = State.UNCONFIGURED
+        spec.required_command_interfaces = spec.required_state_interfaces = ()
         if outcome is not CallbackReturn.SUCCESS:
             self.logger.error(f"Failed to clean-up controller '{name}'")
             self.recover(controller, outcome, State.UNCONFIGURED)
-        self.host.changed()
+        self.node.publish_activity()
         return outcome is CallbackReturn.SUCCESS
 
-    def unload(self, name: str) -> bool:
+    def unload_controller(self, name: str) -> bool:
         """Remove a controller that is not active."""
-        loaded = self._find(name, "unload")
-        if loaded is None:
+        spec = self._find(name, "unload")
+        if spec is None:
             return False
         self.logger.info(f"Unloading controller: '{name}'")
-        if loaded.state is State.ACTIVE:
+        if spec.lifecycle_state is State.ACTIVE:
             self.logger.error(
                 f"Could not unload controller with name '{name}' because it is still active"
             )
             return False
-        if loaded.state is State.INACTIVE:
-            self.cleanup(name)
-        self.call(loaded.controller, loaded.controller.on_shutdown)
+        if spec.lifecycle_state is State.INACTIVE:
+            self.cleanup_controller(name)
+        self.call(spec.controller, spec.controller.on_shutdown)
         del self.controllers[name]
-        self.host.destroy_environment(loaded.controller.env)
-        self.host.changed()
+        self.node.destroy_controller_node(spec.controller.get_node())
+        self.node.publish_activity()
         return True
 
-    def _find(self, name: str, operation: str) -> Loaded | None:
-        loaded = self.controllers.get(name)
-        if loaded is None:
+    def _find(self, name: str, operation: str) -> ControllerSpec | None:
+        spec = self.controllers.get(name)
+        if spec is None:
             self.logger.error(
                 f"Could not {operation} controller with name '{name}' because no controller "
                 "with this name exists"
             )
-        return loaded
+        return spec
 
-    def _ask_interfaces(self, loaded: Loaded) -> CallbackReturn:
+    def _ask_interfaces(self, spec: ControllerSpec) -> CallbackReturn:
         """Ask a controller what it needs; each interface may be named once."""
-        wanted = loaded.controller.wanted_states()
-        loaded.all_states = wanted.everything
-        loaded.state_names = wanted.names
-        loaded.command_names = loaded.controller.wanted_commands().names
-        problem = _repeated(loaded.command_names) or _repeated(loaded.state_names)
+        controller = spec.controller
+        spec.command_interface_configuration = controller.command_interface_configuration()
+        spec.state_interface_configuration = controller.state_interface_configuration()
+        self.refresh_interfaces(spec)
+        problem = _repeated(spec.required_command_interfaces) or _repeated(
+            spec.required_state_interfaces
+        )
         if problem is None:
-            self.refresh_states(loaded)
             return CallbackReturn.SUCCESS
-        self.logger.error(f"Controller '{loaded.name}' asks for the interface '{problem}' twice.")
+        self.logger.error(f"Controller '{spec.name}' asks for the interface '{problem}' twice.")
         return CallbackReturn.FAILURE
 
-    def refresh_states(self, loaded: Loaded) -> None:
-        """Bring what a controller reads up to date, if it reads whatever there is."""
-        if loaded.all_states:
-            states = self.resources.states
-            loaded.state_names = tuple(name for name in states if states[name].available)
+    def refresh_interfaces(self, spec: ControllerSpec) -> None:
+        """Take in which interfaces are available now, for a controller that needs all of them."""
+        resources = self.resource_manager
+        spec.required_command_interfaces = _required(
+            spec.command_interface_configuration, resources.commands
+        )
+        spec.required_state_interfaces = _required(
+            spec.state_interface_configuration, resources.states
+        )
 
     def _set_rate(self, controller: ControllerInterface) -> bool:
         """Take the controller's own update rate over; False when it is none."""
         try:
-            wanted = controller.parameter("update_rate", self.update_rate)
-            if controller.parameter("is_async", False):
+            wanted = controller.auto_declare("update_rate", self.update_rate)
+            if controller.auto_declare("is_async", False):
                 self.logger.warning(
                     f"Controller '{controller.name}': 'is_async' has no effect, it is updated in "
                     "the control loop"
@@ -298,55 +324,72 @@ class ControllerManager:
             after_failure: Its state when that was FAILURE.
         """
         if outcome is CallbackReturn.FAILURE:
-            controller.state = after_failure
+            controller.lifecycle_state = after_failure
         elif self.call(controller, controller.on_error) is CallbackReturn.SUCCESS:
-            controller.state = State.UNCONFIGURED
+            controller.lifecycle_state = State.UNCONFIGURED
         else:
-            controller.state = State.FINALIZED
+            controller.lifecycle_state = State.FINALIZED
 
-    def stop(self, stopping: Sequence[Loaded]) -> list[str]:
-        """Deactivate controllers that are no longer in ``running``; returns those that failed."""
+    def deactivate_controllers(self, stopping: Sequence[ControllerSpec]) -> list[str]:
+        """Stop controllers that are no longer in ``active_controllers``; returns who failed."""
         failed = []
-        for loaded in stopping:
-            controller = loaded.controller
+        for spec in stopping:
+            controller = spec.controller
             outcome = self.call(controller, controller.on_deactivate)
             if outcome is CallbackReturn.SUCCESS:
-                controller.state = State.INACTIVE
+                controller.lifecycle_state = State.INACTIVE
             else:
-                failed.append(loaded.name)
+                failed.append(spec.name)
                 self.recover(controller, outcome, State.INACTIVE)
-            self.resources.release(loaded.name)
+            self.resource_manager.release_command_interfaces(spec.name)
             controller.command_interfaces = []
             controller.state_interfaces = []
         return failed
 
-    def fail(self, failed: Sequence[Loaded]) -> None:
-        """Stop controllers whose update failed; called by the loop inside a cycle."""
-        self.running = tuple(loaded for loaded in self.running if loaded not in failed)
-        self.resources.switch_mode(
-            [], [name for loaded in failed for name in loaded.command_names], perform=True
+    def stop_controllers(self, stopping: Sequence[ControllerSpec]) -> None:
+        """Deactivate active controllers without a request; the caller holds ``cycle_lock``."""
+        self.active_controllers = tuple(
+            spec for spec in self.active_controllers if spec not in stopping
         )
-        self.stop(failed)
+        self.resource_manager.perform_command_mode_switch(
+            [], [name for spec in stopping for name in spec.required_command_interfaces]
+        )
+        self.deactivate_controllers(stopping)
 
-    def users_of(self, component: Component, *, only_commands: bool) -> list[Loaded]:
-        """The running controllers that use a component's interfaces."""
+    def users_of(
+        self, component: HardwareComponent, *, only_commands: bool
+    ) -> list[ControllerSpec]:
+        """The active controllers that use a component's interfaces."""
         hardware = component.hardware
         users = []
-        for loaded in self.running:
-            uses_commands = any(name in hardware.commands for name in loaded.command_names)
-            uses_states = any(name in hardware.states for name in loaded.state_names)
+        for spec in self.active_controllers:
+            uses_commands = any(
+                name in hardware.commands for name in spec.required_command_interfaces
+            )
+            uses_states = any(name in hardware.states for name in spec.required_state_interfaces)
             if uses_commands or (uses_states and not only_commands):
-                users.append(loaded)
+                users.append(spec)
         return users
 
     def shutdown(self) -> None:
         """Stop and unload everything."""
         with self.cycle_lock:
-            stopping, self.running = self.running, ()
-            self.stop(stopping)
+            active, self.active_controllers = self.active_controllers, ()
+            self.deactivate_controllers(active)
         for name in list(self.controllers):
-            self.unload(name)
-        self.resources.shutdown()
+            self.unload_controller(name)
+        self.resource_manager.shutdown_components()
+
+
+def _required(
+    configuration: InterfaceConfiguration, interfaces: Mapping[str, StateInterface]
+) -> tuple[str, ...]:
+    """Full names of the interfaces that a configuration stands for now."""
+    if configuration.type is InterfaceConfigurationType.ALL:
+        return tuple(name for name, interface in interfaces.items() if interface.available)
+    if configuration.type is InterfaceConfigurationType.NONE:
+        return ()
+    return tuple(configuration.names)
 
 
 def _repeated(names: Sequence[str]) -> str | None:

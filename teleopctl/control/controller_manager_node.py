@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from teleopctl.control.controller_manager import ControllerManager
-from teleopctl.control.controllers.base import Environment
+from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
-from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
-from teleopctl.control.services import ControllerManagerServices, lifecycle_state
+from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Clock, Executor, Node, qos_profile_latched
@@ -23,13 +23,13 @@ DEFAULT_UPDATE_RATE = 100
 _BEAT_TOLERANCE = 0.01
 
 
-class ControllerManagerHost:
-    """Runs a controller manager in this process.
+class ControllerManagerNode:
+    """A controller manager with its node, its control cycle and its services.
 
     Args:
         node: The manager's node.
         executor: Serves the nodes of controllers too.
-        ros_arguments: The process's ROS arguments, as words; controllers' nodes heed them too.
+        ros_arguments: The process's ROS arguments, as words; they apply to controllers' nodes too.
     """
 
     def __init__(self, node: Node, executor: Executor, ros_arguments: Sequence[str]) -> None:
@@ -43,15 +43,15 @@ class ControllerManagerHost:
                 f"Parameter 'update_rate' must be an integer above 0, got {rate}"
             )
         enforce = self.parameter("enforce_command_limits")
-        self._resources = ResourceManager(
+        self._resource_manager = ResourceManager(
             node,
             node.get_logger().get_child("resource_manager"),
             lambda sentence: self._cycle.report(sentence),
             enforce_limits=enforce is None or bool(enforce),
         )
-        self._outbox = Outbox(lambda sentence: self._cycle.report(sentence))
-        self.manager = ControllerManager(self._resources, self, self._logger, rate)
-        self._cycle = Cycle(self.manager, self._outbox)
+        self._publish_queue = PublishQueue(lambda sentence: self._cycle.report(sentence))
+        self.manager = ControllerManager(self._resource_manager, self, self._logger, rate)
+        self._cycle = Cycle(self.manager, self._publish_queue)
         self._loop: WallClockLoop | None = None
         self._lockstep = False
         self._beat_ns: int | None = None
@@ -77,25 +77,26 @@ class ControllerManagerHost:
             "Waiting for data on 'robot_description' topic to finish initialization"
         )
 
-    # ---- what the manager needs from its process
+    # ---- what the manager needs of its node
 
+    # Any: a parameter has one of nine types, and files decide which.
     def parameter(self, name: str) -> Any:
         """A parameter of the manager's node, or None."""
         if not self._node.has_parameter(name):
             return None
         return self._node.get_parameter(name).value
 
-    def create_environment(self, controller: str) -> Environment:
+    def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
         """Make a controller's node, with the parameters that files give it."""
-        files = self.parameter(f"{controller}.params_file") or []
+        files = self.parameter(f"{controller_name}.params_file") or []
         arguments = list(self._ros_arguments)
         for file in dict.fromkeys([files] if isinstance(files, str) else files):
             arguments += ["--ros-args", "--params-file", file, "--"]
-        options = self.parameter(f"{controller}.node_options_args") or []
+        options = self.parameter(f"{controller_name}.node_options_args") or []
         if options:
             arguments += ["--ros-args", *options, "--"]
         node = Node(
-            controller,
+            controller_name,
             namespace=self._node.get_namespace(),
             cli_args=arguments,
             use_global_arguments=False,
@@ -104,38 +105,39 @@ class ControllerManagerHost:
         )
         self._executor.add_node(node)
         assert self._description is not None
-        return Environment(
+        return ControllerInterfaceParams(
+            controller_name=controller_name,
             node=node,
             update_rate=float(self.manager.update_rate),
-            limits=self._resources.limits,
+            joint_limits=self._resource_manager.limits,
             continuous_joints=frozenset(
                 joint.name
                 for joint in self._description.joints.values()
                 if joint.type == "continuous"
             ),
-            urdf=self._description.urdf,
-            outbox=self._outbox,
+            robot_description=self._description.urdf,
+            publish_queue=self._publish_queue,
             now_ns=self._now_ns,
         )
 
     def _now_ns(self) -> int:
         return self._cycle.time_ns if self._lockstep else time.time_ns()
 
-    def destroy_environment(self, environment: Environment) -> None:
+    def destroy_controller_node(self, node: Node) -> None:
         """Take a controller's node out of the graph."""
-        environment.node.destroy_node()
+        node.destroy_node()
 
-    def changed(self) -> None:
+    def publish_activity(self) -> None:
         """Publish the states of all controllers and components."""
         named: Any = get_message("controller_manager_msgs/msg/NamedLifecycleState")
         message = get_message("controller_manager_msgs/msg/ControllerManagerActivity")(
             controllers=[
-                named(name=loaded.name, state=lifecycle_state(loaded.state))
-                for loaded in list(self.manager.controllers.values())
+                named(name=spec.name, state=lifecycle_state_message(spec.lifecycle_state))
+                for spec in list(self.manager.controllers.values())
             ],
             hardware_components=[
-                named(name=component.name, state=lifecycle_state(component.state))
-                for component in self._resources.components.values()
+                named(name=component.name, state=lifecycle_state_message(component.lifecycle_state))
+                for component in self._resource_manager.components.values()
             ],
         )
         message.header.stamp = self._node.get_clock().now().to_msg()
@@ -144,7 +146,7 @@ class ControllerManagerHost:
     # ---- start and end
 
     def _description_received(self, message: Any) -> None:
-        if self._resources.loaded:
+        if self._resource_manager.components_initialized:
             self._logger.warning(
                 "ResourceManager has already loaded a urdf and is initialized. Ignoring attempt "
                 "to reload a robot description."
@@ -153,7 +155,7 @@ class ControllerManagerHost:
         self._logger.info("Received robot description from topic.")
         try:
             description = RobotDescription.from_urdf(message.data)
-            self._resources.load(description)
+            self._resource_manager.load_and_initialize_components(description)
         except TeleopctlError as error:
             self._logger.error(
                 "The published robot description file (URDF) seems not to be genuine. The "
@@ -171,7 +173,7 @@ class ControllerManagerHost:
         )
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
-        self.changed()
+        self.publish_activity()
 
     def _start_hardware(self) -> None:
         initial = {
@@ -179,12 +181,12 @@ class ControllerManagerHost:
             for state, key in ((State.UNCONFIGURED, "unconfigured"), (State.INACTIVE, "inactive"))
             for name in self.parameter(f"hardware_components_initial_state.{key}") or ()
         }
-        for component in self._resources.components.values():
+        for component in self._resource_manager.components.values():
             component.change_state(initial.get(component.name, State.ACTIVE))
 
     def _find_beat(self) -> None:
         """Let hardware that works in lockstep run the cycles, before it is started."""
-        for component in self._resources.components.values():
+        for component in self._resource_manager.components.values():
             if component.hardware.drives_cycle:
                 # One component's states are the beat; the others are read and written in its time.
                 self._lockstep = True
@@ -215,7 +217,7 @@ class ControllerManagerHost:
         """Run cycles on the wall clock, unless hardware does."""
         if self._lockstep:
             return
-        self._outbox.start_thread()
+        self._publish_queue.start_thread()
         manage = self.parameter("overruns.print_warnings")
         self._loop = WallClockLoop(
             self._cycle,
@@ -229,10 +231,10 @@ class ControllerManagerHost:
         """Stop the loop, the controllers and the hardware."""
         if self._loop is not None:
             self._loop.stop()
-        for component in self._resources.components.values():
+        for component in self._resource_manager.components.values():
             component.hardware.set_cycle(_no_cycle)
         self.manager.shutdown()
-        self._outbox.close()
+        self._publish_queue.close()
 
 
 def _no_cycle(time_ns: int) -> None:

@@ -10,13 +10,16 @@ import os
 import threading
 import time
 from collections import deque
-from typing import Any
+from typing import TYPE_CHECKING
 
-from teleopctl.control.controller_manager import ControllerManager, Loaded
-from teleopctl.control.hardware_component import Component
+from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
+from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.switching import start_fallbacks
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.logging import RcutilsLogger
 
 _NANOSECONDS = 1_000_000_000
 # New objects after which the slack of a cycle is used to collect garbage.
@@ -34,15 +37,15 @@ class Cycle:
 
     Args:
         manager: The controllers and the hardware.
-        outbox: Where controllers offer their messages.
+        publish_queue: What controllers publish through.
 
     Attributes:
         time_ns: Time of the latest cycle; 0 before the first.
     """
 
-    def __init__(self, manager: ControllerManager, outbox: Outbox) -> None:
+    def __init__(self, manager: ControllerManager, publish_queue: PublishQueue) -> None:
         self._manager = manager
-        self._outbox = outbox
+        self._publish_queue = publish_queue
         self._nominal_ns = round(_NANOSECONDS / manager.update_rate)
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
@@ -62,7 +65,7 @@ class Cycle:
                 ``time_ns`` is it. The period is what has passed on it since the last cycle, and
                 the nominal period at first and where the clock was set back.
         """
-        manager, resources = self._manager, self._manager.resources
+        manager, resources = self._manager, self._manager.resource_manager
         trigger_ns = time_ns if steady_ns is None else steady_ns
         with manager.cycle_lock:
             last_ns, self._trigger_ns = self._trigger_ns, trigger_ns
@@ -76,22 +79,22 @@ class Cycle:
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
             self._update(time_ns, trigger_ns, period_ns)
-            resources.enforce_limits(period)
+            resources.enforce_command_limits(period)
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
-        self._outbox.flush()
+        self._publish_queue.flush()
         while self._reports:
             manager.logger.warning(self._reports.popleft())
         if self._changed:
             self._changed = False
-            manager.host.changed()
+            manager.node.publish_activity()
 
     def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
-        failed: list[Loaded] | None = None
-        for loaded in self._manager.running:
-            controller = loaded.controller
+        failed: list[ControllerSpec] | None = None
+        for spec in self._manager.active_controllers:
+            controller = spec.controller
             nominal_ns = round(_NANOSECONDS / controller.update_rate)
-            last_ns = loaded.last_update_ns
+            last_ns = spec.last_update_cycle_time_ns
             since_ns = nominal_ns
             if last_ns is not None and last_ns < trigger_ns:
                 since_ns = trigger_ns - last_ns
@@ -100,37 +103,37 @@ class Cycle:
                 abs(since_ns - nominal_ns) > abs(since_ns + period_ns - nominal_ns)
             ):
                 continue
-            loaded.last_update_ns = trigger_ns
+            spec.last_update_cycle_time_ns = trigger_ns
             try:
                 outcome = controller.update(time_ns, since_ns / _NANOSECONDS)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 where = _innermost(error)
                 self.report(
-                    f"Controller '{loaded.name}' raised in update: "
+                    f"Controller '{spec.name}' raised in update: "
                     f"{type(error).__name__}: {error} ({where})"
                 )
                 outcome = ReturnType.ERROR
             if outcome is not None and outcome is not ReturnType.OK:
-                failed = [*(failed or ()), loaded]
+                failed = [*(failed or ()), spec]
         if failed is not None:
-            names = " ".join(loaded.name for loaded in failed)
+            names = " ".join(spec.name for spec in failed)
             self._manager.logger.error(
                 f"Deactivating controllers : [ {names} ] as their update resulted in an error!"
             )
-            self._manager.fail(failed)
+            self._manager.stop_controllers(failed)
             start_fallbacks(self._manager, failed)
             self._changed = True
 
-    def _component_failed(self, component: Component, operation: str) -> None:
-        withdrew = component.state is State.INACTIVE
+    def _component_failed(self, component: HardwareComponent, operation: str) -> None:
+        withdrew = component.lifecycle_state is State.INACTIVE
         users = self._manager.users_of(component, only_commands=withdrew)
-        names = " ".join(loaded.name for loaded in users)
+        names = " ".join(spec.name for spec in users)
         self._manager.logger.error(
             f"Deactivating following controllers as their hardware components {operation} cycle "
             f"resulted in an error: [ {names} ] ('{component.name}' is now "
-            f"{component.state.label})"
+            f"{component.lifecycle_state.label})"
         )
-        self._manager.fail(users)
+        self._manager.stop_controllers(users)
         self._changed = True
 
 
@@ -155,7 +158,7 @@ class WallClockLoop:
     """
 
     def __init__(
-        self, cycle: Cycle, update_rate: int, logger: Any, *, print_warnings: bool = True
+        self, cycle: Cycle, update_rate: int, logger: RcutilsLogger, *, print_warnings: bool = True
     ) -> None:
         self._cycle = cycle
         self._rate = update_rate
@@ -228,7 +231,7 @@ class WallClockLoop:
         )
 
 
-def _prefer_this_thread(logger: Any) -> None:
+def _prefer_this_thread(logger: RcutilsLogger) -> None:
     """Ask for real-time scheduling, which the system grants to those who are entitled to it."""
     if not hasattr(os, "sched_setscheduler"):
         return

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.logging import RcutilsLogger
 
 # What one step in each direction is called, in logs and as the plug-in's method.
 _STEPS: dict[tuple[State, State], str] = {
@@ -19,7 +22,7 @@ _STEPS: dict[tuple[State, State], str] = {
 _ORDER = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
 
 
-class Component:
+class HardwareComponent:
     """A hardware component as the resource manager sees it.
 
     Args:
@@ -27,15 +30,15 @@ class Component:
         logger: For the life cycle's log lines.
 
     Attributes:
-        state: Where it stands in its life cycle.
+        lifecycle_state: Where it stands in its life cycle.
     """
 
-    def __init__(self, hardware: HardwareInterface, logger: Any) -> None:
+    def __init__(self, hardware: HardwareComponentInterface, logger: RcutilsLogger) -> None:
         self.hardware = hardware
         self.name: str = hardware.info.name
         self.states: list[StateInterface] = list(hardware.states.values())
         self.commands: list[CommandInterface] = list(hardware.commands.values())
-        self.state = State.UNCONFIGURED
+        self.lifecycle_state = State.UNCONFIGURED
         self._logger = logger
 
     def initialize(self) -> bool:
@@ -51,17 +54,17 @@ class Component:
         """Go to a state, step by step; False when a step fails."""
         if target is State.FINALIZED:
             return self._finalize()
-        while self.state is not target:
-            if self.state not in _ORDER or target not in _ORDER:
+        while self.lifecycle_state is not target:
+            if self.lifecycle_state not in _ORDER or target not in _ORDER:
                 return False
-            here = _ORDER.index(self.state)
+            here = _ORDER.index(self.lifecycle_state)
             step = 1 if _ORDER.index(target) > here else -1
             if not self._take(_ORDER[here + step]):
                 return False
         return True
 
     def _take(self, following: State) -> bool:
-        step = _STEPS[self.state, following]
+        step = _STEPS[self.lifecycle_state, following]
         self._logger.info(f"'{step}' hardware '{self.name}' ")
         outcome = self._call(getattr(self.hardware, f"on_{step}"))
         if outcome is CallbackReturn.SUCCESS:
@@ -83,20 +86,20 @@ class Component:
         self._enter(State.UNCONFIGURED if recovered else State.FINALIZED)
 
     def _enter(self, state: State) -> None:
-        self.state = state
+        self.lifecycle_state = state
         available = state in (State.INACTIVE, State.ACTIVE)
         for interface in (*self.states, *self.commands):
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:
         """Read the hardware; anything but OK means that the component has left its state."""
-        if self.state not in (State.INACTIVE, State.ACTIVE):
+        if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         return self._exchange(self.hardware.read, time_ns, period)
 
     def write(self, time_ns: int, period: float) -> ReturnType:
         """Write to the hardware, see ``read``."""
-        if self.state is not State.ACTIVE:
+        if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         return self._exchange(self.hardware.write, time_ns, period)
 

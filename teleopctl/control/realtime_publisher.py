@@ -1,9 +1,9 @@
-"""Messages on their way out of the control loop.
+"""Publishing from the control loop without waiting for the network.
 
-Controllers offer plain values; the message is built and published elsewhere. On the wall clock a
-thread of its own does it and only the latest value of each channel counts, so that a slow network
-never slows the loop. In lockstep the loop itself publishes, after it has answered the simulator:
-every value, in the order in which it was offered.
+The counterpart of realtime_tools: a controller hands plain values over; the message is built and
+published elsewhere. On the wall clock a thread does it, and only the latest value of each publisher
+counts, so that a slow network never slows the loop. In lockstep the loop itself publishes, after it
+has answered the simulator: every value, in the order in which it was handed over.
 """
 
 from __future__ import annotations
@@ -11,30 +11,35 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
 
 
-class Channel:
-    """One outlet of the control loop.
+class RealtimePublisher(Generic[T]):
+    """Hands values of one kind from the control loop to whoever publishes them.
 
     Args:
-        outbox: Where it belongs.
-        publish: Called outside the control cycle with the value that was offered.
+        queue: The queue of the control loop, ``params.publish_queue`` of a controller.
+        publish: Called outside the control cycle with each value; builds and sends its message.
     """
 
-    __slots__ = ("_outbox", "publish")
+    __slots__ = ("_queue", "publish")
 
-    def __init__(self, outbox: Outbox, publish: Callable[[Any], None]) -> None:
-        self._outbox = outbox
+    def __init__(self, queue: PublishQueue, publish: Callable[[T], None]) -> None:
+        self._queue = queue
         self.publish = publish
 
-    def offer(self, value: object) -> None:
-        """Hand a value over; it must not be changed afterwards."""
-        self._outbox.put(self, value)
+    def try_publish(self, value: T) -> None:
+        """Hand a value over, which must not be changed afterwards; returns at once.
+
+        On the wall clock it replaces an earlier value that has not been published yet.
+        """
+        self._queue.put(self, value)
 
 
-class Outbox:
-    """Collects what the control loop offers and publishes it.
+class PublishQueue:
+    """What the realtime publishers of one control loop have handed over, until it is published.
 
     Args:
         report: Called with a sentence when publishing fails.
@@ -42,23 +47,16 @@ class Outbox:
 
     def __init__(self, report: Callable[[str], None]) -> None:
         self._report = report
-        self._queue: deque[tuple[Channel, object]] = deque()
-        self._latest: dict[Channel, object] = {}
+        # Any: each publisher has values of its own type.
+        self._queue: deque[tuple[RealtimePublisher[Any], object]] = deque()
+        self._latest: dict[RealtimePublisher[Any], object] = {}
         self._wake = threading.Event()
         self._thread: threading.Thread | None = None
         self._stopping = False
 
-    def channel(self, publish: Callable[[Any], None]) -> Channel:
-        """A new outlet.
-
-        Args:
-            publish: Builds and sends the message for a value.
-        """
-        return Channel(self, publish)
-
     def start_thread(self) -> None:
-        """Publish from a thread of its own from now on, the latest value of each channel."""
-        self._thread = threading.Thread(target=self._run, name="outbox", daemon=True)
+        """Publish from a thread from now on, the latest value of each publisher."""
+        self._thread = threading.Thread(target=self._run, name="publish queue", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -69,12 +67,12 @@ class Outbox:
             self._thread.join(timeout=1.0)
             self._thread = None
 
-    def put(self, channel: Channel, value: object) -> None:
-        """Take a value from a channel."""
+    def put(self, publisher: RealtimePublisher[T], value: T) -> None:
+        """Take a value from a publisher."""
         if self._thread is None:
-            self._queue.append((channel, value))
+            self._queue.append((publisher, value))
         else:
-            self._latest[channel] = value
+            self._latest[publisher] = value
 
     def flush(self) -> None:
         """End of a cycle: publish now, or wake the thread that does."""
@@ -83,19 +81,19 @@ class Outbox:
                 self._wake.set()
             return
         while self._queue:
-            channel, value = self._queue.popleft()
-            self._send(channel, value)
+            publisher, value = self._queue.popleft()
+            self._send(publisher, value)
 
     def _run(self) -> None:
         while not self._stopping:
             self._wake.wait()
             self._wake.clear()
-            # A copy of the keys in one step: the loop goes on offering meanwhile.
-            for channel in list(self._latest):
-                self._send(channel, self._latest.pop(channel))
+            # A copy of the keys in one step: the loop goes on adding meanwhile.
+            for publisher in list(self._latest):
+                self._send(publisher, self._latest.pop(publisher))
 
-    def _send(self, channel: Channel, value: object) -> None:
+    def _send(self, publisher: RealtimePublisher[Any], value: object) -> None:
         try:
-            channel.publish(value)
+            publisher.publish(value)
         except Exception as error:  # noqa: BLE001 - one broken publisher must not stop the others
             self._report(f"Publishing failed: {error}")

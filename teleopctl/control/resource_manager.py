@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl import plugins
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.hardware_component import Component
-from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
+from teleopctl.control.hardware_component import HardwareComponent
+from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.limits import JointLimiter, JointLimits
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
 
 if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.node.values.logging import RcutilsLogger
     from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.ros2_control_tag import HardwareComponent
+    from teleopctl.robot.ros2_control_tag import HardwareInfo
+
+# Prepares or performs a change of command interfaces: names to start, names to stop.
+_ModeSwitch = Callable[[Sequence[str], Sequence[str]], ReturnType | None]
 
 
 class ClaimError(Exception):
@@ -36,13 +42,13 @@ class ResourceManager:
         limits: Limits of every movable joint.
         states: State interfaces by full name, in the order of the description.
         commands: Command interfaces by full name, likewise.
-        loaded: Whether a robot description has been taken in.
+        spec: Whether a robot description has been taken in.
     """
 
     def __init__(
         self,
-        node: Any,
-        logger: Any,
+        node: Node,
+        logger: RcutilsLogger,
         report: Callable[[str], None],
         *,
         enforce_limits: bool = True,
@@ -53,13 +59,13 @@ class ResourceManager:
         self._enforce = enforce_limits
         self._limiters: list[JointLimiter] = []
         self._limiter_of: dict[str, JointLimiter] = {}
-        self.components: dict[str, Component] = {}
+        self.components: dict[str, HardwareComponent] = {}
         self.limits: dict[str, JointLimits] = {}
         self.states: dict[str, StateInterface] = {}
         self.commands: dict[str, CommandInterface] = {}
-        self.loaded = False
+        self.components_initialized = False
 
-    def load(self, description: RobotDescription) -> None:
+    def load_and_initialize_components(self, description: RobotDescription) -> None:
         """Make every hardware component of a robot.
 
         Raises:
@@ -78,9 +84,9 @@ class ResourceManager:
             self.states.update((state.full_name, state) for state in component.states)
             self.commands.update((command.full_name, command) for command in component.commands)
             self._limit(component)
-        self.loaded = True
+        self.components_initialized = True
 
-    def _make(self, info: HardwareComponent) -> Component:
+    def _make(self, info: HardwareInfo) -> HardwareComponent:
         for warning in info.warnings:
             self._logger.warning(warning)
         if info.is_async or info.rw_rate:
@@ -101,19 +107,21 @@ class ResourceManager:
                 f"Failed to load hardware '{info.name}': {error.message}"
             ) from error
         try:
-            hardware = hardware_class(info, self._node, self._logger.get_child(info.name))
+            hardware = hardware_class(
+                HardwareComponentParams(info, self._node, self._logger.get_child(info.name))
+            )
         except Exception as error:
             raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{info.plugin}' raised "
                 f"{type(error).__name__}: {error}"
             ) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{info.plugin}'")
-        component = Component(hardware, self._logger)
+        component = HardwareComponent(hardware, self._logger)
         if not component.initialize():
             raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
         return component
 
-    def _limit(self, component: Component) -> None:
+    def _limit(self, component: HardwareComponent) -> None:
         joints = dict.fromkeys(command.prefix for command in component.commands)
         for joint in joints:
             limits = self.limits.get(joint)
@@ -133,7 +141,7 @@ class ResourceManager:
             self._limiters.append(limiter)
             self._limiter_of[joint] = limiter
 
-    def component_of(self, interface: str) -> Component | None:
+    def component_of(self, interface: str) -> HardwareComponent | None:
         """The component that has an interface of this name."""
         for component in self.components.values():
             hardware = component.hardware
@@ -141,7 +149,7 @@ class ResourceManager:
                 return component
         return None
 
-    def claim(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
+    def claim_command_interfaces(self, names: Iterable[str], owner: str) -> list[CommandInterface]:
         """Give command interfaces to a controller: all of them or, on an error, none.
 
         Raises:
@@ -163,45 +171,58 @@ class ResourceManager:
                 limiter.reset(interface.name)
         return claimed
 
-    def release(self, owner: str) -> None:
+    def release_command_interfaces(self, owner: str) -> None:
         """Take back all interfaces of a controller."""
         for interface in self.commands.values():
             if interface.owner == owner:
                 interface.owner = None
 
-    def switch_mode(self, start: Sequence[str], stop: Sequence[str], *, perform: bool) -> bool:
-        """Prepare or perform a change of command interfaces on the hardware concerned.
+    def prepare_command_mode_switch(
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> bool:
+        """Ask the hardware concerned whether its command interfaces may change.
 
         Args:
-            start: Full names of interfaces that controllers will own.
-            stop: Full names of interfaces that they will give up.
-            perform: Whether to perform the change rather than only to ask for it.
+            start_interfaces: Full names of interfaces that controllers will own.
+            stop_interfaces: Full names of interfaces that they will give up.
 
         Returns:
             False when a component refuses.
         """
+        return self._switch_command_mode(
+            lambda hardware: hardware.prepare_command_mode_switch, start_interfaces, stop_interfaces
+        )
+
+    def perform_command_mode_switch(
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> bool:
+        """Change the command interfaces of the hardware concerned, see the preparation."""
+        return self._switch_command_mode(
+            lambda hardware: hardware.perform_command_mode_switch, start_interfaces, stop_interfaces
+        )
+
+    def _switch_command_mode(
+        self,
+        method: Callable[[HardwareComponentInterface], _ModeSwitch],
+        start_interfaces: Sequence[str],
+        stop_interfaces: Sequence[str],
+    ) -> bool:
         for component in self.components.values():
-            own = component.hardware.commands
-            starting = [name for name in start if name in own]
-            stopping = [name for name in stop if name in own]
+            hardware = component.hardware
+            starting = [name for name in start_interfaces if name in hardware.commands]
+            stopping = [name for name in stop_interfaces if name in hardware.commands]
             if not starting and not stopping:
                 continue
-            hardware = component.hardware
-            function = (
-                hardware.perform_command_mode_switch
-                if perform
-                else hardware.prepare_command_mode_switch
-            )
             try:
-                outcome = function(starting, stopping)
+                outcome = method(hardware)(starting, stopping)
             except Exception as error:  # noqa: BLE001 - a plug-in's failure refuses the switch
                 self._logger.error(f"Hardware '{component.name}' refused the switch: {error}")
-                outcome = CallbackReturn.ERROR
-            if (outcome or CallbackReturn.SUCCESS) is not CallbackReturn.SUCCESS:
+                return False
+            if (outcome or ReturnType.OK) is not ReturnType.OK:
                 return False
         return True
 
-    def read(self, time_ns: int, period: float) -> list[Component]:
+    def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
         """Read all hardware; returns the components that failed."""
         return [
             component
@@ -209,7 +230,7 @@ class ResourceManager:
             if component.read(time_ns, period) is not ReturnType.OK
         ]
 
-    def write(self, time_ns: int, period: float) -> list[Component]:
+    def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
         """Write to all hardware; returns the components that failed or withdrew."""
         return [
             component
@@ -217,7 +238,7 @@ class ResourceManager:
             if component.write(time_ns, period) is not ReturnType.OK
         ]
 
-    def enforce_limits(self, period: float) -> None:
+    def enforce_command_limits(self, period: float) -> None:
         """Keep the claimed commands inside the limits of their joints."""
         for limiter in self._limiters:
             limiter.enforce(period)
@@ -230,9 +251,9 @@ class ResourceManager:
             if command.owner is None:
                 command.value = math.nan
 
-    def shutdown(self) -> None:
+    def shutdown_components(self) -> None:
         """Bring all components to rest and let go of them."""
         for component in self.components.values():
-            if component.state is State.ACTIVE:
+            if component.lifecycle_state is State.ACTIVE:
                 component.change_state(State.INACTIVE)
             component.change_state(State.FINALIZED)

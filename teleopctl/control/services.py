@@ -1,33 +1,37 @@
-"""The controller manager's services: controller_manager_msgs in front of its heart."""
+"""The controller manager's services: controller_manager_msgs on the graph."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
-from teleopctl.control.controller_manager import ControllerManager, Loaded
+from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.hardware_component import Component
+from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
-from teleopctl.control.switching import Strictness, SwitchRequest, switch
+from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message, get_service
 
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
-def controller_state(manager: ControllerManager, loaded: Loaded) -> Any:
+
+def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
     """A controller as controller_manager_msgs/ControllerState."""
-    configured = loaded.state in (State.INACTIVE, State.ACTIVE)
+    configured = spec.lifecycle_state in (State.INACTIVE, State.ACTIVE)
+    commands = list(spec.required_command_interfaces)
     return get_message("controller_manager_msgs/msg/ControllerState")(
-        name=loaded.name,
-        state=loaded.state.label,
-        type=loaded.type_name,
+        name=spec.name,
+        state=spec.lifecycle_state.label,
+        type=spec.type,
         is_async=False,
-        update_rate=round(loaded.controller.update_rate if configured else manager.update_rate),
-        claimed_interfaces=list(loaded.command_names) if loaded.state is State.ACTIVE else [],
-        required_command_interfaces=list(loaded.command_names),
-        required_state_interfaces=list(loaded.state_names),
+        update_rate=round(spec.controller.update_rate if configured else manager.update_rate),
+        claimed_interfaces=commands if spec.lifecycle_state is State.ACTIVE else [],
+        required_command_interfaces=commands,
+        required_state_interfaces=list(spec.required_state_interfaces),
     )
 
 
@@ -41,12 +45,12 @@ def hardware_interface(interface: StateInterface) -> Any:
     )
 
 
-def lifecycle_state(state: State) -> Any:
+def lifecycle_state_message(state: State) -> Any:
     """A state as lifecycle_msgs/State."""
     return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
 
 
-def hardware_component_state(manager: ControllerManager, component: Component) -> Any:
+def hardware_component_state(manager: ControllerManager, component: HardwareComponent) -> Any:
     """A hardware component as controller_manager_msgs/HardwareComponentState."""
     info = component.hardware.info
     message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
@@ -55,7 +59,7 @@ def hardware_component_state(manager: ControllerManager, component: Component) -
         is_async=False,
         rw_rate=manager.update_rate,
         plugin_name=info.plugin,
-        state=lifecycle_state(component.state),
+        state=lifecycle_state_message(component.lifecycle_state),
         command_interfaces=[hardware_interface(command) for command in component.commands],
         state_interfaces=[hardware_interface(state) for state in component.states],
     )
@@ -69,20 +73,23 @@ class ControllerManagerServices:
 
     Args:
         node: The manager's node.
-        manager: Its heart.
+        manager: What the services ask.
     """
 
-    def __init__(self, node: Any, manager: ControllerManager) -> None:
+    def __init__(self, node: Node, manager: ControllerManager) -> None:
         self._manager = manager
         services: dict[str, tuple[str, Callable[[Any, Any], Any]]] = {
             "list_controllers": ("ListControllers", self._list_controllers),
             "list_controller_types": ("ListControllerTypes", self._list_controller_types),
             "list_hardware_components": ("ListHardwareComponents", self._list_components),
             "list_hardware_interfaces": ("ListHardwareInterfaces", self._list_interfaces),
-            "load_controller": ("LoadController", self._by_name(manager.load)),
-            "configure_controller": ("ConfigureController", self._by_name(manager.configure)),
-            "cleanup_controller": ("CleanupController", self._by_name(manager.cleanup)),
-            "unload_controller": ("UnloadController", self._by_name(manager.unload)),
+            "load_controller": ("LoadController", self._by_name(manager.load_controller)),
+            "configure_controller": (
+                "ConfigureController",
+                self._by_name(manager.configure_controller),
+            ),
+            "cleanup_controller": ("CleanupController", self._by_name(manager.cleanup_controller)),
+            "unload_controller": ("UnloadController", self._by_name(manager.unload_controller)),
             "switch_controller": ("SwitchController", self._switch),
             "set_hardware_component_state": (
                 "SetHardwareComponentState",
@@ -125,8 +132,8 @@ class ControllerManagerServices:
     def _list_controllers(self, request: Any, response: Any) -> Any:
         del request
         response.controller = [
-            controller_state(self._manager, loaded)
-            for loaded in list(self._manager.controllers.values())
+            controller_state(self._manager, spec)
+            for spec in list(self._manager.controllers.values())
         ]
         return response
 
@@ -141,13 +148,13 @@ class ControllerManagerServices:
         del request
         response.component = [
             hardware_component_state(self._manager, component)
-            for component in self._manager.resources.components.values()
+            for component in self._manager.resource_manager.components.values()
         ]
         return response
 
     def _list_interfaces(self, request: Any, response: Any) -> Any:
         del request
-        resources = self._manager.resources
+        resources = self._manager.resource_manager
         response.command_interfaces = [
             hardware_interface(command) for _, command in sorted(resources.commands.items())
         ]
@@ -162,7 +169,7 @@ class ControllerManagerServices:
         except ValueError:
             strictness = Strictness.DEFAULT
         if strictness is Strictness.DEFAULT:
-            configured = self._manager.host.parameter("defaults.switch_controller.strictness")
+            configured = self._manager.node.parameter("defaults.switch_controller.strictness")
             strictness = Strictness.STRICT if configured == "strict" else Strictness.BEST_EFFORT
         elif strictness in (Strictness.AUTO, Strictness.FORCE_AUTO):
             self._manager.logger.warning(
@@ -171,7 +178,7 @@ class ControllerManagerServices:
             )
             strictness = Strictness.BEST_EFFORT
         timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS
-        response.ok, response.message = switch(
+        response.ok, response.message = switch_controller(
             self._manager,
             SwitchRequest(
                 list(request.activate_controllers),
@@ -185,7 +192,7 @@ class ControllerManagerServices:
 
     def _set_component_state(self, request: Any, response: Any) -> Any:
         manager = self._manager
-        component = manager.resources.components.get(request.name)
+        component = manager.resource_manager.components.get(request.name)
         target = _target_state(request.target_state)
         if component is None or target is None:
             what = "component" if component is None else "target state"
@@ -200,17 +207,17 @@ class ControllerManagerServices:
                 if users:
                     manager.logger.warning(
                         f"Deactivating the controllers that use hardware '{component.name}': "
-                        f"[ {' '.join(loaded.name for loaded in users)} ]"
+                        f"[ {' '.join(spec.name for spec in users)} ]"
                     )
-                    manager.fail(users)
+                    manager.stop_controllers(users)
             response.ok = component.change_state(target)
-        response.state = lifecycle_state(component.state)
-        manager.host.changed()
+        response.state = lifecycle_state_message(component.lifecycle_state)
+        manager.node.publish_activity()
         return response
 
     def _reload(self, request: Any, response: Any) -> Any:
         manager = self._manager
-        active = [loaded.name for loaded in manager.running]
+        active = [spec.name for spec in manager.active_controllers]
         if active and not request.force_kill:
             manager.logger.error(
                 "Controller manager: Cannot reload controller libraries because there are "
@@ -219,8 +226,8 @@ class ControllerManagerServices:
             response.ok = False
             return response
         if active:
-            switch(manager, SwitchRequest([], active))
-        unloaded = [manager.unload(name) for name in list(manager.controllers)]
+            switch_controller(manager, SwitchRequest([], active))
+        unloaded = [manager.unload_controller(name) for name in list(manager.controllers)]
         response.ok = all(unloaded)
         return response
 

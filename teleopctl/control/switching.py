@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from teleopctl.control.controller_manager import ControllerManager, Loaded
+from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ClaimError
 
@@ -26,18 +26,18 @@ class SwitchRequest:
     """Which controllers to stop and to start.
 
     Attributes:
-        activate: Names of controllers to start.
-        deactivate: Names of controllers to stop.
+        activate_controllers: Names of controllers to start.
+        deactivate_controllers: Names of controllers to stop.
         strictness: What to do about those that cannot be switched.
-        asap: Whether the switch happens in one go, so that the loop waits for it; otherwise other
-            controllers go on being updated meanwhile.
+        activate_asap: Whether the switch happens in one go and the loop waits for it; otherwise
+            other controllers go on being updated meanwhile.
         timeout_s: Longest wait for the running cycle to end, s of wall time.
     """
 
-    activate: Sequence[str]
-    deactivate: Sequence[str]
+    activate_controllers: Sequence[str]
+    deactivate_controllers: Sequence[str]
     strictness: Strictness = Strictness.STRICT
-    asap: bool = True
+    activate_asap: bool = True
     timeout_s: float = 1.0
 
 
@@ -51,7 +51,7 @@ NOT_INITIALIZED = (
 )
 
 
-def switch(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, str]:
+def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, str]:
     """Carry a request out.
 
     Args:
@@ -62,25 +62,25 @@ def switch(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, st
         Whether it succeeded, and a message for the person who asked.
     """
     log = manager.logger
-    if not manager.resources.loaded:
+    if not manager.resource_manager.components_initialized:
         log.error(NOT_INITIALIZED)
         return False, NOT_INITIALIZED
     strict = request.strictness is Strictness.STRICT
     try:
-        activate = _known(manager, request.activate, "activate", strict=strict)
-        deactivate = _known(manager, request.deactivate, "deactivate", strict=strict)
+        activate = _known(manager, request.activate_controllers, "activate", strict=strict)
+        deactivate = _known(manager, request.deactivate_controllers, "deactivate", strict=strict)
         stopping = [
-            loaded
-            for loaded in deactivate
-            if _accept(manager, _deactivation_problem(loaded), strict=strict)
+            spec
+            for spec in deactivate
+            if _accept(manager, _deactivation_problem(spec), strict=strict)
         ]
         starting = [
-            loaded
-            for loaded in activate
-            if _accept(manager, _activation_problem(manager, loaded, stopping), strict=strict)
+            spec
+            for spec in activate
+            if _accept(manager, _activation_problem(manager, spec, stopping), strict=strict)
         ]
-        for loaded in starting:
-            manager.refresh_states(loaded)
+        for spec in starting:
+            manager.refresh_interfaces(spec)
         if not starting and not stopping:
             text = (
                 "After checking the controllers, no controllers need to be activated or "
@@ -97,19 +97,19 @@ def switch(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, st
 
 def _known(
     manager: ControllerManager, names: Sequence[str], verb: str, *, strict: bool
-) -> list[Loaded]:
-    known: list[Loaded] = []
+) -> list[ControllerSpec]:
+    known: list[ControllerSpec] = []
     problems = []
     for name in names:
-        loaded = manager.controllers.get(name)
-        if loaded is None:
+        spec = manager.controllers.get(name)
+        if spec is None:
             problems.append(
                 f"Could not {verb} controller with name '{name}' because no controller with "
                 "this name exists"
             )
             manager.logger.error(problems[-1])
-        elif loaded not in known:
-            known.append(loaded)
+        elif spec not in known:
+            known.append(spec)
     if problems and (strict or not known):
         raise _Refused("\n".join(problems))
     return known
@@ -127,29 +127,29 @@ def _accept(manager: ControllerManager, problem: str | None, *, strict: bool) ->
     return False
 
 
-def _deactivation_problem(loaded: Loaded) -> str | None:
-    if loaded.state is State.ACTIVE:
+def _deactivation_problem(spec: ControllerSpec) -> str | None:
+    if spec.lifecycle_state is State.ACTIVE:
         return None
-    return f"Controller with name '{loaded.name}' can not be deactivated since it is not active."
+    return f"Controller with name '{spec.name}' can not be deactivated since it is not active."
 
 
 def _activation_problem(
-    manager: ControllerManager, loaded: Loaded, stopping: Sequence[Loaded]
+    manager: ControllerManager, spec: ControllerSpec, stopping: Sequence[ControllerSpec]
 ) -> str | None:
-    name = loaded.name
-    if loaded.state is State.UNCONFIGURED:
+    name = spec.name
+    if spec.lifecycle_state is State.UNCONFIGURED:
         return (
             f"Controller with name '{name}' is in 'unconfigured' state. The controller needs to "
             "be configured to be in 'inactive' state before it can be checked and activated."
         )
-    if loaded.state is State.ACTIVE and loaded not in stopping:
+    if spec.lifecycle_state is State.ACTIVE and spec not in stopping:
         return f"Controller with name '{name}' is already active."
-    if loaded.state not in (State.INACTIVE, State.ACTIVE):
-        return f"Controller with name '{name}' is in '{loaded.state.label}' state."
-    for fallback in loaded.fallbacks:
+    if spec.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
+        return f"Controller with name '{name}' is in '{spec.lifecycle_state.label}' state."
+    for fallback in spec.fallback_controllers:
         other = manager.controllers.get(fallback)
-        if other is None or other.state is not State.INACTIVE:
-            state = "not loaded" if other is None else f"in '{other.state.label}' state"
+        if other is None or other.lifecycle_state is not State.INACTIVE:
+            state = "not loaded" if other is None else f"in '{other.lifecycle_state.label}' state"
             return (
                 f"Controller with name '{name}' cannot be activated, as its fallback controller "
                 f"'{fallback}' is {state}."
@@ -158,14 +158,16 @@ def _activation_problem(
 
 
 def _check_interfaces(
-    manager: ControllerManager, starting: Sequence[Loaded], stopping: Sequence[Loaded]
+    manager: ControllerManager,
+    starting: Sequence[ControllerSpec],
+    stopping: Sequence[ControllerSpec],
 ) -> None:
     """Every interface must exist, be available and be free once the others have stopped."""
-    freed = {loaded.name for loaded in stopping}
+    freed = {spec.name for spec in stopping}
     wanted: dict[str, str] = {}
-    resources = manager.resources
+    resources = manager.resource_manager
     inactive_is_enough = bool(
-        manager.host.parameter("defaults.allow_controller_activation_with_inactive_hardware")
+        manager.node.parameter("defaults.allow_controller_activation_with_inactive_hardware")
     )
 
     def refuse(name: str, reason: str) -> None:
@@ -173,50 +175,54 @@ def _check_interfaces(
         manager.logger.error(text)
         raise _Refused(text)
 
-    for loaded in starting:
-        for interface in loaded.command_names:
+    for spec in starting:
+        for interface in spec.required_command_interfaces:
             command = resources.commands.get(interface)
             label = f"the command interface '{interface}'"
             component = resources.component_of(interface)
             if command is None or component is None or not command.available:
-                refuse(loaded.name, f"{label} is not available.")
+                refuse(spec.name, f"{label} is not available.")
                 return
-            if component.state is not State.ACTIVE and not inactive_is_enough:
+            if component.lifecycle_state is not State.ACTIVE and not inactive_is_enough:
                 refuse(
-                    loaded.name,
+                    spec.name,
                     f"the hardware component '{component.name}' of {label} is in "
-                    f"'{component.state.label}' state.",
+                    f"'{component.lifecycle_state.label}' state.",
                 )
             if command.owner is not None and command.owner not in freed:
                 refuse(
-                    loaded.name,
+                    spec.name,
                     f"{label} is currently claimed by another controller. It is held by "
                     f"'{command.owner}': deactivate that one in the same request.",
                 )
             if interface in wanted:
                 refuse(
-                    loaded.name,
+                    spec.name,
                     f"{label} will be used by another controller that is being activated: "
                     f"'{wanted[interface]}'.",
                 )
-            wanted[interface] = loaded.name
-        for interface in loaded.state_names:
+            wanted[interface] = spec.name
+        for interface in spec.required_state_interfaces:
             state = resources.states.get(interface)
             if state is None or not state.available:
-                refuse(loaded.name, f"the state interface '{interface}' is not available.")
+                refuse(spec.name, f"the state interface '{interface}' is not available.")
 
 
-def _modes(starting: Sequence[Loaded], stopping: Sequence[Loaded]) -> tuple[list[str], list[str]]:
+def _modes(
+    starting: Sequence[ControllerSpec], stopping: Sequence[ControllerSpec]
+) -> tuple[list[str], list[str]]:
     return (
-        [name for loaded in starting for name in loaded.command_names],
-        [name for loaded in stopping for name in loaded.command_names],
+        [name for spec in starting for name in spec.required_command_interfaces],
+        [name for spec in stopping for name in spec.required_command_interfaces],
     )
 
 
 def _check_hardware(
-    manager: ControllerManager, starting: Sequence[Loaded], stopping: Sequence[Loaded]
+    manager: ControllerManager,
+    starting: Sequence[ControllerSpec],
+    stopping: Sequence[ControllerSpec],
 ) -> None:
-    if not manager.resources.switch_mode(*_modes(starting, stopping), perform=False):
+    if not manager.resource_manager.prepare_command_mode_switch(*_modes(starting, stopping)):
         text = "Could not switch controllers since prepare command mode switch was rejected."
         manager.logger.error(text)
         raise _Refused(text)
@@ -224,8 +230,8 @@ def _check_hardware(
 
 def _perform(
     manager: ControllerManager,
-    starting: Sequence[Loaded],
-    stopping: Sequence[Loaded],
+    starting: Sequence[ControllerSpec],
+    stopping: Sequence[ControllerSpec],
     request: SwitchRequest,
 ) -> tuple[bool, str]:
     log = manager.logger
@@ -240,17 +246,19 @@ def _perform(
         log.error(text)
         return False, text
     try:
-        manager.running = tuple(c for c in manager.running if c not in stopping)
-        if request.asap:
+        manager.active_controllers = tuple(
+            c for c in manager.active_controllers if c not in stopping
+        )
+        if request.activate_asap:
             unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
             _run(manager, started)
     finally:
         manager.cycle_lock.release()
-    if not request.asap:
+    if not request.activate_asap:
         unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
         with manager.cycle_lock:
             _run(manager, started)
-    manager.host.changed()
+    manager.node.publish_activity()
     if not unstopped and not unstarted:
         log.info("Successfully switched controllers!")
         lines = ["Successfully switched controllers!"]
@@ -269,74 +277,78 @@ def _perform(
     return False, message
 
 
-def _run(manager: ControllerManager, started: Sequence[Loaded]) -> None:
+def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
     """Hand controllers to the loop, in the order in which they were loaded."""
-    for loaded in started:
-        loaded.last_update_ns = None
-    chosen = {*(c.name for c in manager.running), *(c.name for c in started)}
-    manager.running = tuple(c for c in manager.controllers.values() if c.name in chosen)
+    for spec in started:
+        spec.last_update_cycle_time_ns = None
+    chosen = {*(c.name for c in manager.active_controllers), *(c.name for c in started)}
+    manager.active_controllers = tuple(c for c in manager.controllers.values() if c.name in chosen)
 
 
 def _exchange(
     manager: ControllerManager,
-    starting: Sequence[Loaded],
-    stopping: Sequence[Loaded],
+    starting: Sequence[ControllerSpec],
+    stopping: Sequence[ControllerSpec],
     *,
     strict: bool,
-) -> tuple[list[str], list[str], list[Loaded]]:
+) -> tuple[list[str], list[str], list[ControllerSpec]]:
     """Stop and start; returns who could not be stopped, who could not be started, who runs.
 
     The loop no longer updates those that stop, and does not yet update those that start.
     """
-    if not manager.resources.switch_mode(*_modes(starting, stopping), perform=True):
+    if not manager.resource_manager.perform_command_mode_switch(*_modes(starting, stopping)):
         manager.logger.error("Error while performing mode switch.")
-        manager.stop(stopping)
+        manager.deactivate_controllers(stopping)
         return [], [c.name for c in starting], []
-    unstopped = manager.stop(stopping)
-    started: list[Loaded] = []
-    unstarted: list[Loaded] = []
-    for loaded in starting:
-        (started if _start(manager, loaded) else unstarted).append(loaded)
+    unstopped = manager.deactivate_controllers(stopping)
+    started: list[ControllerSpec] = []
+    unstarted: list[ControllerSpec] = []
+    for spec in starting:
+        (started if _start(manager, spec) else unstarted).append(spec)
     if unstarted and strict and started:
         manager.logger.error("Deactivating the controllers that were activated: STRICT switch")
-        manager.resources.switch_mode(*_modes([], started), perform=True)
-        manager.stop(started)
+        manager.resource_manager.perform_command_mode_switch(*_modes([], started))
+        manager.deactivate_controllers(started)
         started = []
-    return unstopped, [loaded.name for loaded in unstarted], started
+    return unstopped, [spec.name for spec in unstarted], started
 
 
-def _start(manager: ControllerManager, loaded: Loaded) -> bool:
-    controller, resources = loaded.controller, manager.resources
+def _start(manager: ControllerManager, spec: ControllerSpec) -> bool:
+    controller, resources = spec.controller, manager.resource_manager
     try:
-        controller.command_interfaces = resources.claim(loaded.command_names, loaded.name)
+        controller.command_interfaces = resources.claim_command_interfaces(
+            spec.required_command_interfaces, spec.name
+        )
     except ClaimError as error:
-        manager.logger.error(f"Unable to activate controller '{loaded.name}' since {error}.")
+        manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
         return False
-    controller.state_interfaces = [resources.states[name] for name in loaded.state_names]
+    controller.state_interfaces = [
+        resources.states[name] for name in spec.required_state_interfaces
+    ]
     outcome = manager.call(controller, controller.on_activate)
     if outcome is CallbackReturn.SUCCESS:
-        controller.state = State.ACTIVE
+        controller.lifecycle_state = State.ACTIVE
         return True
-    manager.logger.error(f"After activating, controller '{loaded.name}' is not active.")
-    resources.release(loaded.name)
-    resources.switch_mode([], list(loaded.command_names), perform=True)
+    manager.logger.error(f"After activating, controller '{spec.name}' is not active.")
+    resources.release_command_interfaces(spec.name)
+    resources.perform_command_mode_switch([], list(spec.required_command_interfaces))
     controller.command_interfaces = []
     controller.state_interfaces = []
     manager.recover(controller, outcome, State.INACTIVE)
     return False
 
 
-def start_fallbacks(manager: ControllerManager, failed: Sequence[Loaded]) -> None:
+def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]) -> None:
     """Start the fallback controllers of those that failed; called by the loop inside a cycle."""
-    names = list(dict.fromkeys(name for loaded in failed for name in loaded.fallbacks))
+    names = list(dict.fromkeys(name for spec in failed for name in spec.fallback_controllers))
     if not names:
         return
     manager.logger.error(f"Activating fallback controllers : [ {' '.join(names)} ]")
     known = (manager.controllers.get(name) for name in names)
     # Since the activation somebody may have started, cleaned up or unloaded one.
-    starting = [loaded for loaded in known if loaded and loaded.state is State.INACTIVE]
-    needed = {name for loaded in starting for name in loaded.command_names}
-    holding = [c for c in manager.running if needed & set(c.command_names)]
-    manager.running = tuple(c for c in manager.running if c not in holding)
+    starting = [spec for spec in known if spec and spec.lifecycle_state is State.INACTIVE]
+    needed = {name for spec in starting for name in spec.required_command_interfaces}
+    holding = [c for c in manager.active_controllers if needed & set(c.required_command_interfaces)]
+    manager.active_controllers = tuple(c for c in manager.active_controllers if c not in holding)
     started = _exchange(manager, starting, holding, strict=False)[2]
     _run(manager, started)

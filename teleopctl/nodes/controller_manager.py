@@ -38,7 +38,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> None:
-    from teleopctl.control.controller_manager_node import ControllerManagerHost
+    from teleopctl.control.controller_manager_node import ControllerManagerNode
 
     executor = SingleThreadedExecutor()
     node = Node(
@@ -49,11 +49,11 @@ def _run(arguments: list[str]) -> None:
     try:
         refuse_a_second(node)
         executor.add_node(node)
-        host = ControllerManagerHost(node, executor, arguments)
+        manager_node = ControllerManagerNode(node, executor, arguments)
         with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
             executor.spin()
         node.get_logger().info("Shutting down the controller manager")
-        host.close()
+        manager_node.close()
     finally:
         node.destroy_node()
 

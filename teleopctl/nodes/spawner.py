@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import NoReturn
 
-from teleopctl.control.client import ManagerClient
+from teleopctl.control.client import ControllerManagerClient
 from teleopctl.control.controller_files import manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
@@ -174,7 +174,7 @@ class Spawner:
         self._node = node
         self._options = options
         self._logger = node.get_logger()
-        self._client = ManagerClient(
+        self._client = ControllerManagerClient(
             node, options.controller_manager, call_timeout=options.service_call_timeout
         )
         self._colors = _colors_wanted()
@@ -184,7 +184,7 @@ class Spawner:
 
         Raises:
             SpawnError: One could not be brought up; those behind it have not been tried.
-            ManagerUnavailableError: The controller manager does not answer.
+            ControllerManagerUnavailableError: The controller manager does not answer.
         """
         self._client.wait(self._options.controller_manager_timeout, patient=True)
         group: list[str] = []
@@ -195,7 +195,7 @@ class Spawner:
             if state == "active" and self._options.allow_active:
                 self._logger.info(f"Controller {request.name} is already active")
                 continue
-            if not self._client.configure(request.name):
+            if not self._client.configure_controller(request.name):
                 self._fail("Failed to configure controller", fatal=False)
             if request.inactive:
                 continue
@@ -217,12 +217,14 @@ class Spawner:
 
     def _load(self, request: Request) -> str:
         """Load a controller unless it is; returns its state before."""
-        present = {controller.name: controller.state for controller in self._client.controllers()}
+        present = {
+            controller.name: controller.state for controller in self._client.list_controllers()
+        }
         if request.name in present:
             self._logger.warning("Controller already loaded, skipping load_controller")
             return str(present[request.name])
         self._set_parameters(request)
-        if not self._client.load(request.name):
+        if not self._client.load_controller(request.name):
             self._fail(f"Failed loading controller {request.name}")
         self._logger.info(self._bold(_BLUE, "Loaded ", request.name))
         return "unconfigured"
@@ -247,7 +249,7 @@ class Spawner:
                 )
 
     def _switch(self, names: Sequence[str]) -> bool:
-        ok, message = self._client.switch(
+        ok, message = self._client.switch_controllers(
             names, asap=self._options.switch_asap, timeout=self._options.switch_timeout
         )
         if not ok:
@@ -260,16 +262,16 @@ class Spawner:
         self._logger.info("Deactivating and unloading controllers...")
         active = [
             controller.name
-            for controller in self._client.controllers()
+            for controller in self._client.list_controllers()
             if controller.name in names and controller.state == "active"
         ]
         if active:
-            if not self._client.switch((), active)[0]:
+            if not self._client.switch_controllers((), active)[0]:
                 self._fail("Failed to deactivate controller")
             self._logger.info(f"Successfully deactivated controllers : {active}")
         unloaded = [request.name for request in requests]
         for name in unloaded:
-            if not self._client.unload(name):
+            if not self._client.unload_controller(name):
                 self._fail("Failed to unload controller")
         self._logger.info(f"Successfully unloaded controllers : {unloaded}")
 

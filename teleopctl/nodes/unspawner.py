@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from teleopctl.control.client import ManagerClient
+from teleopctl.control.client import ControllerManagerClient
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
 from teleopctl.node.values.ros_args import parse_ros_arguments
@@ -36,17 +36,17 @@ def main(args: list[str] | None = None) -> int:
     node = Node(f"unspawner_{names[0]}", start_parameter_services=False)
     logger = node.get_logger()
     try:
-        client = ManagerClient(node, options.controller_manager)
+        client = ControllerManagerClient(node, options.controller_manager)
         client.wait(10.0)
         active = [
             controller.name
-            for controller in client.controllers()
+            for controller in client.list_controllers()
             if controller.name in names and controller.state == "active"
         ]
-        if active and client.switch((), active, timeout=options.switch_timeout)[0]:
+        if active and client.switch_controllers((), active, timeout=options.switch_timeout)[0]:
             logger.info("Deactivated controller")
         for name in names:
-            if not client.unload(name):
+            if not client.unload_controller(name):
                 logger.error("Failed to unload controller")
                 return 1
             logger.info("Unloaded controller")

@@ -18,7 +18,7 @@ from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:
     from teleopctl.robot.gazebo_tag import GazeboTag
-    from teleopctl.robot.ros2_control_tag import HardwareComponent, Transmission
+    from teleopctl.robot.ros2_control_tag import HardwareInfo, Transmission
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class RobotDescription:
         return tuple(order)
 
     @cached_property
-    def ros2_control(self) -> tuple[HardwareComponent, ...]:
+    def ros2_control(self) -> tuple[HardwareInfo, ...]:
         """The hardware components; none when there is no ``<ros2_control>``.
 
         Raises:
@@ -81,7 +81,7 @@ class RobotDescription:
 
         return read_components(_parse_robot(self.urdf), self.joints)
 
-    def require_ros2_control(self) -> tuple[HardwareComponent, ...]:
+    def require_ros2_control(self) -> tuple[HardwareInfo, ...]:
         """Return the hardware components.
 
         Raises:

@@ -83,7 +83,7 @@ class Transmission:
 
 
 @dataclass(frozen=True, slots=True)
-class HardwareComponent:
+class HardwareInfo:
     """One ``<ros2_control>`` tag.
 
     Attributes:
@@ -117,7 +117,7 @@ class HardwareComponent:
     warnings: tuple[str, ...] = ()
 
 
-def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[HardwareComponent, ...]:
+def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[HardwareInfo, ...]:
     """Read every ``<ros2_control>`` of a ``<robot>``.
 
     Args:
@@ -127,7 +127,7 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
     Raises:
         TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
     """
-    components: dict[str, HardwareComponent] = {}
+    components: dict[str, HardwareInfo] = {}
     for element in robot.findall("ros2_control"):
         component = _read_component(element, joints)
         if component.name in components:
@@ -136,7 +136,7 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
     return tuple(components.values())
 
 
-def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> HardwareComponent:
+def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> HardwareInfo:
     name, kind = required(element, "name"), required(element, "type")
     if kind not in get_args(ComponentType):
         raise InvalidDescriptionError(
@@ -164,7 +164,7 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
             f"Actuator '{name}': a transmission of an actuator names exactly one joint"
         )
     is_async = _flag(element, "is_async", default=False)
-    return HardwareComponent(
+    return HardwareInfo(
         name=name,
         type=cast(ComponentType, kind),
         plugin=plugin,

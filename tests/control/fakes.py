@@ -1,7 +1,11 @@
 """Controllers that do what a test tells them, and remember what was asked of them."""
 
-from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
-from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 TYPE = "tests.control.fakes:Recorder"
@@ -10,11 +14,11 @@ TYPE = "tests.control.fakes:Recorder"
 class Recorder(ControllerInterface):
     """Counts its updates; ``failing`` names callbacks and what they shall do."""
 
-    def __init__(self, name, env):
-        super().__init__(name, env)
+    def __init__(self, params):
+        super().__init__(params)
         self.calls = []
         self.periods = []
-        self.failing = dict(self.parameter("failing", {}))
+        self.failing = dict(self.auto_declare("failing", {}))
         self.shutdowns = 0
 
     def _do(self, name):
@@ -42,11 +46,15 @@ class Recorder(ControllerInterface):
     def on_shutdown(self):
         return self._do("shutdown")
 
-    def wanted_commands(self):
-        return InterfaceSelection(self.parameter("commands", []))
+    def command_interface_configuration(self):
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL, self.auto_declare("commands", [])
+        )
 
-    def wanted_states(self):
-        return InterfaceSelection(self.parameter("states", []))
+    def state_interface_configuration(self):
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL, self.auto_declare("states", [])
+        )
 
     @property
     def updates(self):
@@ -57,13 +65,13 @@ class Recorder(ControllerInterface):
         return self._do("update")
 
 
-class Broken(HardwareInterface):
+class Broken(HardwareComponentInterface):
     """Hardware that does not even come into being."""
 
-    def __init__(self, info, node, logger):
-        super().__init__(info, node, logger)
+    def __init__(self, params):
+        super().__init__(params)
         raise OSError("no such bus")
 
 
 FAILURE, ERROR = CallbackReturn.FAILURE, CallbackReturn.ERROR
-UPDATE_ERROR = ReturnType.ERROR
+RETURN_ERROR = ReturnType.ERROR

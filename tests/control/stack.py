@@ -4,10 +4,10 @@ import copy
 from types import SimpleNamespace
 
 from teleopctl.control.controller_manager import ControllerManager
-from teleopctl.control.controllers.base import Environment
+from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.lifecycle import State
-from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.robot.description import RobotDescription
 
@@ -163,44 +163,45 @@ class Stack:
         self.resources = ResourceManager(
             self.node, self.log, lambda text: self.cycle.report(text), enforce_limits=enforce_limits
         )
-        self.outbox = Outbox(self.log.warning)
+        self.publish_queue = PublishQueue(self.log.warning)
         self.manager = ControllerManager(self.resources, self, self.log, update_rate)
-        self.cycle = Cycle(self.manager, self.outbox)
+        self.cycle = Cycle(self.manager, self.publish_queue)
         if text is not None:
             self.load(text)
 
     def load(self, text):
         self.description = RobotDescription.from_urdf(text)
-        self.resources.load(self.description)
+        self.resources.load_and_initialize_components(self.description)
         for component in self.resources.components.values():
             component.change_state(State.ACTIVE)
 
-    # what the manager asks of its process
+    # what the manager asks of its node
 
     def parameter(self, name):
         return self.node.parameters.get(name)
 
-    def create_environment(self, controller):
-        node = FakeNode(controller, self.controller_parameters.get(controller))
-        self.nodes[controller] = node
-        return Environment(
+    def create_controller_params(self, controller_name):
+        node = FakeNode(controller_name, self.controller_parameters.get(controller_name))
+        self.nodes[controller_name] = node
+        return ControllerInterfaceParams(
+            controller_name=controller_name,
             node=node,
             update_rate=float(self.manager.update_rate),
-            limits=self.resources.limits,
+            joint_limits=self.resources.limits,
             continuous_joints=frozenset(
                 joint.name
                 for joint in self.description.joints.values()
                 if joint.type == "continuous"
             ),
-            urdf=self.description.urdf,
-            outbox=self.outbox,
+            robot_description=self.description.urdf,
+            publish_queue=self.publish_queue,
             now_ns=lambda: self.time_ns,
         )
 
-    def destroy_environment(self, environment):
-        del self.nodes[environment.node.name]
+    def destroy_controller_node(self, node):
+        del self.nodes[node.name]
 
-    def changed(self):
+    def publish_activity(self):
         self.changes += 1
 
     # what tests do
@@ -210,7 +211,7 @@ class Stack:
         self.controller_parameters[name] = {
             key.replace("__", "."): value for key, value in parameters.items()
         }
-        assert self.manager.load(name)
+        assert self.manager.load_controller(name)
         return self.manager.controllers[name].controller
 
     def step(self, count=1, period_ns=None):

@@ -2,12 +2,13 @@
 
 import pytest
 
+from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
 from teleopctl.control.lifecycle import State
 from teleopctl.control.services import ControllerManagerServices
-from teleopctl.control.switching import Strictness, SwitchRequest, switch
+from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_service
-from tests.control.fakes import ERROR, FAILURE, TYPE, UPDATE_ERROR
+from tests.control.fakes import ERROR, FAILURE, RETURN_ERROR, TYPE
 from tests.control.stack import Stack, urdf
 
 POSITION = "joint1/position"
@@ -21,23 +22,23 @@ def stack():
 def add(stack, name, *, configured=True, **parameters):
     controller = stack.add(name, TYPE, **parameters)
     if configured:
-        assert stack.manager.configure(name)
+        assert stack.manager.configure_controller(name)
     return controller
 
 
 def do_switch(stack, activate=(), deactivate=(), strictness=Strictness.STRICT, *, asap=True):
-    return switch(stack.manager, SwitchRequest(activate, deactivate, strictness, asap))
+    return switch_controller(stack.manager, SwitchRequest(activate, deactivate, strictness, asap))
 
 
 def states(stack):
-    return {name: loaded.state for name, loaded in stack.manager.controllers.items()}
+    return {name: spec.lifecycle_state for name, spec in stack.manager.controllers.items()}
 
 
 class TestLifeCycle:
     def test_from_load_to_unload(self, stack):
         controller = add(stack, "a", configured=False)
         assert states(stack) == {"a": State.UNCONFIGURED}
-        assert stack.manager.configure("a")
+        assert stack.manager.configure_controller("a")
         assert states(stack) == {"a": State.INACTIVE}
         stack.step()
         assert controller.updates == 0
@@ -49,23 +50,23 @@ class TestLifeCycle:
         assert do_switch(stack, [], ["a"])[0]
         stack.step()
         assert controller.updates == 3
-        assert stack.manager.unload("a")
+        assert stack.manager.unload_controller("a")
         assert states(stack) == {}
         assert controller.calls[-2:] == ["cleanup", "shutdown"]
         assert "a" not in stack.nodes
 
     def test_a_name_is_loaded_once(self, stack):
         add(stack, "a")
-        assert not stack.manager.load("a")
+        assert not stack.manager.load_controller("a")
         assert "A controller named 'a' was already loaded" in stack.log.texts("error")[-1]
 
     def test_a_type_is_needed(self, stack):
-        assert not stack.manager.load("a")
+        assert not stack.manager.load_controller("a")
         assert stack.log.texts("error") == ["The 'type' param was not defined for 'a'."]
 
     def test_an_unknown_type_lists_the_known_ones(self, stack):
         stack.node.parameters["a.type"] = "strange/Strange"
-        assert not stack.manager.load("a")
+        assert not stack.manager.load_controller("a")
         assert "Loader for controller 'a' (type 'strange/Strange') not found." in stack.log.texts()
         assert any(
             "joint_trajectory_controller/JointTrajectoryController" in text
@@ -76,37 +77,37 @@ class TestLifeCycle:
     def test_a_controller_that_cannot_be_initialised_is_not_loaded(self, stack, how):
         stack.node.parameters["a.type"] = TYPE
         stack.controller_parameters["a"] = {"failing": {"init": how}}
-        assert not stack.manager.load("a")
+        assert not stack.manager.load_controller("a")
         assert states(stack) == {}
         assert stack.nodes == {}
 
     @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
     def test_a_controller_that_cannot_be_configured_is_unconfigured(self, stack, how):
         add(stack, "a", configured=False, failing={"configure": how})
-        assert not stack.manager.configure("a")
+        assert not stack.manager.configure_controller("a")
         assert states(stack) == {"a": State.UNCONFIGURED}
 
     def test_configuring_again_cleans_up_first(self, stack):
         controller = add(stack, "a")
-        assert stack.manager.configure("a")
+        assert stack.manager.configure_controller("a")
         assert controller.calls == ["init", "configure", "cleanup", "configure"]
 
     def test_an_active_controller_is_neither_configured_nor_unloaded(self, stack):
         add(stack, "a")
         do_switch(stack, ["a"])
-        assert not stack.manager.configure("a")
-        assert not stack.manager.cleanup("a")
-        assert not stack.manager.unload("a")
+        assert not stack.manager.configure_controller("a")
+        assert not stack.manager.cleanup_controller("a")
+        assert not stack.manager.unload_controller("a")
         assert states(stack) == {"a": State.ACTIVE}
 
     def test_an_interface_asked_for_twice_is_refused(self, stack):
         add(stack, "a", configured=False, commands=[POSITION, POSITION])
-        assert not stack.manager.configure("a")
+        assert not stack.manager.configure_controller("a")
 
     @pytest.mark.parametrize("rate", ["fast", -1, 10.5, True])
     def test_an_update_rate_that_is_none_is_named(self, stack, rate):
         add(stack, "a", configured=False, update_rate=rate)
-        assert not stack.manager.configure("a")
+        assert not stack.manager.configure_controller("a")
         assert states(stack) == {"a": State.UNCONFIGURED}
         assert "Parameter 'update_rate' must be" in stack.log.texts("error")[-1]
 
@@ -124,15 +125,15 @@ class TestLifeCycle:
     def test_a_parameter_of_another_type_is_named(self, stack, value, default, expected):
         controller = add(stack, "a", thing=value)
         with pytest.raises(TeleopctlError, match=f"'thing' must be {expected}, got"):
-            controller.parameter("thing", default)
+            controller.auto_declare("thing", default)
 
     def test_an_integer_serves_as_a_number(self, stack):
-        assert add(stack, "a", thing=2).parameter("thing", 1.5) == 2.0
+        assert add(stack, "a", thing=2).auto_declare("thing", 1.5) == 2.0
 
     def test_a_controller_that_does_not_know_what_it_needs_is_not_configured(self, stack):
         controller = add(stack, "a", configured=False)
-        controller.wanted_states = lambda: 1 / 0
-        assert not stack.manager.configure("a")
+        controller.state_interface_configuration = lambda: 1 / 0
+        assert not stack.manager.configure_controller("a")
         assert controller.calls[-1] == "cleanup"
         assert states(stack) == {"a": State.UNCONFIGURED}
 
@@ -141,13 +142,13 @@ class TestLifeCycle:
             raise TeleopctlError(f"cannot read the parameters of {name}")
 
         stack.node.parameters["a.type"] = TYPE
-        stack.create_environment = refuse
-        assert not stack.manager.load("a")
+        stack.create_controller_params = refuse
+        assert not stack.manager.load_controller("a")
         assert "cannot read the parameters of a" in stack.log.texts("error")[-1]
 
     def test_a_controller_is_no_fallback_of_itself(self, stack):
         stack.node.parameters.update({"a.type": TYPE, "a.fallback_controllers": ["a"]})
-        assert not stack.manager.load("a")
+        assert not stack.manager.load_controller("a")
 
 
 class TestSwitching:
@@ -261,7 +262,7 @@ class TestSwitching:
         add(stack, "a", commands=[POSITION])
         hardware = stack.resources.components["Hardware"].hardware
         name = "perform_command_mode_switch" if perform else "prepare_command_mode_switch"
-        setattr(hardware, name, lambda start, stop: ERROR)
+        setattr(hardware, name, lambda start, stop: RETURN_ERROR)
         ok, message = do_switch(stack, ["a"])
         assert not ok
         assert states(stack) == {"a": State.INACTIVE}
@@ -270,10 +271,26 @@ class TestSwitching:
                 "Could not switch controllers since prepare command mode switch was rejected."
             )
 
+    def test_a_controller_may_need_all_commands_and_no_state(self, stack):
+        controller = add(stack, "a", configured=False)
+        every = InterfaceConfiguration(InterfaceConfigurationType.ALL)
+        none = InterfaceConfiguration(InterfaceConfigurationType.NONE, ["joint9/position"])
+        controller.command_interface_configuration = lambda: every
+        controller.state_interface_configuration = lambda: none
+        component = stack.resources.components["Hardware"]
+        component.change_state(State.UNCONFIGURED)
+        assert stack.manager.configure_controller("a")
+        assert stack.manager.controllers["a"].required_command_interfaces == ()
+        component.change_state(State.ACTIVE)
+        assert do_switch(stack, ["a"])[0]
+        assert controller.command_interfaces == list(stack.resources.commands.values())
+        assert all(command.owner == "a" for command in controller.command_interfaces)
+        assert controller.state_interfaces == []
+
     def test_a_cycle_that_hangs_does_not_hang_the_switch(self, stack):
         add(stack, "a")
         with stack.manager.cycle_lock:
-            ok, message = switch(stack.manager, SwitchRequest(["a"], [], timeout_s=0.01))
+            ok, message = switch_controller(stack.manager, SwitchRequest(["a"], [], timeout_s=0.01))
         assert not ok
         assert message == "Switch controller timed out after 0.01 seconds!"
         assert states(stack) == {"a": State.INACTIVE}
@@ -321,7 +338,7 @@ class TestUpdates:
         stack.step(50)
         assert controller.updates == 50
 
-    @pytest.mark.parametrize("how", [UPDATE_ERROR, "raise"])
+    @pytest.mark.parametrize("how", [RETURN_ERROR, "raise"])
     def test_a_failing_update_stops_only_that_controller(self, stack, how):
         bad = add(stack, "bad", commands=[POSITION], failing={"update": how})
         good = add(stack, "good")
@@ -338,7 +355,7 @@ class TestUpdates:
         add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
         fallback = add(stack, "fallback", configured=False, commands=[POSITION])
         assert "fallback" in do_switch(stack, ["bad"])[1]
-        stack.manager.configure("fallback")
+        stack.manager.configure_controller("fallback")
         assert do_switch(stack, ["bad"])[0]
         stack.step()
         assert states(stack) == {"bad": State.INACTIVE, "fallback": State.ACTIVE}
@@ -350,7 +367,7 @@ class TestUpdates:
         add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
         add(stack, "fallback", commands=[POSITION])
         assert do_switch(stack, ["bad"])[0]
-        assert stack.manager.cleanup("fallback")
+        assert stack.manager.cleanup_controller("fallback")
         stack.step()
         assert states(stack) == {"bad": State.INACTIVE, "fallback": State.UNCONFIGURED}
 
@@ -359,10 +376,10 @@ class TestUpdates:
         add(stack, "other")
         do_switch(stack, ["user", "other"])
         hardware = stack.resources.components["Hardware"].hardware
-        hardware.read = lambda time_ns, period: UPDATE_ERROR
+        hardware.read = lambda time_ns, period: RETURN_ERROR
         stack.step()
         assert states(stack) == {"user": State.INACTIVE, "other": State.ACTIVE}
-        assert stack.resources.components["Hardware"].state is State.UNCONFIGURED
+        assert stack.resources.components["Hardware"].lifecycle_state is State.UNCONFIGURED
 
 
 class TestHardwareLoading:
@@ -383,7 +400,7 @@ class TestHardwareLoading:
 
     def test_a_plugin_of_the_user_by_class(self):
         stack = Stack(urdf(plugin="teleopctl.control.hardware.mock:GenericSystem"))
-        assert stack.resources.components["Hardware"].state is State.ACTIVE
+        assert stack.resources.components["Hardware"].lifecycle_state is State.ACTIVE
 
     def test_a_mimic_joint_in_the_old_form_is_told_with_the_line_that_replaces_it(self):
         follower = (
@@ -420,7 +437,7 @@ def test_a_request_that_raises_is_answered_with_a_failure(stack):
     def explode(*arguments, **options):
         raise RuntimeError("a plug-in's mistake")
 
-    stack.resources.switch_mode = explode
+    stack.resources.prepare_command_mode_switch = explode
     add(stack, "a", commands=[POSITION])
     serve = stack.node.endpoints["~/switch_controller"].callback
     response = serve(kind.Request(activate_controllers=["a"], strictness=2), kind.Response())

@@ -3,7 +3,7 @@
 import threading
 
 from teleopctl.control.cycle import WallClockLoop
-from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from tests.control.stack import Log, Stack, urdf
 
 LONGEST_WAIT_S = 20.0
@@ -11,13 +11,14 @@ LONGEST_WAIT_S = 20.0
 
 def test_in_lockstep_every_value_leaves_in_order_at_the_end_of_the_cycle():
     sent = []
-    outbox = Outbox(sent.append)
-    first, second = outbox.channel(sent.append), outbox.channel(lambda v: sent.append(-v))
-    first.offer(1)
-    second.offer(2)
-    first.offer(3)
+    queue = PublishQueue(sent.append)
+    first = RealtimePublisher(queue, sent.append)
+    second = RealtimePublisher(queue, lambda value: sent.append(-value))
+    first.try_publish(1)
+    second.try_publish(2)
+    first.try_publish(3)
     assert sent == []
-    outbox.flush()
+    queue.flush()
     assert sent == [1, -2, 3]
 
 
@@ -32,18 +33,18 @@ def test_on_the_wall_clock_a_slow_publisher_skips_to_the_latest_value():
         if value == 9:
             done.set()
 
-    outbox = Outbox(sent.append)
-    channel = outbox.channel(publish)
-    outbox.start_thread()
-    channel.offer(0)
-    outbox.flush()
+    queue = PublishQueue(sent.append)
+    publisher = RealtimePublisher(queue, publish)
+    queue.start_thread()
+    publisher.try_publish(0)
+    queue.flush()
     assert entered.wait(LONGEST_WAIT_S)
     for value in range(1, 10):
-        channel.offer(value)
-        outbox.flush()
+        publisher.try_publish(value)
+        queue.flush()
     go_on.set()
     assert done.wait(LONGEST_WAIT_S)
-    outbox.close()
+    queue.close()
     assert sent == [0, 9]
 
 
@@ -53,10 +54,10 @@ def test_a_publisher_that_fails_does_not_stop_the_others():
     def fail(value):
         raise ValueError(value)
 
-    outbox = Outbox(reports.append)
-    outbox.channel(fail).offer(1)
-    outbox.channel(sent.append).offer(2)
-    outbox.flush()
+    queue = PublishQueue(reports.append)
+    RealtimePublisher(queue, fail).try_publish(1)
+    RealtimePublisher(queue, sent.append).try_publish(2)
+    queue.flush()
     assert sent == [2]
     assert len(reports) == 1
 

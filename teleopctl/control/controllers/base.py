@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from enum import Enum
+from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
@@ -14,79 +15,99 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from teleopctl.control.limits import JointLimits
-    from teleopctl.control.realtime_publisher import Outbox
+    from teleopctl.control.realtime_publisher import PublishQueue
+    from teleopctl.node import Node
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Environment:
+class ControllerInterfaceParams:
     """What a controller gets from its manager.
 
     Attributes:
+        controller_name: The controller's name, which is its node's too.
         node: The controller's own node; its parameters are the controller's.
         update_rate: The manager's rate, Hz.
-        limits: Limits of the robot's joints.
+        joint_limits: Limits of the robot's joints, by name.
         continuous_joints: Joints that turn without end.
-        urdf: The robot description.
-        outbox: Where messages leave the control loop.
+        robot_description: The URDF.
+        publish_queue: For the controller's realtime publishers.
         now_ns: Present time on the clock that ``update`` is given, nanoseconds.
     """
 
-    node: Any
+    controller_name: str
+    node: Node
     update_rate: float
-    limits: dict[str, JointLimits]
+    joint_limits: dict[str, JointLimits]
     continuous_joints: frozenset[str]
-    urdf: str
-    outbox: Outbox
+    robot_description: str
+    publish_queue: PublishQueue
     now_ns: Callable[[], int]
 
 
-class InterfaceSelection:
-    """Which interfaces a controller wants.
+class InterfaceConfigurationType(Enum):
+    """Which interfaces a controller needs: all that are available, those that it names, none."""
 
-    Args:
-        names: Full names; all of them must be available when the controller is activated.
-        everything: Instead of names, every state interface that is available then.
+    ALL = "all"
+    INDIVIDUAL = "individual"
+    NONE = "none"
+
+
+@dataclass(frozen=True)
+class InterfaceConfiguration:
+    """Command or state interfaces that a controller needs.
+
+    Attributes:
+        type: ALL are those that are available when the controller is activated.
+        names: Full names, for INDIVIDUAL; all of them must be available then.
     """
 
-    def __init__(self, names: Sequence[str] = (), *, everything: bool = False) -> None:
-        self.names = tuple(names)
-        self.everything = everything
+    type: InterfaceConfigurationType = InterfaceConfigurationType.NONE
+    names: Sequence[str] = ()
 
 
 class ControllerInterface:
     """A controller.
 
     A life cycle callback that returns None has succeeded, one that raises has failed. ``update``
-    runs in the control cycle: no input or output, no waiting. Messages leave through a channel of
-    ``env.outbox``.
+    runs in the control cycle: no input or output, no waiting. Messages leave through a
+    ``RealtimePublisher``.
+
+    Args:
+        params: What the manager gives it.
 
     Attributes:
+        params: The same.
         name: The controller's name, which is its node's too.
-        env: What the manager gives it.
+        logger: Its node's logger.
         state_interfaces: The measured values it asked for, in that order, while active.
         command_interfaces: The commands it owns, in that order, while active.
-        state: Where it stands in its life cycle.
+        lifecycle_state: Where it stands in its life cycle.
         update_rate: Hz; never above the manager's.
     """
 
     base_class: ClassVar[str] = "controller_interface::ControllerInterface"
 
-    def __init__(self, name: str, env: Environment) -> None:
-        self.name = name
-        self.env = env
-        self.node = env.node
-        self.logger = env.node.get_logger()
+    def __init__(self, params: ControllerInterfaceParams) -> None:
+        self.params = params
+        self.name = params.controller_name
+        self.logger = params.node.get_logger()
         self.state_interfaces: list[StateInterface] = []
         self.command_interfaces: list[CommandInterface] = []
-        self.state = State.UNCONFIGURED
-        self.update_rate = env.update_rate
+        self.lifecycle_state = State.UNCONFIGURED
+        self.update_rate = params.update_rate
+
+    def get_node(self) -> Node:
+        """The controller's node."""
+        return self.params.node
 
     @property
     def nominal_period(self) -> float:
         """Seconds between two updates, as planned."""
         return 1.0 / self.update_rate
 
-    def parameter(self, name: str, default: Any, *, read_only: bool = False) -> Any:
+    def auto_declare(self, name: str, default: T, *, read_only: bool = False) -> T:
         """The value of a parameter, which is declared here unless it has been before.
 
         Args:
@@ -97,15 +118,16 @@ class ControllerInterface:
         Raises:
             TeleopctlError: A file or a person has given it a value of another type.
         """
-        if not self.node.has_parameter(name):
+        node = self.get_node()
+        if not node.has_parameter(name):
             from teleopctl.interfaces.store import get_message
 
             descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
-            self.node.declare_parameter(
+            node.declare_parameter(
                 name, default, descriptor(name=name, read_only=read_only, dynamic_typing=True)
             )
-        value = self.node.get_parameter(name).value
-        return default if value is None else _of_type(name, value, default)
+        value: object = node.get_parameter(name).value
+        return default if value is None else cast(T, _of_type(name, value, default))
 
     def on_init(self) -> CallbackReturn | None:
         """Declare parameters."""
@@ -128,13 +150,13 @@ class ControllerInterface:
     def on_error(self) -> CallbackReturn | None:
         """Recover from an error; success means unconfigured, failure means finalized."""
 
-    def wanted_commands(self) -> InterfaceSelection:
-        """Command interfaces that it needs, full names; asked after ``on_configure``."""
-        return InterfaceSelection()
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """Command interfaces that it needs; asked after ``on_configure``."""
+        return InterfaceConfiguration()
 
-    def wanted_states(self) -> InterfaceSelection:
-        """State interfaces that it needs, full names; asked after ``on_configure``."""
-        return InterfaceSelection()
+    def state_interface_configuration(self) -> InterfaceConfiguration:
+        """State interfaces that it needs; asked after ``on_configure``."""
+        return InterfaceConfiguration()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """One control step: read ``state_interfaces``, write ``command_interfaces``.
@@ -146,7 +168,7 @@ class ControllerInterface:
         raise NotImplementedError
 
 
-def _of_type(name: str, value: Any, default: Any) -> Any:
+def _of_type(name: str, value: object, default: object) -> object:
     """A parameter's value, if it is of its default's type; integers serve as floats."""
     if isinstance(default, (list, tuple)):
         if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):

@@ -6,7 +6,11 @@ import math
 from collections import deque
 from typing import Any, ClassVar
 
-from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 
@@ -17,13 +21,14 @@ class ForwardCommandController(ControllerInterface):
 
     def on_init(self) -> None:
         """Declare the parameters."""
-        self.parameter("joints", [])
-        self.parameter("interface_name", "")
+        self.auto_declare("joints", [])
+        self.auto_declare("interface_name", "")
 
     def interface_names(self) -> list[str]:
         """Full names of the command interfaces, in the order of a message's data."""
-        name = self.parameter("interface_name", "")
-        return [f"{joint}/{name}" for joint in self.parameter("joints", [])] if name else []
+        name = self.auto_declare("interface_name", "")
+        joints: list[str] = self.auto_declare("joints", [])
+        return [f"{joint}/{name}" for joint in joints] if name else []
 
     def on_configure(self) -> CallbackReturn | None:
         """Subscribe."""
@@ -35,18 +40,18 @@ class ForwardCommandController(ControllerInterface):
             return CallbackReturn.ERROR
         self._incoming: deque[list[float]] = deque(maxlen=1)
         self._command: list[float] | None = None
-        self._subscription = self.node.create_subscription(
+        self._subscription = self.get_node().create_subscription(
             get_message("std_msgs/msg/Float64MultiArray"), "~/commands", self._received, 10
         )
         return None
 
     def on_cleanup(self) -> None:
         """Unsubscribe."""
-        self.node.destroy_subscription(self._subscription)
+        self.get_node().destroy_subscription(self._subscription)
 
-    def wanted_commands(self) -> InterfaceSelection:
+    def command_interface_configuration(self) -> InterfaceConfiguration:
         """The named interfaces."""
-        return InterfaceSelection(self._names)
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_activate(self) -> None:
         """Forget commands of the past."""
@@ -93,15 +98,14 @@ class MultiInterfaceForwardCommandController(ForwardCommandController):
 
     def on_init(self) -> None:
         """Declare the parameters."""
-        self.parameter("joint", "")
-        self.parameter("interface_names", [])
+        self.auto_declare("joint", "")
+        self.auto_declare("interface_names", [])
 
     def interface_names(self) -> list[str]:
         """The joint's interfaces."""
-        joint = self.parameter("joint", "")
-        return (
-            [f"{joint}/{name}" for name in self.parameter("interface_names", [])] if joint else []
-        )
+        joint = self.auto_declare("joint", "")
+        names: list[str] = self.auto_declare("interface_names", [])
+        return [f"{joint}/{name}" for name in names] if joint else []
 
 
 class _JointGroupController(ForwardCommandController):
@@ -111,11 +115,12 @@ class _JointGroupController(ForwardCommandController):
 
     def on_init(self) -> None:
         """Declare the parameters."""
-        self.parameter("joints", [])
+        self.auto_declare("joints", [])
 
     def interface_names(self) -> list[str]:
         """The joints' fixed interface."""
-        return [f"{joint}/{self.interface}" for joint in self.parameter("joints", [])]
+        joints: list[str] = self.auto_declare("joints", [])
+        return [f"{joint}/{self.interface}" for joint in joints]
 
 
 class JointGroupPositionController(_JointGroupController):

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.control.controllers.base import ControllerInterface, InterfaceSelection
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
 from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS
 from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import RealtimePublisher
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 
@@ -17,24 +22,24 @@ class JointStateBroadcaster(ControllerInterface):
 
     def on_init(self) -> None:
         """Declare the parameters."""
-        self.parameter("joints", [])
-        self.parameter("interfaces", [])
-        self.parameter("extra_joints", [])
-        self.parameter("use_local_topics", False)
-        self.parameter("use_urdf_to_filter", True)
-        self.parameter("frame_id", "base_link")
-        self.parameter("publish_dynamic_joint_states", True)
+        self.auto_declare("joints", [])
+        self.auto_declare("interfaces", [])
+        self.auto_declare("extra_joints", [])
+        self.auto_declare("use_local_topics", False)
+        self.auto_declare("use_urdf_to_filter", True)
+        self.auto_declare("frame_id", "base_link")
+        self.auto_declare("publish_dynamic_joint_states", True)
         for field in _FIELDS:
-            self.parameter(f"map_interface_to_joint_state.{field}", field)
+            self.auto_declare(f"map_interface_to_joint_state.{field}", field)
 
     def on_configure(self) -> None:
         """Read the parameters and make the publishers."""
         from teleopctl.interfaces.store import get_message
 
-        self._joints: list[str] = self.parameter("joints", [])
-        self._interfaces: list[str] = self.parameter("interfaces", [])
-        self._extra_joints: list[str] = self.parameter("extra_joints", [])
-        self._frame_id: str = self.parameter("frame_id", "base_link")
+        self._joints: list[str] = self.auto_declare("joints", [])
+        self._interfaces: list[str] = self.auto_declare("interfaces", [])
+        self._extra_joints: list[str] = self.auto_declare("extra_joints", [])
+        self._frame_id: str = self.auto_declare("frame_id", "base_link")
         if bool(self._joints) != bool(self._interfaces):
             self.logger.warning(
                 "Only one of 'joints' and 'interfaces' is set: all available state interfaces "
@@ -44,33 +49,36 @@ class JointStateBroadcaster(ControllerInterface):
         # Messages are made once and filled anew each time.
         self._message: Any = joint_state()
         self._message.header.frame_id = self._frame_id
-        prefix = "~/" if self.parameter("use_local_topics", False) else ""
-        self._publisher = self.node.create_publisher(joint_state, f"{prefix}joint_states", 10)
-        self._channel = self.env.outbox.channel(self._publish)
+        prefix = "~/" if self.auto_declare("use_local_topics", False) else ""
+        self._publisher = self.get_node().create_publisher(joint_state, f"{prefix}joint_states", 10)
+        self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
         self._dynamic: Any = None
-        if self.parameter("publish_dynamic_joint_states", True):
+        if self.auto_declare("publish_dynamic_joint_states", True):
             dynamic_state = get_message("control_msgs/msg/DynamicJointState")
             self._interface_value: Any = get_message("control_msgs/msg/InterfaceValue")
             self._dynamic_message: Any = dynamic_state()
             self._dynamic_message.header.frame_id = self._frame_id
-            self._dynamic = self.node.create_publisher(
+            self._dynamic = self.get_node().create_publisher(
                 dynamic_state, f"{prefix}dynamic_joint_states", 10
             )
-            self._dynamic_channel = self.env.outbox.channel(self._publish_dynamic)
+            self._realtime_dynamic = RealtimePublisher(
+                self.params.publish_queue, self._publish_dynamic
+            )
 
     def on_cleanup(self) -> None:
         """Remove the publishers."""
-        self.node.destroy_publisher(self._publisher)
+        self.get_node().destroy_publisher(self._publisher)
         if self._dynamic is not None:
-            self.node.destroy_publisher(self._dynamic)
+            self.get_node().destroy_publisher(self._dynamic)
 
-    def wanted_states(self) -> InterfaceSelection:
+    def state_interface_configuration(self) -> InterfaceConfiguration:
         """The selected interfaces, or all."""
         if self._joints and self._interfaces:
-            return InterfaceSelection(
-                [f"{joint}/{name}" for joint in self._joints for name in self._interfaces]
+            return InterfaceConfiguration(
+                InterfaceConfigurationType.INDIVIDUAL,
+                [f"{joint}/{name}" for joint in self._joints for name in self._interfaces],
             )
-        return InterfaceSelection(everything=True)
+        return InterfaceConfiguration(InterfaceConfigurationType.ALL)
 
     def on_activate(self) -> CallbackReturn | None:
         """Lay out the messages."""
@@ -81,9 +89,11 @@ class JointStateBroadcaster(ControllerInterface):
         by_prefix: dict[str, dict[str, StateInterface]] = {}
         for state in states:
             by_prefix.setdefault(state.prefix, {})[state.name] = state
-        mapping = [self.parameter(f"map_interface_to_joint_state.{name}", name) for name in _FIELDS]
-        in_urdf = self.env.limits
-        filtered = self.parameter("use_urdf_to_filter", True) and bool(in_urdf)
+        mapping = [
+            self.auto_declare(f"map_interface_to_joint_state.{name}", name) for name in _FIELDS
+        ]
+        in_urdf = self.params.joint_limits
+        filtered = self.auto_declare("use_urdf_to_filter", True) and bool(in_urdf)
         joints = [
             prefix
             for prefix, interfaces in by_prefix.items()
@@ -114,13 +124,13 @@ class JointStateBroadcaster(ControllerInterface):
         self._dynamic_rows = [list(interfaces.values()) for interfaces in by_prefix.values()]
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Offer the measured values to the outbox."""
+        """Publish the measured values."""
         del period
-        self._channel.offer(
+        self._realtime_publisher.try_publish(
             (time_ns, [[state.value for state in column] for column in self._columns])
         )
         if self._dynamic is not None:
-            self._dynamic_channel.offer(
+            self._realtime_dynamic.try_publish(
                 (time_ns, [[state.value for state in row] for row in self._dynamic_rows])
             )
         return None

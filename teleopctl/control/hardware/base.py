@@ -4,24 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 if TYPE_CHECKING:
-    from teleopctl.robot.ros2_control_tag import ComponentInfo, HardwareComponent, InterfaceInfo
+    from teleopctl.node import Node
+    from teleopctl.node.values.logging import RcutilsLogger
+    from teleopctl.robot.ros2_control_tag import ComponentInfo, HardwareInfo, InterfaceInfo
 
 
-class HardwareInterface:
+@dataclass(frozen=True)
+class HardwareComponentParams:
+    """What a hardware component gets from the resource manager.
+
+    Attributes:
+        hardware_info: The component's ``<ros2_control>`` tag.
+        node: The controller manager's node, for hardware that talks over topics.
+        logger: The component's logger.
+    """
+
+    hardware_info: HardwareInfo
+    node: Node
+    logger: RcutilsLogger
+
+
+class HardwareComponentInterface:
     """A robot, a part of one or a simulation of one, seen through its interfaces.
 
     A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
     that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
 
+    Args:
+        params: What the resource manager gives it.
+
     Attributes:
         info: The component's ``<ros2_control>`` tag.
-        node: The controller manager's node, for hardware that talks over topics.
         logger: The component's logger.
         states: State interfaces by full name.
         commands: Command interfaces by full name.
@@ -31,10 +51,10 @@ class HardwareInterface:
 
     drives_cycle = False
 
-    def __init__(self, info: HardwareComponent, node: Any, logger: Any) -> None:
-        self.info = info
-        self.node = node
-        self.logger = logger
+    def __init__(self, params: HardwareComponentParams) -> None:
+        self.params = params
+        self.info = info = params.hardware_info
+        self.logger = params.logger
         self.states: dict[str, StateInterface] = {}
         self.commands: dict[str, CommandInterface] = {}
         for part, interface in _interfaces(info, lambda part: part.state_interfaces):
@@ -45,6 +65,10 @@ class HardwareInterface:
         for part, interface in _interfaces(info, lambda part: part.command_interfaces):
             command = CommandInterface(part.name, interface.name, interface.data_type)
             self.commands[command.full_name] = command
+
+    def get_node(self) -> Node:
+        """The controller manager's node."""
+        return self.params.node
 
     def on_init(self) -> CallbackReturn | None:
         """Check the parameters; called once, when the robot description is loaded."""
@@ -68,13 +92,13 @@ class HardwareInterface:
         """Recover from an error; success means unconfigured, failure means finalized."""
 
     def prepare_command_mode_switch(
-        self, start: Sequence[str], stop: Sequence[str]
-    ) -> CallbackReturn | None:
-        """May these command interfaces be started and stopped together? Refuse with FAILURE."""
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> ReturnType | None:
+        """Whether these command interfaces may be started and stopped together; ERROR refuses."""
 
     def perform_command_mode_switch(
-        self, start: Sequence[str], stop: Sequence[str]
-    ) -> CallbackReturn | None:
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> ReturnType | None:
         """Start and stop command interfaces, before the controllers change."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
@@ -102,7 +126,7 @@ class HardwareInterface:
 
 
 def _interfaces(
-    info: HardwareComponent, select: Callable[[ComponentInfo], tuple[InterfaceInfo, ...]]
+    info: HardwareInfo, select: Callable[[ComponentInfo], tuple[InterfaceInfo, ...]]
 ) -> Iterator[tuple[ComponentInfo, InterfaceInfo]]:
     for part in (*info.joints, *info.sensors, *info.gpios):
         for interface in select(part):

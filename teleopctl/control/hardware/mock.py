@@ -12,8 +12,8 @@ from teleopctl.control.handles import (
     CommandInterface,
     StateInterface,
 )
-from teleopctl.control.hardware.base import HardwareInterface
-from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.hardware.base import HardwareComponentInterface
+from teleopctl.control.lifecycle import ReturnType
 
 
 def flag(text: str | None) -> bool:
@@ -21,7 +21,7 @@ def flag(text: str | None) -> bool:
     return (text or "").strip().lower() == "true"
 
 
-class GenericSystem(HardwareInterface):
+class GenericSystem(HardwareComponentInterface):
     """``mock_components/GenericSystem``: a loopback on the wall clock.
 
     Hardware parameters: ``calculate_dynamics``, ``position_state_following_offset``,
@@ -70,16 +70,16 @@ class GenericSystem(HardwareInterface):
         self._follow()
 
     def prepare_command_mode_switch(
-        self, start: Sequence[str], stop: Sequence[str]
-    ) -> CallbackReturn | None:
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> ReturnType | None:
         """With dynamics, a joint is moved through exactly one quantity."""
         if not self._dynamics:
             return None
         modes = dict(self._modes)
-        for name in stop:
+        for name in stop_interfaces:
             modes.pop(name.rpartition("/")[0], None)
         seen: dict[str, str] = {}
-        for name in start:
+        for name in start_interfaces:
             joint, _, quantity = name.rpartition("/")
             if quantity not in (POSITION, VELOCITY, ACCELERATION):
                 continue
@@ -88,7 +88,7 @@ class GenericSystem(HardwareInterface):
                     f"Joint '{joint}' cannot be commanded by {seen[joint]} and {quantity} at once "
                     "while 'calculate_dynamics' is on."
                 )
-                return CallbackReturn.ERROR
+                return ReturnType.ERROR
             seen[joint] = quantity
         self._modes = {**modes, **seen}
         return None

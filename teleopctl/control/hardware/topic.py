@@ -17,7 +17,7 @@ from teleopctl.control.handles import (
     CommandInterface,
     StateInterface,
 )
-from teleopctl.control.hardware.base import HardwareInterface
+from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import ReturnType
 
 STATES_TOPIC = "/robot_joint_states"
@@ -26,7 +26,7 @@ _FIELDS = (POSITION, VELOCITY, EFFORT)
 _NAN = float("nan")
 
 
-class TopicSystem(HardwareInterface):
+class JointStateTopicSystem(HardwareComponentInterface):
     """Joints behind topics.
 
     Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
@@ -69,7 +69,7 @@ class TopicSystem(HardwareInterface):
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
         # On the transport's thread: in lockstep the simulator waits for the answer.
-        self._subscription = self.node.create_subscription(
+        self._subscription = self.get_node().create_subscription(
             self._joint_state, self._states_topic, self._received, 10, immediate=True
         )
 
@@ -78,16 +78,18 @@ class TopicSystem(HardwareInterface):
         for command in self.commands.values():
             # The robot may have been moved meanwhile: old commands would move it back.
             command.value = _NAN
-        self._publisher = self.node.create_publisher(self._joint_state, self._commands_topic, 10)
+        self._publisher = self.get_node().create_publisher(
+            self._joint_state, self._commands_topic, 10
+        )
 
     def on_deactivate(self) -> None:
         """Offer no more commands; the simulator holds the last one."""
         publisher, self._publisher = self._publisher, None
-        self.node.destroy_publisher(publisher)
+        self.get_node().destroy_publisher(publisher)
 
     def on_cleanup(self) -> None:
         """Listen no more."""
-        self.node.destroy_subscription(self._subscription)
+        self.get_node().destroy_subscription(self._subscription)
 
     def on_error(self) -> None:
         """Leave both topics."""
@@ -95,12 +97,14 @@ class TopicSystem(HardwareInterface):
             self.on_deactivate()
         self.on_cleanup()
 
-    def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+    def perform_command_mode_switch(
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> None:
         """A joint that is commanded in a new way forgets the commands of the old one."""
-        joints = {self.commands[name].prefix for name in start}
+        joints = {self.commands[name].prefix for name in start_interfaces}
         for name, command in self.commands.items():
-            given_up = command.owner is None or name in stop
-            if command.prefix in joints and name not in start and given_up:
+            given_up = command.owner is None or name in stop_interfaces
+            if command.prefix in joints and name not in start_interfaces and given_up:
                 command.value = _NAN
 
     def _received(self, message: Any) -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from teleopctl.control.lifecycle import State
-from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message
 from tests.control.stack import Stack, urdf
 
@@ -18,8 +18,8 @@ Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
 
 def up(stack, name, kind, **parameters):
     controller = stack.add(name, kind, **parameters)
-    assert stack.manager.configure(name)
-    ok, message = switch(stack.manager, SwitchRequest([name], []))
+    assert stack.manager.configure_controller(name)
+    ok, message = switch_controller(stack.manager, SwitchRequest([name], []))
     assert ok, message
     return controller
 
@@ -89,16 +89,16 @@ class TestBroadcaster:
         other.change_state(State.UNCONFIGURED)
         controller = up(stack, "broadcaster", BROADCASTER)
         assert [state.prefix for state in controller.state_interfaces] == JOINTS
-        assert switch(stack.manager, SwitchRequest([], ["broadcaster"]))[0]
+        assert switch_controller(stack.manager, SwitchRequest([], ["broadcaster"]))[0]
         other.change_state(State.ACTIVE)
-        assert switch(stack.manager, SwitchRequest(["broadcaster"], []))[0]
+        assert switch_controller(stack.manager, SwitchRequest(["broadcaster"], []))[0]
         assert [state.prefix for state in controller.state_interfaces] == [*JOINTS, "scale"]
 
     def test_without_any_state_it_cannot_be_activated(self):
         stack = Stack(urdf(states=()))
         stack.add("broadcaster", BROADCASTER)
-        assert stack.manager.configure("broadcaster")
-        assert not switch(stack.manager, SwitchRequest(["broadcaster"], []))[0]
+        assert stack.manager.configure_controller("broadcaster")
+        assert not switch_controller(stack.manager, SwitchRequest(["broadcaster"], []))[0]
 
 
 class TestForwardCommands:
@@ -124,7 +124,7 @@ class TestForwardCommands:
         self.send(stack, 10, 20)
         stack.step()
         assert stack.commands() == [1.1, 2.1, 3.1]
-        assert stack.manager.controllers["forward"].state is State.INACTIVE
+        assert stack.manager.controllers["forward"].lifecycle_state is State.INACTIVE
         assert stack.nodes["forward"].log.texts("error") == [
             "command size (2) does not match number of interfaces (3)"
         ]
@@ -133,15 +133,15 @@ class TestForwardCommands:
         self.send(stack, 10, 20, math.inf)
         stack.step()
         assert stack.commands() == [1.1, 2.1, 3.1]
-        assert stack.manager.controllers["forward"].state is State.ACTIVE
+        assert stack.manager.controllers["forward"].lifecycle_state is State.ACTIVE
 
     def test_an_old_command_is_not_repeated_after_activation(self, stack):
         self.send(stack, 10, 20, 30)
         stack.step()
-        switch(stack.manager, SwitchRequest([], ["forward"]))
+        switch_controller(stack.manager, SwitchRequest([], ["forward"]))
         for command in stack.resources.commands.values():
             command.value = 0.0
-        switch(stack.manager, SwitchRequest(["forward"], []))
+        switch_controller(stack.manager, SwitchRequest(["forward"], []))
         stack.step()
         assert stack.commands() == [0.0, 0.0, 0.0]
 
@@ -157,7 +157,7 @@ class TestForwardCommands:
     def test_empty_names_cannot_be_configured(self, kind, parameters):
         stack = Stack(urdf())
         stack.add("forward", kind, **parameters)
-        assert not stack.manager.configure("forward")
+        assert not stack.manager.configure_controller("forward")
 
     def test_group_controllers_stop_what_moves(self):
         stack = Stack(urdf(commands=("velocity",)))
@@ -166,5 +166,5 @@ class TestForwardCommands:
         self.send(stack, 1, 2, 3)
         stack.step()
         assert stack.commands("velocity") == [1, 2, 3]
-        switch(stack.manager, SwitchRequest([], ["forward"]))
+        switch_controller(stack.manager, SwitchRequest([], ["forward"]))
         assert stack.commands("velocity") == [0, 0, 0]

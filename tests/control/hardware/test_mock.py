@@ -66,7 +66,7 @@ def test_an_infinite_command_is_an_error_of_the_component():
     set_command(stack, "joint1/position", math.inf)
     stack.step()
     (component,) = stack.resources.components.values()
-    assert component.state.label == "unconfigured"
+    assert component.lifecycle_state.label == "unconfigured"
     assert not stack.resources.states["joint1/position"].available
 
 
@@ -79,7 +79,7 @@ def test_dynamics_differentiate_positions():
         parameters='<param name="calculate_dynamics">true</param>',
     )
     stack = Stack(text, update_rate=10)
-    assert stack.resources.switch_mode(["joint1/position"], [], perform=False)
+    assert stack.resources.prepare_command_mode_switch(["joint1/position"], [])
     set_command(stack, "joint1/position", 0.1)
     stack.step()
     assert stack.resources.states["joint1/velocity"].value == pytest.approx(1.0)
@@ -94,9 +94,9 @@ def test_dynamics_integrate_velocities():
         parameters='<param name="calculate_dynamics">true</param>',
     )
     stack = Stack(text, update_rate=10)
-    assert stack.resources.switch_mode(["joint1/velocity"], [], perform=False)
+    assert stack.resources.prepare_command_mode_switch(["joint1/velocity"], [])
     set_command(stack, "joint1/velocity", 1.0)
     stack.step()
     assert stack.resources.states["joint1/position"].value == pytest.approx(0.1)
     both = ["joint1/position", "joint1/velocity"]
-    assert not stack.resources.switch_mode(both, [], perform=False)
+    assert not stack.resources.prepare_command_mode_switch(both, [])

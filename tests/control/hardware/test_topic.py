@@ -5,7 +5,7 @@ import math
 import pytest
 
 from teleopctl.control.lifecycle import State
-from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message
 from tests.control.stack import Stack, urdf
 
@@ -68,8 +68,8 @@ def test_states_are_found_by_name(simulator):
 
 def test_commands_go_out_with_the_state_that_they_answer(simulator):
     simulator.add("forward", FORWARD, joints=["joint1", "joint3"], interface_name="position")
-    assert simulator.manager.configure("forward")
-    assert switch(simulator.manager, SwitchRequest(["forward"], []))[0]
+    assert simulator.manager.configure_controller("forward")
+    assert switch_controller(simulator.manager, SwitchRequest(["forward"], []))[0]
     message = Float64MultiArray(data=[0.5, 0.7])
     simulator.nodes["forward"].receive("~/commands", message)
     answer = simulator.tick(PERIOD_NS, [0, 0, 0])
@@ -82,15 +82,15 @@ def test_commands_go_out_with_the_state_that_they_answer(simulator):
 def test_a_switch_works_while_no_state_arrives(simulator):
     simulator.tick(PERIOD_NS, [0, 0, 0])
     simulator.add("forward", FORWARD, joints=JOINTS, interface_name="position")
-    assert simulator.manager.configure("forward")
-    assert switch(simulator.manager, SwitchRequest(["forward"], []))[0]
+    assert simulator.manager.configure_controller("forward")
+    assert switch_controller(simulator.manager, SwitchRequest(["forward"], []))[0]
     assert simulator.resources.commands["joint1/position"].owner == "forward"
 
 
 def test_joint_states_carry_the_stamp_of_the_state(simulator):
     simulator.add("broadcaster", BROADCASTER)
-    assert simulator.manager.configure("broadcaster")
-    assert switch(simulator.manager, SwitchRequest(["broadcaster"], []))[0]
+    assert simulator.manager.configure_controller("broadcaster")
+    assert switch_controller(simulator.manager, SwitchRequest(["broadcaster"], []))[0]
     for tick in range(1, 4):
         simulator.tick(tick * PERIOD_NS, [tick, 0, 0])
     published = simulator.nodes["broadcaster"].endpoints["joint_states"].messages
@@ -123,10 +123,10 @@ def test_without_lockstep_the_latest_state_counts():
 
 def forward(simulator, name, interface, value):
     """Command one interface of joint1 and no other."""
-    active = [loaded.name for loaded in simulator.manager.running]
+    active = [spec.name for spec in simulator.manager.active_controllers]
     simulator.add(name, FORWARD, joints=["joint1"], interface_name=interface)
-    assert simulator.manager.configure(name)
-    ok, message = switch(simulator.manager, SwitchRequest([name], active))
+    assert simulator.manager.configure_controller(name)
+    ok, message = switch_controller(simulator.manager, SwitchRequest([name], active))
     assert ok, message
     simulator.nodes[name].receive("~/commands", Float64MultiArray(data=[value]))
 
@@ -150,13 +150,13 @@ def test_a_joint_is_commanded_in_one_way_at_a_time():
     assert answer() == {"velocity": 0.5}
     forward(simulator, "by_effort", "effort", 2.0)
     assert answer() == {"effort": 2.0}
-    assert switch(simulator.manager, SwitchRequest([], ["by_effort"]))[0]
+    assert switch_controller(simulator.manager, SwitchRequest([], ["by_effort"]))[0]
     # Nobody commands any joint: that is said by naming none.
     assert list(simulator.tick(next(tick) * PERIOD_NS, [0, 0, 0]).name) == []
     # Another joint is commanded: the old position must not come back.
     simulator.add("other", FORWARD, joints=["joint2"], interface_name="position")
-    assert simulator.manager.configure("other")
-    assert switch(simulator.manager, SwitchRequest(["other"], []))[0]
+    assert simulator.manager.configure_controller("other")
+    assert switch_controller(simulator.manager, SwitchRequest(["other"], []))[0]
     assert answer() == {"effort": 2.0}
 
 
@@ -177,8 +177,8 @@ def arm():
     """A trajectory controller that has commanded the joints to stay at 5 rad."""
     arm = Simulator(limits='lower="-9" upper="9" effort="10" velocity="1"')
     arm.add("arm", JTC, joints=JOINTS, **INTERFACES)
-    assert arm.manager.configure("arm")
-    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    assert arm.manager.configure_controller("arm")
+    assert switch_controller(arm.manager, SwitchRequest(["arm"], []))[0]
     for tick in range(1, 4):
         answer = arm.tick(tick * PERIOD_NS, [5, 5, 5])
     assert list(answer.position) == [5, 5, 5]
@@ -191,17 +191,17 @@ def test_after_a_simulation_has_begun_again_commands_start_where_the_joints_are(
 
 
 def test_a_controller_started_after_that_does_not_go_on_from_old_commands(arm):
-    assert switch(arm.manager, SwitchRequest([], ["arm"]))[0]
+    assert switch_controller(arm.manager, SwitchRequest([], ["arm"]))[0]
     arm.tick(0, [0, 0, 0])
-    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    assert switch_controller(arm.manager, SwitchRequest(["arm"], []))[0]
     assert list(arm.tick(PERIOD_NS, [0, 0, 0]).position) == [0, 0, 0]
 
 
 def test_hardware_that_was_inactive_meanwhile_does_not_go_on_from_old_commands(arm):
     component = arm.resources.components["Hardware"]
-    assert switch(arm.manager, SwitchRequest([], ["arm"]))[0]
+    assert switch_controller(arm.manager, SwitchRequest([], ["arm"]))[0]
     for target in (State.INACTIVE, State.ACTIVE):
         assert component.change_state(target)
     arm.tick(4 * PERIOD_NS, [3, 3, 3])
-    assert switch(arm.manager, SwitchRequest(["arm"], []))[0]
+    assert switch_controller(arm.manager, SwitchRequest(["arm"], []))[0]
     assert list(arm.tick(5 * PERIOD_NS, [3, 3, 3]).position) == [3, 3, 3]

@@ -15,7 +15,7 @@ def controllers(incomplete: str) -> list[str]:
         return []
     try:
         with manager_client(DEFAULT_MANAGER) as client:
-            names = [controller.name for controller in client.controllers()]
+            names = [controller.name for controller in client.list_controllers()]
     except TeleopctlError:
         return []
     return [name for name in names if name.startswith(incomplete)]

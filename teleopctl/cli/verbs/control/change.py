@@ -15,7 +15,7 @@ from teleopctl.cli.verbs.control.session import (
 from teleopctl.errors import RefusedError, UsageError
 
 if TYPE_CHECKING:
-    from teleopctl.control.client import ManagerClient
+    from teleopctl.control.client import ControllerManagerClient
 
 _LOGS = "check controller_manager logs"
 
@@ -47,19 +47,20 @@ def load_controller(
         else:
             if param_file:
                 _set_param_file(client, name, param_file)
-            if not client.load(name):
+            if not client.load_controller(name):
                 raise RefusedError(f"Failed loading controller {name} {_LOGS}")
             console.out(f"Successfully loaded controller {name}")
         if set_state is None:
             return
-        if states.get(name, "unconfigured") == "unconfigured" and not client.configure(name):
+        unconfigured = states.get(name, "unconfigured") == "unconfigured"
+        if unconfigured and not client.configure_controller(name):
             raise RefusedError(f"Error configuring controller : {name}")
-        if set_state == "active" and not client.switch([name])[0]:
+        if set_state == "active" and not client.switch_controllers([name])[0]:
             raise RefusedError(f"Error activating controller : {name}, {_LOGS}")
         console.out(f"Successfully loaded controller {name} into state {set_state}")
 
 
-def _set_param_file(client: "ManagerClient", name: str, file: str) -> None:
+def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> None:
     from teleopctl.control.controller_files import manager_settings
 
     for setting, value in manager_settings(name, client.name, [file]).items():
@@ -73,7 +74,7 @@ def unload_controller(
 ) -> None:
     """Unload a controller."""
     with manager_client(controller_manager) as client:
-        if not client.unload(controller_name):
+        if not client.unload_controller(controller_name):
             raise RefusedError(f"Error unloading controller {controller_name}, {_LOGS}")
     console.out(f"Successfully unloaded controller {controller_name}")
 
@@ -84,7 +85,7 @@ def cleanup_controller(
 ) -> None:
     """Bring a controller back to unconfigured."""
     with manager_client(controller_manager) as client:
-        if not client.cleanup(controller_name):
+        if not client.cleanup_controller(controller_name):
             raise RefusedError(f"Error cleaning up controller {controller_name}, {_LOGS}")
     console.out(f"Successfully cleaned up controller {controller_name}")
 
@@ -102,20 +103,20 @@ def set_controller_state(
             case None, _:
                 raise RefusedError(f"controller {name} does not seem to be loaded")
             case "inactive", "unconfigured":
-                if not client.cleanup(name):
+                if not client.cleanup_controller(name):
                     raise RefusedError(f"Error cleaning up controller, {_LOGS}")
                 console.out(f"successfully cleaned up {name}")
             case "unconfigured", "inactive":
-                if not client.configure(name):
+                if not client.configure_controller(name):
                     raise RefusedError(f"Error configuring controller, {_LOGS}")
                 console.out(f"Successfully configured {name}")
             case "active", "inactive":
-                ok, message = client.switch((), [name])
+                ok, message = client.switch_controllers((), [name])
                 if not ok:
                     raise RefusedError(f"Error stopping controller, {_LOGS}", hint=message)
                 console.out(f"Successfully deactivated {name}")
             case "inactive", "active":
-                ok, message = client.switch([name])
+                ok, message = client.switch_controllers([name])
                 if not ok:
                     raise RefusedError(f"Error activating controller, {_LOGS}", hint=message)
                 console.out(f"Successfully activated {name}")
@@ -155,7 +156,7 @@ def switch_controllers(
     if strict and best_effort:
         raise UsageError("--strict and --best-effort exclude each other")
     with manager_client(controller_manager) as client:
-        ok, message = client.switch(
+        ok, message = client.switch_controllers(
             activate or (),
             deactivate or (),
             strictness=2 if strict else 1 if best_effort else 0,
@@ -183,5 +184,5 @@ def reload_controller_libraries(
     console.out("Reload successful")
 
 
-def _states(client: "ManagerClient") -> dict[str, str]:
-    return {controller.name: controller.state for controller in client.controllers()}
+def _states(client: "ControllerManagerClient") -> dict[str, str]:
+    return {controller.name: controller.state for controller in client.list_controllers()}

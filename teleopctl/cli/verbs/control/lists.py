@@ -51,7 +51,7 @@ def list_controllers(
 ) -> None:
     """List loaded controllers and their states."""
     with manager_client(controller_manager) as client:
-        controllers = client.controllers()
+        controllers = client.list_controllers()
     if as_json:
         console.out_json([_as_document(controller) for controller in controllers])
         return

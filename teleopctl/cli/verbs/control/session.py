@@ -8,7 +8,7 @@ from typing import Annotated
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.control.client import ManagerClient
+from teleopctl.control.client import ControllerManagerClient
 
 ManagerName = Annotated[
     str,
@@ -26,7 +26,7 @@ _WAIT = 1.0
 
 
 @contextmanager
-def manager_client(name: str) -> Iterator[ManagerClient]:
+def manager_client(name: str) -> Iterator[ControllerManagerClient]:
     """A client of a controller manager that answers.
 
     Args:
@@ -34,9 +34,9 @@ def manager_client(name: str) -> Iterator[ManagerClient]:
 
     Raises:
         RouterNotRunning: No router answers.
-        ManagerUnavailableError: There is no such manager, or it has no services yet.
+        ControllerManagerUnavailableError: There is no such manager, or it has no services yet.
     """
     with command_node(session_mode="client") as node:
-        client = ManagerClient(node, name)
+        client = ControllerManagerClient(node, name)
         client.wait(_WAIT)
         yield client

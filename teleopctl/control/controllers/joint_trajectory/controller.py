@@ -9,8 +9,9 @@ from dataclasses import replace
 
 from teleopctl.control.controllers.base import (
     ControllerInterface,
-    Environment,
-    InterfaceSelection,
+    ControllerInterfaceParams,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
 )
 from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
 from teleopctl.control.controllers.joint_trajectory.pid import Pid
@@ -38,6 +39,7 @@ from teleopctl.control.handles import (
     StateInterface,
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import RealtimePublisher
 
 
 class JointTrajectoryController(ControllerInterface):
@@ -48,8 +50,8 @@ class JointTrajectoryController(ControllerInterface):
     action ``~/follow_joint_trajectory`` is not offered.
     """
 
-    def __init__(self, name: str, env: Environment) -> None:
-        super().__init__(name, env)
+    def __init__(self, params: ControllerInterfaceParams) -> None:
+        super().__init__(params)
         self._incoming: deque[Incoming] = deque(maxlen=1)
         self._trajectory = Trajectory()
         self._holding = False
@@ -60,8 +62,8 @@ class JointTrajectoryController(ControllerInterface):
     def on_init(self) -> None:
         """Declare the parameters that do not depend on others."""
         for name in ("joints", "command_joints", "command_interfaces", "state_interfaces"):
-            self.parameter(name, [], read_only=True)
-        self.node.add_post_set_parameters_callback(self._parameters_changed)
+            self.auto_declare(name, [], read_only=True)
+        self.get_node().add_post_set_parameters_callback(self._parameters_changed)
 
     def _parameters_changed(self, parameters: object) -> None:
         del parameters
@@ -70,32 +72,34 @@ class JointTrajectoryController(ControllerInterface):
     def on_configure(self) -> CallbackReturn | None:
         """Read the parameters and open the topics."""
         try:
-            self._settings = settings = read_settings(self.parameter)
+            self._settings = settings = read_settings(self.auto_declare)
         except InvalidSettingsError as error:
             self.logger.error(str(error))
             return CallbackReturn.FAILURE
-        if self.parameter("open_loop_control", False):
+        if self.auto_declare("open_loop_control", False):
             self.logger.warning(
                 "[Deprecated] 'open_loop_control' parameter is deprecated. Instead, set the "
                 "feedback gains to zero and use 'interpolate_from_desired_state' parameter"
             )
         for name in UNSUPPORTED:
-            if self.node.has_parameter(name) and self.node.get_parameter(name).value:
+            if self.get_node().has_parameter(name) and self.get_node().get_parameter(name).value:
                 self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")
-        self._tolerances = read_tolerances(settings.joints, self.parameter)
+        self._tolerances = read_tolerances(settings.joints, self.auto_declare)
         self._scaling = settings.initial_scaling
-        self._pids = [Pid(read_gains(joint, self.parameter)) for joint in settings.joints]
+        self._pids = [Pid(read_gains(joint, self.auto_declare)) for joint in settings.joints]
         self._stale_parameters = False
-        self._wrap = [joint in self.env.continuous_joints for joint in settings.joints]
+        self._wrap = [joint in self.params.continuous_joints for joint in settings.joints]
         self._wraps = any(self._wrap)
         commanded = dict(zip(settings.command_joints, range(len(settings.joints)), strict=False))
         if len(settings.command_joints) < len(settings.joints):
             commanded = {joint: settings.joints.index(joint) for joint in settings.command_joints}
         self._commanded = list(commanded.values())
         self._inputs = TrajectoryInputs(self, settings, self._incoming)
-        self._state_publisher = TrajectoryStatePublisher(self.node, self.env.outbox, settings)
+        self._state_publisher = TrajectoryStatePublisher(
+            self.get_node(), self.params.publish_queue, settings
+        )
         # Logging is output: not inside the cycle.
-        self._log = self.env.outbox.channel(_write_log)
+        self._log = RealtimePublisher(self.params.publish_queue, _write_log)
         self.logger.info(
             f"Command interfaces are [{' '.join(settings.command_interfaces)}] and "
             f"state interfaces are [{' '.join(settings.state_interfaces)}]."
@@ -107,20 +111,25 @@ class JointTrajectoryController(ControllerInterface):
         self._inputs.close()
         self._state_publisher.close()
 
-    def wanted_commands(self) -> InterfaceSelection:
+    def command_interface_configuration(self) -> InterfaceConfiguration:
         """Joint by joint, in the order of the parameters."""
         settings = self._settings
-        return InterfaceSelection(
-            [f"{j}/{name}" for j in settings.command_joints for name in settings.command_interfaces]
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL,
+            [
+                f"{j}/{name}"
+                for j in settings.command_joints
+                for name in settings.command_interfaces
+            ],
         )
 
-    def wanted_states(self) -> InterfaceSelection:
+    def state_interface_configuration(self) -> InterfaceConfiguration:
         """Joint by joint, in the order of the parameters; then the speed scaling."""
         settings = self._settings
         names = [f"{j}/{name}" for j in settings.joints for name in settings.state_interfaces]
         if settings.scaling_state_interface:
             names.append(settings.scaling_state_interface)
-        return InterfaceSelection(names)
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def on_activate(self) -> None:
         """Hold: the last command where there is one, else what is measured."""
@@ -274,7 +283,7 @@ class JointTrajectoryController(ControllerInterface):
             failure = violation(tolerances.path, joints, errors, velocity_errors)
             if failure:
                 reason = "Holding position due to state tolerance violation"
-                self._log.offer(
+                self._log.try_publish(
                     (self.logger.error, f"State tolerances failed for {failure}", reason)
                 )
                 return False
@@ -285,12 +294,12 @@ class JointTrajectoryController(ControllerInterface):
             failure = violation(tolerances.goal, joints, errors, velocity_errors)
             if failure:
                 reason = "Exceeded goal_time_tolerance: holding position..."
-                self._log.offer(
+                self._log.try_publish(
                     (self.logger.error, f"State tolerances failed for {failure}", reason)
                 )
                 return False
         if 0.0 < self._settings.cmd_timeout < late:
-            self._log.offer((self.logger.warning, "Aborted due to command timeout"))
+            self._log.try_publish((self.logger.warning, "Aborted due to command timeout"))
             return False
         return True
 
@@ -347,7 +356,7 @@ class JointTrajectoryController(ControllerInterface):
         velocity_errors: list[float],
     ) -> None:
         start_ns = self._trajectory.start_ns
-        self._state_publisher.offer(
+        self._state_publisher.try_publish(
             time_ns,
             replace(desired, time_ns=self._trajectory_ns - start_ns),
             TrajectoryPoint(
@@ -383,13 +392,13 @@ class JointTrajectoryController(ControllerInterface):
 
     def _read_changed_parameters(self) -> None:
         self._stale_parameters = False
-        parameter = self.parameter
+        parameter = self.auto_declare
         self._tolerances = read_tolerances(self._settings.joints, parameter)
         for pid, joint in zip(self._pids, self._settings.joints, strict=True):
             pid.gains = read_gains(joint, parameter)
 
 
-def _write_log(entry: tuple[Callable[[str], None], *tuple[str, ...]]) -> None:
+def _write_log(entry: tuple[Callable[[str], object], *tuple[str, ...]]) -> None:
     log, *lines = entry
     for line in lines:
         log(line)

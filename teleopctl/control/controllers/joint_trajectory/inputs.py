@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from teleopctl.control.controllers.base import Environment
+from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.controllers.joint_trajectory import position_commands
 from teleopctl.control.controllers.joint_trajectory.points import (
     NANOSECONDS,
@@ -21,6 +21,10 @@ from teleopctl.control.controllers.joint_trajectory.validation import (
     to_points,
     validate,
 )
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.node.values.logging import RcutilsLogger
 
 # A start so far ahead (s) is rather a stamp of another clock than a plan.
 _FAR_AHEAD = 60.0
@@ -46,13 +50,14 @@ class TrajectoryFollower(Protocol):
 
     Attributes:
         logger: Its logger.
-        node: Its node.
-        env: What its manager gives it.
+        params: What its manager gives it.
     """
 
-    logger: Any
-    node: Any
-    env: Environment
+    logger: RcutilsLogger
+    params: ControllerInterfaceParams
+
+    def get_node(self) -> Node:
+        """Its node."""
 
     @property
     def speed_scaling(self) -> float:
@@ -104,7 +109,7 @@ class TrajectoryInputs:
             settings.final_velocity,
             "effort" in settings.command_interfaces,
         )
-        self._node = node = controller.node
+        self._node = node = controller.get_node()
         self._subscriptions = [
             node.create_subscription(
                 get_message("trajectory_msgs/msg/JointTrajectory"),
@@ -138,13 +143,13 @@ class TrajectoryInputs:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
             return
         try:
-            validate(message, self._rules, self._controller.env.now_ns())
+            validate(message, self._rules, self._controller.params.now_ns())
         except InvalidTrajectoryError as error:
             self._logger.error(str(error))
             return
         joints = self._settings.joints
         start_ns = to_nanoseconds(message.header.stamp)
-        ahead = (start_ns - self._controller.env.now_ns()) / NANOSECONDS
+        ahead = (start_ns - self._controller.params.now_ns()) / NANOSECONDS
         if ahead > _FAR_AHEAD:
             self._logger.warning(
                 f"The trajectory starts in {ahead:.0f} s: the robot heads for it slowly until "
@@ -164,7 +169,7 @@ class TrajectoryInputs:
         except position_commands.InvalidCommandError as error:
             self._logger.error(f"{error}; the command is ignored")
             return
-        limits = controller.env.limits
+        limits = controller.params.joint_limits
         positions, reports = position_commands.clamp(wanted, joints, limits)
         # As for the limiter of the control loop: one report until the joint is obeyed again.
         for joint, report in reports.items():

@@ -1,12 +1,15 @@
-"""``~/controller_state``: what a trajectory controller wants, measures and commands."""
+"""``~/controller_state``: what a trajectory controller desires, measures and commands."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
-from teleopctl.control.realtime_publisher import Outbox
+from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 _Snapshot = tuple[
     int, TrajectoryPoint, TrajectoryPoint, TrajectoryPoint, dict[str, list[float]], float
@@ -25,11 +28,11 @@ class TrajectoryStatePublisher:
 
     Args:
         node: The controller's node.
-        outbox: Where messages leave the control loop.
+        publish_queue: The controller's, for what leaves the control loop.
         settings: The controller's parameters.
     """
 
-    def __init__(self, node: Any, outbox: Outbox, settings: Settings) -> None:
+    def __init__(self, node: Node, publish_queue: PublishQueue, settings: Settings) -> None:
         from teleopctl.interfaces.store import get_message
 
         self._node = node
@@ -37,13 +40,13 @@ class TrajectoryStatePublisher:
         # Made once and filled anew each time.
         self._message: Any = kind(joint_names=list(settings.joints))
         self._publisher = node.create_publisher(kind, "~/controller_state", 10)
-        self._channel = outbox.channel(self._publish)
+        self._realtime_publisher = RealtimePublisher(publish_queue, self._publish)
 
     def close(self) -> None:
         """Remove the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def offer(
+    def try_publish(
         self,
         time_ns: int,
         reference: TrajectoryPoint,
@@ -62,7 +65,7 @@ class TrajectoryStatePublisher:
             output: Values on the command interfaces, by interface name.
             scaling: Speed scaling factor.
         """
-        self._channel.offer((time_ns, reference, feedback, error, output, scaling))
+        self._realtime_publisher.try_publish((time_ns, reference, feedback, error, output, scaling))
 
     def _publish(self, snapshot: _Snapshot) -> None:
         if not self._publisher.get_subscription_count():

@@ -6,7 +6,7 @@ import pytest
 
 from teleopctl.control.controllers.joint_trajectory.settings import read_gains
 from teleopctl.control.lifecycle import State
-from teleopctl.control.switching import SwitchRequest, switch
+from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message, get_service
 from tests.control.stack import START, Stack, urdf
 
@@ -61,15 +61,15 @@ class Arm:
         self.node = self.stack.nodes["arm"]
 
     def configure(self):
-        return self.stack.manager.configure("arm")
+        return self.stack.manager.configure_controller("arm")
 
     def activate(self):
-        ok, message = switch(self.stack.manager, SwitchRequest(["arm"], []))
+        ok, message = switch_controller(self.stack.manager, SwitchRequest(["arm"], []))
         assert ok, message
         return self
 
     def deactivate(self):
-        ok, message = switch(self.stack.manager, SwitchRequest([], ["arm"]))
+        ok, message = switch_controller(self.stack.manager, SwitchRequest([], ["arm"]))
         assert ok, message
 
     def up(self):
@@ -134,7 +134,7 @@ class TestConfiguration:
     @pytest.mark.parametrize("commands", [["velocity"], ["effort"], ["position", "effort"]])
     def test_velocity_is_needed_for_commands_by_velocity_or_effort(self, commands):
         arm = Arm(command_interfaces=commands)
-        assert arm.controller.state is State.UNCONFIGURED
+        assert arm.controller.lifecycle_state is State.UNCONFIGURED
         assert not arm.configure()
 
     def test_interfaces_are_claimed_joint_by_joint(self):
@@ -142,10 +142,10 @@ class TestConfiguration:
         robot = urdf(commands=("position", "velocity"), states=states)
         arm = Arm(robot=robot, command_interfaces=states, state_interfaces=states)
         assert arm.configure()
-        loaded = arm.stack.manager.controllers["arm"]
+        spec = arm.stack.manager.controllers["arm"]
         expected = tuple(f"{joint}/{name}" for joint in JOINTS for name in states)
-        assert loaded.command_names == expected
-        assert loaded.state_names == expected
+        assert spec.required_command_interfaces == expected
+        assert spec.required_state_interfaces == expected
 
     @pytest.mark.parametrize("command_joints", [["a", "b", "c", "d"], ["joint1", "strange"]])
     def test_command_joints_must_fit_the_joints(self, command_joints):
@@ -154,7 +154,7 @@ class TestConfiguration:
     def test_other_command_joints_are_claimed(self):
         arm = Arm(command_joints=["joint2", "joint1"])
         assert arm.configure()
-        assert arm.stack.manager.controllers["arm"].command_names == (
+        assert arm.stack.manager.controllers["arm"].required_command_interfaces == (
             "joint2/position",
             "joint1/position",
         )
@@ -534,7 +534,7 @@ class TestOtherInterfaces:
         arm.deactivate()
         assert arm.stack.commands("position") == before
         assert arm.stack.commands("velocity") == [0.0, 0.0, 0.0]
-        assert arm.stack.manager.cleanup("arm")
+        assert arm.stack.manager.cleanup_controller("arm")
         arm.up()
 
 
@@ -577,7 +577,7 @@ class TestPositionCommands:
         arm.step(0.2)
         assert arm.commands == near([0.0, 0.0, 0.0])
         assert len(arm.rejections()) == 1
-        assert arm.controller.state is State.ACTIVE
+        assert arm.controller.lifecycle_state is State.ACTIVE
 
 
 def test_commands_outside_the_limits_are_clamped_and_reported_once():
