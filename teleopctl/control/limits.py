@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import (
@@ -21,8 +20,7 @@ from teleopctl.control.handles import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.robot.joint_limits import JointLimits as DescribedLimits
-    from teleopctl.robot.urdf import Joint as JointDescription
+    from teleopctl.robot.joints import JointLimits
 
 # A measured position this far outside its limits (rad or m) stops velocity commands for good.
 _OUTSIDE = 0.002
@@ -30,74 +28,20 @@ _OUTSIDE = 0.002
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class JointLimits:
-    """Limits of one joint; infinite where it has none.
-
-    Attributes:
-        lower: Smallest position, rad or m.
-        upper: Largest position.
-        velocity: Largest speed, rad/s or m/s.
-        effort: Largest effort, N·m or N.
-        acceleration: Largest acceleration, rad/s² or m/s².
-        deceleration: Largest deceleration.
-    """
-
-    lower: float = -math.inf
-    upper: float = math.inf
-    velocity: float = math.inf
-    effort: float = math.inf
-    acceleration: float = math.inf
-    deceleration: float = math.inf
-
-    @classmethod
-    def of(cls, joint: JointDescription, limits: DescribedLimits | None) -> JointLimits:
-        """The limits that a robot description gives a joint.
-
-        Args:
-            joint: The joint, for one that is in no ``<ros2_control>`` tag.
-            limits: Its limits in ``<ros2_control>``, already combined with the URDF's.
-        """
-        if limits is None:
-            own = joint.limit
-            if own is None:
-                return cls()
-            bounded = joint.type in ("revolute", "prismatic")
-            return cls(
-                lower=own.lower if bounded else -math.inf,
-                upper=own.upper if bounded else math.inf,
-                velocity=_or_infinite(own.velocity),
-                effort=_or_infinite(own.effort),
-            )
-        lower, upper = limits.soft_position or limits.position or (-math.inf, math.inf)
-        return cls(
-            lower=lower,
-            upper=upper,
-            velocity=_or_infinite(limits.velocity),
-            effort=_or_infinite(limits.effort),
-            acceleration=_or_infinite(limits.acceleration),
-            deceleration=_or_infinite(limits.deceleration),
-        )
-
-    def describe(self) -> str:
-        """The limits in the words that the resource manager logs."""
-        lines = [
-            _has(
-                "position",
-                math.isfinite(self.lower) or math.isfinite(self.upper),
-                f"[{self.lower:g}, {self.upper:g}]",
-            ),
-            _has("velocity", math.isfinite(self.velocity), f"[{self.velocity:g}]"),
-            _has("acceleration", math.isfinite(self.acceleration), f"[{self.acceleration:g}]"),
-            _has("deceleration", math.isfinite(self.deceleration), f"[{self.deceleration:g}]"),
-            _has("effort", math.isfinite(self.effort), f"[{self.effort:g}]"),
-        ]
-        return "\n".join(lines)
-
-
-def _or_infinite(limit: float | None) -> float:
-    """A limit of zero, which many descriptions have for want of a number, stands for none."""
-    return limit or math.inf
+def describe(limits: JointLimits) -> str:
+    """The limits of a joint in the words that the resource manager logs."""
+    lines = [
+        _has(
+            "position",
+            math.isfinite(limits.lower) or math.isfinite(limits.upper),
+            f"[{limits.lower:g}, {limits.upper:g}]",
+        ),
+        _has("velocity", math.isfinite(limits.velocity), f"[{limits.velocity:g}]"),
+        _has("acceleration", math.isfinite(limits.acceleration), f"[{limits.acceleration:g}]"),
+        _has("deceleration", math.isfinite(limits.deceleration), f"[{limits.deceleration:g}]"),
+        _has("effort", math.isfinite(limits.effort), f"[{limits.effort:g}]"),
+    ]
+    return "\n".join(lines)
 
 
 def _has(quantity: str, present: bool, values: str) -> str:

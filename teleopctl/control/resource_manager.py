@@ -11,13 +11,15 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.limits import JointLimiter, JointLimits
+from teleopctl.control.limits import JointLimiter, describe
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
+from teleopctl.robot.joints import Joints
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.node.values.logging import RcutilsLogger
     from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot.joints import JointLimits
     from teleopctl.robot.ros2_control_tag import HardwareInfo
 
 # Prepares or performs a change of command interfaces: names to start, names to stop.
@@ -73,13 +75,8 @@ class ResourceManager:
         """
         infos = description.require_ros2_control()
         components = {info.name: self._make(info) for info in infos}
-        described = {joint.name: joint.limits for info in infos for joint in info.joints}
         self.components = components
-        self.limits = {
-            name: JointLimits.of(joint, described.get(name))
-            for name, joint in description.joints.items()
-            if joint.type != "fixed"
-        }
+        self.limits = {name: model.limits for name, model in Joints.of(description).items()}
         for component in components.values():
             self.states.update((state.full_name, state) for state in component.states)
             self.commands.update((command.full_name, command) for command in component.commands)
@@ -129,7 +126,7 @@ class ResourceManager:
                 continue
             self._logger.info(
                 f"Using JointLimiter for joint '{joint}' in hardware '{component.name}' : "
-                f"'\n{limits.describe()}'"
+                f"'\n{describe(limits)}'"
             )
             limiter = JointLimiter(
                 joint,

@@ -8,13 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from teleopctl.robot.urdf import Pose
 from teleopctl.tf.transforms import Quaternion, multiply, quaternion_from_rpy
+
+if TYPE_CHECKING:
+    from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot.gazebo_tag import Sensor
+
+_DEFAULT_RATE_HZ = 30.0
 
 # MuJoCo's camera axes expressed in the sensor's frame, quaternion w x y z.
 _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
@@ -80,6 +86,40 @@ class CameraModel:
     def optical_rotation(self) -> Quaternion:
         """The optical frame's rotation in the camera's link, x y z w; its origin is ``pose``'s."""
         return multiply(quaternion_from_rpy(*self.pose.rpy), _OPTICAL_ROTATION)
+
+
+def camera_models(description: RobotDescription) -> list[CameraModel]:
+    """The camera sensors.
+
+    Raises:
+        TeleopctlError: If a ``<gazebo>`` tag is not well formed.
+    """
+    return [
+        _camera(sensor)
+        for sensor in description.gazebo.sensors
+        if sensor.type == "camera" and sensor.camera is not None
+    ]
+
+
+def _camera(sensor: Sensor) -> CameraModel:
+    camera = sensor.camera
+    assert camera is not None
+    return CameraModel(
+        name=_of_plugins(sensor, "camera_name") or camera.name or sensor.name,
+        link=sensor.link,
+        frame_id=_of_plugins(sensor, "frame_name") or sensor.frame or sensor.link,
+        width=camera.width,
+        height=camera.height,
+        horizontal_fov=camera.horizontal_fov,
+        rate_hz=sensor.update_rate or _DEFAULT_RATE_HZ,
+        distortion=(camera.k1, camera.k2, camera.p1, camera.p2, camera.k3),
+        pose=sensor.pose,
+    )
+
+
+def _of_plugins(sensor: Sensor, parameter: str) -> str:
+    texts = (plugin.parameter(parameter) for plugin in sensor.plugins)
+    return next((text for text in texts if text), "")
 
 
 def add_camera(spec: Any, camera: CameraModel) -> None:

@@ -15,13 +15,15 @@ command is that input, and an effort command goes through a plain motor instead.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
-from teleopctl.robot.urdf import Mimic
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model.joints import JointSpec
+    from teleopctl.robot.joints import JointLimits
+    from teleopctl.robot.urdf import Mimic
 
 # Natural frequency of a joint on its drive, rad/s. At 1 ms steps that is 0.1 rad per step, far
 # inside what the integrator bears even where a pose lowers the joint's inertia tenfold.
@@ -40,34 +42,10 @@ _SMALLEST_ROTOR = 1e-4
 _MIMIC_SOLREF = (0.002, 1.0)
 _MIMIC_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 
-COMMAND_INTERFACES = ("position", "velocity", "effort")
-
-
-@dataclass(frozen=True)
-class JointSpec:
-    """What the model has to know of one movable joint.
-
-    Attributes:
-        name: The joint's name.
-        command_interfaces: Those among position, velocity, effort that can be commanded.
-        state_interfaces: Those that the robot reports.
-        mimic: The joint that it follows, or None.
-        lower: Lower position limit in rad or m, -inf when there is none.
-        upper: Upper position limit.
-        max_velocity: Velocity limit in rad/s or m/s, inf when there is none.
-        max_effort: Effort limit in N m or N, inf when there is none.
-        initial_position: Position at the start, in rad or m.
-    """
-
-    name: str
-    command_interfaces: tuple[str, ...] = ()
-    state_interfaces: tuple[str, ...] = ()
-    mimic: Mimic | None = None
-    lower: float = -math.inf
-    upper: float = math.inf
-    max_velocity: float = math.inf
-    max_effort: float = math.inf
-    initial_position: float = 0.0
+# Where a joint with only one limit ends at the other side, and the width (rad or m) of a range
+# that is one point: MuJoCo wants both ends, and the lower one first.
+_FAR = 1e6
+_NARROWEST = 1e-9
 
 
 def drive_name(joint: str) -> str:
@@ -81,38 +59,58 @@ def motor_name(joint: str) -> str:
 
 
 def prepare_joints(spec: Any, joints: list[JointSpec]) -> None:
-    """Give driven joints their rotors and mimic joints their constraints.
+    """Give all joints their limits, driven joints their rotors and mimic joints constraints.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
         joints: The robot's movable joints.
     """
     driven = {joint.name for joint in joints if joint.command_interfaces}
+    names = {joint.name for joint in joints}
     for joint in joints:
         element = spec.joint(joint.name)
-        follows_driven = joint.mimic is not None and joint.mimic.joint in driven
-        if joint.name in driven or follows_driven:
-            if math.isfinite(joint.max_effort):
-                element.armature = joint.max_effort / _ROTOR_ACCELERATION
+        _limit(element, joint.limits)
+        if joint.name in driven or (joint.mimic is not None and joint.mimic.joint in driven):
+            if math.isfinite(joint.limits.effort):
+                element.armature = joint.limits.effort / _ROTOR_ACCELERATION
             else:
                 element.armature = _SMALLEST_ROTOR
         if joint.name in driven:
             element.actgravcomp = True
         if joint.mimic is not None:
-            _add_mimic(spec, joint.name, joint.mimic)
+            leader = joint.mimic.joint if joint.mimic.joint in names else ""
+            _add_mimic(spec, joint.name, leader, joint.mimic)
     for body in spec.bodies:
         if body.name != "world":
             # Which links are compensated is decided while running; MuJoCo wants to see some here.
             body.gravcomp = 1.0
 
 
-def _add_mimic(spec: Any, name: str, mimic: Mimic) -> None:
+def _limit(element: Any, limits: JointLimits) -> None:
+    """Replace what MuJoCo has read from the URDF: stops and effort, or none."""
+    lower, upper = limits.stops
+    element.limited = math.isfinite(lower) or math.isfinite(upper)
+    if element.limited:
+        element.range = _range(lower, upper)
+    element.actfrclimited = math.isfinite(limits.effort)
+    if element.actfrclimited:
+        element.actfrcrange = [-limits.effort, limits.effort]
+
+
+def _range(lower: float, upper: float) -> list[float]:
+    """A range as MuJoCo accepts it: finite, and not of zero width."""
+    lower, upper = max(lower, -_FAR), min(upper, _FAR)
+    return [lower, upper if lower < upper else lower + _NARROWEST]
+
+
+def _add_mimic(spec: Any, name: str, leader: str, mimic: Mimic) -> None:
+    """Tie a joint to its leader, or to its offset where the leader cannot move."""
     constraint = spec.add_equality(
         name=f"{name}_mimic",
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=name,
-        name2=mimic.joint,
+        name2=leader,
         solref=list(_MIMIC_SOLREF),
         solimp=list(_MIMIC_SOLIMP),
     )
@@ -132,7 +130,7 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
             continue
         element = spec.joint(joint.name)
         inertia = float(model.dof_M0[model.joint(joint.name).dofadr[0]])
-        if not math.isfinite(joint.max_effort):
+        if not math.isfinite(joint.limits.effort):
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor
@@ -151,12 +149,13 @@ def _add_drive(spec: Any, joint: JointSpec, inertia: float) -> None:
         name=drive_name(joint.name), target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
     )
     drive.set_to_intvelocity(kp=inertia * _STIFFNESS_RAD_S**2, kv=2.0 * inertia * _STIFFNESS_RAD_S)
-    if math.isfinite(joint.max_velocity):
+    limits = joint.limits
+    if math.isfinite(limits.velocity):
         drive.ctrllimited = True
-        drive.ctrlrange = [-joint.max_velocity, joint.max_velocity]
-    if math.isfinite(joint.lower) and math.isfinite(joint.upper):
+        drive.ctrlrange = [-limits.velocity, limits.velocity]
+    if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         drive.actlimited = True
-        drive.actrange = [joint.lower, joint.upper]
+        drive.actrange = _range(limits.lower, limits.upper)
 
 
 def compensated_bodies(model: Any, unsupported_dofs: np.ndarray) -> np.ndarray:

@@ -10,11 +10,11 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
-from teleopctl.mujoco_model.cameras import CameraModel, add_camera
+from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import exclude_adjacent, overlapping_pairs
-from teleopctl.mujoco_model.drives import JointSpec, add_drives, prepare_joints
+from teleopctl.mujoco_model.drives import add_drives, prepare_joints
 from teleopctl.mujoco_model.inertia import repair_inertias
-from teleopctl.mujoco_model.joints import camera_models, joint_specs
+from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
 
@@ -98,14 +98,10 @@ def build_model(description: RobotDescription) -> RobotModel:
 
 
 def initial_positions(model: Any, joints: list[JointSpec] | tuple[JointSpec, ...]) -> np.ndarray:
-    """MuJoCo's ``qpos`` with every joint at its initial position, followers included."""
+    """MuJoCo's ``qpos`` with every joint at its initial position."""
     positions = np.array(model.qpos0)
-    start = {joint.name: joint.initial_position for joint in joints}
     for joint in joints:
-        value = joint.initial_position
-        if joint.mimic is not None:
-            value = joint.mimic.multiplier * start.get(joint.mimic.joint, 0.0) + joint.mimic.offset
-        positions[model.joint(joint.name).qposadr[0]] = value
+        positions[model.joint(joint.name).qposadr[0]] = joint.initial_position
     return positions
 
 

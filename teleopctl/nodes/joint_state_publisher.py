@@ -23,6 +23,7 @@ from teleopctl.node import (
 from teleopctl.node.values.ros_args import parse_ros_arguments
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.free_joints import JointSet
+from teleopctl.robot.joints import Joints
 from teleopctl.robot.urdf import Mimic
 from teleopctl.text_file import read_text
 
@@ -109,7 +110,7 @@ class JointStatePublisher(Node):
                     float(self._parameter(f"{prefix}.offset", 0.0)),
                 )
         return JointSet(
-            description,
+            Joints.for_display(description, self.get_logger().warning),
             zeros=zeros,
             dependents=dependents,
             use_mimic_tags=bool(self._parameter("use_mimic_tags", True)),

@@ -21,7 +21,8 @@ from teleopctl.node import (
     spin,
 )
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.segments import SegmentTree
+from teleopctl.robot.joints import Joints
+from teleopctl.robot.kinematics import SegmentTree
 from teleopctl.robot.urdf import Joint
 from teleopctl.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from teleopctl.tf.messages import stamp_of, transform_stamped
@@ -51,7 +52,7 @@ class RobotStatePublisher(Node):
         self._fixed = StaticTransformBroadcaster(self)
         self._last_published: dict[str, int] = {}
         self._last_stamp = 0
-        self._tree = SegmentTree(_read(urdf))
+        self._tree = self._segments(urdf)
         self._publish_description(urdf)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
@@ -62,6 +63,10 @@ class RobotStatePublisher(Node):
             qos_profile_sensor_data,
         )
         self.get_logger().info("Robot initialized")
+
+    def _segments(self, urdf: str) -> SegmentTree:
+        description = _read(urdf)
+        return SegmentTree(description, Joints.for_display(description, self.get_logger().warning))
 
     def _publish_description(self, urdf: str) -> None:
         for name in self._tree.names:
@@ -110,7 +115,7 @@ class RobotStatePublisher(Node):
         measured = {
             name: value for name, value in zip(names, values, strict=True) if math.isfinite(value)
         }
-        transforms = self._tree.transforms(self._tree.with_mimics(measured))
+        transforms = self._tree.transforms(measured)
         if transforms:
             self._moving.sendTransform(
                 [self._message(joint, transform, stamp) for joint, transform in transforms]
@@ -141,7 +146,7 @@ class RobotStatePublisher(Node):
             self._fixed.forget()
             self._publish_fixed()
         if "robot_description" in values:
-            self._tree = SegmentTree(_read(values["robot_description"]))
+            self._tree = self._segments(values["robot_description"])
             self._last_published.clear()
             self._fixed.forget()
             self._publish_description(values["robot_description"])

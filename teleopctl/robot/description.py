@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
 from teleopctl.robot.elements import Element
+from teleopctl.robot.joints import resolve_mimics
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:
@@ -44,10 +45,12 @@ class RobotDescription:
         """Read a URDF.
 
         Raises:
-            TeleopctlError: When it is not XML, is not a robot, or its links form no tree.
+            TeleopctlError: When it is not XML, is not a robot, its links form no tree, or a joint
+                follows one that does not exist or, in the end, itself.
         """
         robot = _parse_robot(text)
         links, joints = read_links(robot), read_joints(robot)
+        resolve_mimics(joints, {name: joint.mimic for name, joint in joints.items() if joint.mimic})
         root = _find_root(links, joints)
         return cls(robot.get("name") or "", links, joints, root, text)
 

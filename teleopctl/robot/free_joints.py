@@ -7,9 +7,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.urdf import Joint, Mimic
+from teleopctl.robot.joints import JointModel, Joints, rest_within
+from teleopctl.robot.urdf import Mimic
 
 
 @dataclass(slots=True)
@@ -43,40 +42,41 @@ class JointSet:
         free: Those that do not follow another one, by name.
 
     Args:
-        description: The robot.
+        joints: The robot's joints.
         zeros: Where joints stand at first, by name; zero, or the middle of the range when that
             excludes zero, for those that are not named.
         dependents: Joints that follow another one besides those with ``<mimic>``.
         use_mimic_tags: Whether joints with ``<mimic>`` follow.
-        use_smallest_limits: Whether soft limits narrow the range.
+        use_smallest_limits: Whether a joint keeps to its most restrictive limits, rather than to
+            its mechanical stops.
+
+    Raises:
+        InvalidDescriptionError: When a joint follows an unknown one or, in the end, itself.
     """
 
     def __init__(
         self,
-        description: RobotDescription,
+        joints: Joints,
         *,
         zeros: Mapping[str, float] | None = None,
         dependents: Mapping[str, Mimic] | None = None,
         use_mimic_tags: bool = True,
         use_smallest_limits: bool = True,
     ) -> None:
-        self._followers = dict(dependents or {})
-        self.names: list[str] = []
-        self.free: dict[str, FreeJoint] = {}
-        for joint in description.joints.values():
-            if not joint.is_single_axis:
-                continue
-            self.names.append(joint.name)
-            if use_mimic_tags and joint.mimic is not None:
-                self._followers.setdefault(joint.name, joint.mimic)
-            if joint.name not in self._followers:
-                self.free[joint.name] = _free_joint(joint, zeros or {}, use_smallest_limits)
-        for name in self._followers:
-            self._leader(name)
+        own = joints.mimics if use_mimic_tags else {}
+        self._joints = joints.with_mimics({**own, **(dependents or {})})
+        self.names = list(self._joints)
+        self.free = {
+            name: _free_joint(name, model, zeros or {}, use_smallest_limits)
+            for name, model in self._joints.items()
+            if model.mimic is None
+        }
 
     def positions(self) -> list[float]:
         """Return where each joint of ``names`` stands."""
-        return [self._position(name) for name in self.names]
+        free = {name: joint.position for name, joint in self.free.items()}
+        complete = self._joints.positions(free)
+        return [complete[name] for name in self.names]
 
     def derivatives(self, quantity: str) -> list[float]:
         """Return ``velocity`` or ``effort`` of each joint of ``names``."""
@@ -108,40 +108,19 @@ class JointSet:
         for joint in self.free.values():
             joint.advance(step)
 
-    def _leader(self, name: str) -> tuple[FreeJoint | None, float, float]:
-        """Return (free joint, factor, offset) that a joint follows in the end.
-
-        Raises:
-            TeleopctlError: When it follows itself by way of others.
-        """
-        factor, offset = 1.0, 0.0
-        seen: list[str] = []
-        while (mimic := self._followers.get(name)) is not None:
-            if name in seen:
-                raise InvalidDescriptionError(f"The joints {seen} follow each other in a ring")
-            seen.append(name)
-            offset += factor * mimic.offset
-            factor *= mimic.multiplier
-            name = mimic.joint
-        return self.free.get(name), factor, offset
-
-    def _position(self, name: str) -> float:
-        leader, factor, offset = self._leader(name)
-        return offset if leader is None else factor * leader.position + offset
-
     def _derivative(self, name: str, quantity: str) -> float:
-        leader, factor, _ = self._leader(name)
-        return 0.0 if leader is None else factor * float(getattr(leader, quantity))
+        mimic = self._joints[name].mimic or Mimic(name)
+        leader = self.free.get(mimic.joint)
+        return 0.0 if leader is None else mimic.multiplier * float(getattr(leader, quantity))
 
 
-def _free_joint(joint: Joint, zeros: Mapping[str, float], use_smallest: bool) -> FreeJoint:
-    minimum, maximum = -math.pi, math.pi
-    if joint.type != "continuous" and joint.limit is not None:
-        minimum, maximum = joint.limit.lower, joint.limit.upper
-        if use_smallest and joint.safety is not None:
-            minimum = max(minimum, joint.safety.soft_lower)
-            maximum = min(maximum, joint.safety.soft_upper)
-    zero = zeros.get(joint.name)
-    if zero is None:
-        zero = 0.0 if minimum <= 0.0 <= maximum else (minimum + maximum) / 2
-    return FreeJoint(joint.name, minimum, maximum, zero, zero)
+def _free_joint(
+    name: str, model: JointModel, zeros: Mapping[str, float], use_smallest: bool
+) -> FreeJoint:
+    limits = model.limits
+    lower, upper = (limits.lower, limits.upper) if use_smallest else limits.stops
+    zero = zeros.get(name, rest_within(lower, upper))
+    # a joint without an end can still be moved: half a turn, or as many metres
+    minimum = min(-math.pi, upper) if math.isinf(lower) else lower
+    maximum = max(math.pi, lower) if math.isinf(upper) else upper
+    return FreeJoint(name, minimum, maximum, zero, zero)

@@ -3,13 +3,21 @@
 Messages of errors are ros2_control's, so that a search for them finds its answers.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, required, to_number
-from teleopctl.robot.joint_limits import JointLimits, combine_limits
+from teleopctl.robot.joints import (
+    LIMITED_INTERFACES,
+    UNLIMITED,
+    Bounds,
+    JointLimits,
+    joint_limits,
+    mimic_in_control,
+    resolve_mimics,
+)
 from teleopctl.robot.urdf import Joint, Mimic
 
 ComponentType = Literal["system", "actuator", "sensor"]
@@ -48,7 +56,15 @@ class InterfaceInfo:
 class ComponentInfo:
     """A joint, sensor or gpio of a hardware component.
 
-    ``mimic`` holds for joints that follow another one in control, wherever that was written.
+    Attributes:
+        name: Its name.
+        kind: Which of the three it is.
+        command_interfaces: What can be commanded.
+        state_interfaces: What can be read.
+        parameters: Its ``<param>``.
+        leaders: Joints that a joint follows in control, the nearest first, wherever that was
+            written; see `joints.resolve_mimics`.
+        limits: What a joint may be commanded to.
     """
 
     name: str
@@ -56,8 +72,13 @@ class ComponentInfo:
     command_interfaces: tuple[InterfaceInfo, ...]
     state_interfaces: tuple[InterfaceInfo, ...]
     parameters: Mapping[str, str]
-    mimic: Mimic | None = None
-    limits: JointLimits | None = None
+    leaders: tuple[Mimic, ...] = ()
+    limits: JointLimits = UNLIMITED
+
+    @property
+    def mimic(self) -> Mimic | None:
+        """The joint that a joint follows in the end, which follows no other."""
+        return self.leaders[-1] if self.leaders else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +177,7 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
             f"Missing <plugin> tag of <hardware> element for '{name}' in your URDF."
         )
     warnings: list[str] = []
-    in_tag = {required(child, "name"): child for child in element.findall("joint")}
-    joints = tuple(_read_joint(child, urdf_joints, in_tag, warnings) for child in in_tag.values())
+    joints = _read_joints(element.findall("joint"), urdf_joints, warnings)
     transmissions = tuple(_read_transmission(child) for child in element.findall("transmission"))
     if kind == "actuator" and any(len(found.joints) != 1 for found in transmissions):
         raise InvalidDescriptionError(
@@ -195,57 +215,36 @@ def _read_part(element: Element, kind: Literal["joint", "sensor", "gpio"]) -> Co
     )
 
 
-def _read_joint(
-    element: Element,
-    urdf_joints: Mapping[str, Joint],
-    in_tag: Mapping[str, Element],
-    warnings: list[str],
-) -> ComponentInfo:
-    part = _read_part(element, "joint")
-    joint = urdf_joints.get(part.name)
-    if joint is None:
-        raise InvalidDescriptionError(f"Joint '{part.name}' not found in URDF")
-    if joint.type == "fixed":
-        raise InvalidDescriptionError(
-            f"Joint '{part.name}' is of type 'fixed'. "
-            "Fixed joints do not make sense in ros2_control."
-        )
-    mimic = _mimic_in_control(element, part, joint, warnings)
-    if mimic is not None:
-        if mimic.joint not in in_tag:
+def _read_joints(
+    elements: Sequence[Element], urdf_joints: Mapping[str, Joint], warnings: list[str]
+) -> tuple[ComponentInfo, ...]:
+    in_tag = {required(element, "name"): element for element in elements}
+    parts: dict[str, ComponentInfo] = {}
+    mimics: dict[str, Mimic] = {}
+    for name, element in in_tag.items():
+        part = _read_part(element, "joint")
+        joint = urdf_joints.get(name)
+        if joint is None:
+            raise InvalidDescriptionError(f"Joint '{name}' not found in URDF")
+        if joint.type == "fixed":
             raise InvalidDescriptionError(
-                f"Mimic joint '{mimic.joint}' not found in <ros2_control> tag"
+                f"Joint '{name}' is of type 'fixed'. "
+                "Fixed joints do not make sense in ros2_control."
             )
-        part = _without_commands(part, joint, warnings)
-    enabled = _limits_enabled(element)
-    limits = combine_limits(joint, part.command_interfaces, enabled, warnings)
-    return replace(part, mimic=mimic, limits=limits)
-
-
-def _mimic_in_control(
-    element: Element, part: ComponentInfo, joint: Joint, warnings: list[str]
-) -> Mimic | None:
-    """Decide which joint this one follows: the URDF's ``<mimic>``, else the parameters."""
-    attribute = element.get("mimic")
-    wanted = None if attribute is None else boolean(attribute, f"mimic of joint '{part.name}'")
-    if wanted is False:
-        return None
-    if wanted and joint.mimic is None:
-        raise InvalidDescriptionError(f"Joint '{part.name}' has no mimic information in the URDF")
-    leader = part.parameters.get("mimic")
-    if joint.mimic is not None or not leader:
-        return joint.mimic
-    text = part.parameters.get("multiplier", "1")
-    multiplier = to_number(text)
-    if multiplier is None:
-        raise InvalidDescriptionError(
-            f"Joint '{part.name}': multiplier should be a number, got '{text}'"
-        )
-    warnings.append(
-        f"Joint '{part.name}' mimics '{leader}' by parameters of <ros2_control>, which newer "
-        f'releases ignore. Write <mimic joint="{leader}" multiplier="{text}"/> into its <joint>.'
-    )
-    return Mimic(leader, multiplier)
+        attribute = element.get("mimic")
+        enabled = None if attribute is None else boolean(attribute, f"mimic of joint '{name}'")
+        mimic = mimic_in_control(joint, enabled, part.parameters, warnings)
+        if mimic is not None:
+            if mimic.joint not in in_tag:
+                raise InvalidDescriptionError(
+                    f"Mimic joint '{mimic.joint}' not found in <ros2_control> tag"
+                )
+            mimics[name] = mimic
+            part = _without_commands(part, joint, warnings)
+        limits = _read_limits(element, part, joint, warnings)
+        parts[name] = replace(part, limits=limits)
+    leaders = resolve_mimics(in_tag, mimics)
+    return tuple(replace(part, leaders=leaders.get(name, ())) for name, part in parts.items())
 
 
 def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) -> ComponentInfo:
@@ -265,6 +264,40 @@ def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) ->
     names = ", ".join(f"{joint.name}/{interface.name}" for interface in part.command_interfaces)
     warnings.append(f"Joint '{joint.name}' follows another joint and cannot be commanded: {names}")
     return replace(part, command_interfaces=())
+
+
+def _read_limits(
+    element: Element, part: ComponentInfo, joint: Joint, warnings: list[str]
+) -> JointLimits:
+    if not _limits_enabled(element):
+        return UNLIMITED
+    bounds = {
+        interface.name: _bounds(joint.name, interface, warnings)
+        if interface.enable_limits
+        else None
+        for interface in part.command_interfaces
+    }
+    return joint_limits(joint, bounds, warnings)
+
+
+def _bounds(joint: str, interface: InterfaceInfo, warnings: list[str]) -> Bounds:
+    if interface.name not in LIMITED_INTERFACES:
+        if interface.minimum or interface.maximum:
+            warnings.append(
+                f"Limits of '{joint}/{interface.name}' are ignored: "
+                f"only {', '.join(LIMITED_INTERFACES)} can be limited"
+            )
+        return None, None
+    values = []
+    for label, text in (("min", interface.minimum), ("max", interface.maximum)):
+        value = to_number(text) if text else None
+        if text and value is None:
+            warnings.append(
+                f"The {label} of '{joint}/{interface.name}' should be a number, got '{text}': "
+                "it is ignored"
+            )
+        values.append(value)
+    return values[0], values[1]
 
 
 def _limits_enabled(element: Element) -> bool:

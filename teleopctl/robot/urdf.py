@@ -204,8 +204,7 @@ def read_joints(robot: Element) -> dict[str, Joint]:
     """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
 
     Raises:
-        TeleopctlError: When one is incomplete, a name stands twice, or a mimic joint follows a
-            joint that does not exist or, in the end, itself.
+        TeleopctlError: When one is incomplete or a name stands twice.
     """
     joints: dict[str, Joint] = {}
     for element in robot.findall("joint"):
@@ -213,8 +212,6 @@ def read_joints(robot: Element) -> dict[str, Joint]:
         if joint.name in joints:
             raise InvalidDescriptionError(f"joint '{joint.name}' is not unique")
         joints[joint.name] = joint
-    for joint in joints.values():
-        _check_mimic(joint, joints)
     return joints
 
 
@@ -285,20 +282,6 @@ def _read_axis(joint: Element, kind: str) -> Vector3:
     if length == 0.0:
         raise InvalidDescriptionError(f"Joint '{joint.get('name')}' has an axis of length zero")
     return (x / length, y / length, z / length)
-
-
-def _check_mimic(joint: Joint, joints: dict[str, Joint]) -> None:
-    seen = [joint.name]
-    mimic = joint.mimic
-    while mimic is not None:
-        if mimic.joint not in joints:
-            raise InvalidDescriptionError(
-                f"Joint '{seen[-1]}' mimics the joint '{mimic.joint}', which does not exist"
-            )
-        if mimic.joint in seen:
-            raise InvalidDescriptionError(f"Joint '{joint.name}' mimics itself by way of {seen}")
-        seen.append(mimic.joint)
-        mimic = joints[mimic.joint].mimic
 
 
 def _read_origin(element: Element) -> Pose:

@@ -97,11 +97,11 @@ class Simulation:
             ],
             dtype=bool,
         ).reshape(3, len(driven))
-        self._lower: Array = np.array([joint.lower for _, joint in driven])
-        self._upper: Array = np.array([joint.upper for _, joint in driven])
-        self._max_speed: Array = np.array([joint.max_velocity for _, joint in driven])
+        self._lower: Array = np.array([joint.limits.lower for _, joint in driven])
+        self._upper: Array = np.array([joint.limits.upper for _, joint in driven])
+        self._max_speed: Array = np.array([joint.limits.velocity for _, joint in driven])
         stiffness = m.actuator_gainprm[self._drive, 0]
-        effort = np.array([joint.max_effort for _, joint in driven])
+        effort = np.array([joint.limits.effort for _, joint in driven])
         # How far a set-point may run ahead of a joint that something holds back.
         self._max_lead: Array = effort / stiffness
         self._gain = np.array(m.actuator_gainprm[self._drive])

@@ -1,12 +1,12 @@
 """Commands outside a joint's limits are clamped, and reported once."""
 
 import math
-from types import SimpleNamespace
 
 import pytest
 
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.limits import JointLimiter, JointLimits
+from teleopctl.control.limits import JointLimiter
+from teleopctl.robot.joints import JointLimits
 
 PERIOD = 0.01
 
@@ -108,17 +108,3 @@ def test_a_new_owner_starts_from_the_measured_position():
     joint.state["position"].value = 0.5
     joint.limiter.reset("position")
     assert joint.limit("position", 0.55) == 0.55
-
-
-def test_a_limit_of_zero_is_none():
-    described = SimpleNamespace(
-        position=(-1.0, 1.0),
-        soft_position=None,
-        velocity=0.0,
-        effort=0.0,
-        acceleration=None,
-        deceleration=None,
-    )
-    limits = JointLimits.of(SimpleNamespace(), described)
-    assert (limits.velocity, limits.effort) == (math.inf, math.inf)
-    assert (limits.lower, limits.upper) == (-1.0, 1.0)

@@ -274,8 +274,8 @@ def test_friction_and_colour_come_from_the_gazebo_tag() -> None:
 def test_limits_of_zero_stand_for_none() -> None:
     built = pendulum(limit='lower="0" upper="0" effort="0" velocity="0"')
 
-    hinge = built.joints[0]
-    assert np.isinf([hinge.lower, hinge.upper, hinge.max_effort, hinge.max_velocity]).all()
+    limits = built.joints[0].limits
+    assert np.isinf([limits.lower, limits.upper, limits.effort, limits.velocity]).all()
 
 
 def test_a_command_interface_that_physics_cannot_offer_is_told() -> None:

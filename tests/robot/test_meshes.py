@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from teleopctl.packages import resolve_uri
-from teleopctl.robot.kinematics import pose_matrix
+from tests.robot.independent import pose_matrix
 
 
 def in_link(teleop, link):

@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.joint_limits import JointLimits
+from teleopctl.robot.joints import UNLIMITED, JointLimits
 from teleopctl.robot.urdf import Mimic
 
 PLUGIN = "<hardware><plugin>p/P</plugin></hardware>"
@@ -201,6 +201,9 @@ def test_the_urdf_wins_over_parameters():
     assert found.joints[1].command_interfaces == ()
 
 
+SWITCHED_OFF = '<limits enable="false"/>'
+
+
 def limits(inside, name="a", **options):
     found = component(joint(name, inside), **options)
     return found.joints[0].limits, found.warnings
@@ -212,24 +215,26 @@ def interface(name, low=None, high=None, more=""):
     return f'<command_interface name="{name}">{low}{high}{more}</command_interface>'
 
 
+STOPS = {"stops": (-2, 2)}
+
+
 @pytest.mark.parametrize(
     ("inside", "expected"),
     [
-        ("", JointLimits((-2, 2), 3, 5)),
-        (interface("position", -1, 5), JointLimits((-1, 2), 3, 5)),
-        (interface("position", high=1), JointLimits((-2, 1), 3, 5)),
-        (interface("velocity", -2, 4), JointLimits((-2, 2), 2, 5)),
-        (interface("velocity", -9, 9), JointLimits((-2, 2), 3, 5)),
-        (interface("effort", -1, 4), JointLimits((-2, 2), 3, 1)),
-        (interface("acceleration", -3, 2), JointLimits((-2, 2), 3, 5, 2, 3)),
-        (interface("acceleration", high=2), JointLimits((-2, 2), 3, 5, 2, 2)),
-        (interface("acceleration", low=-3), JointLimits((-2, 2), 3, 5, 3, 3)),
-        (interface("jerk", -1, 8), JointLimits((-2, 2), 3, 5, jerk=8)),
-        ('<limits enable="false"/>' + interface("position", -1, 1), JointLimits(enabled=False)),
-        (
-            interface("position", -1, 1, '<limits enable="false"/>'),
-            JointLimits(None, 3, 5),
-        ),
+        ("", JointLimits(-2, 2, 3, 5, **STOPS)),
+        (interface("position", -1, 5), JointLimits(-1, 2, 3, 5, **STOPS)),
+        (interface("position", high=1), JointLimits(-2, 1, 3, 5, **STOPS)),
+        (interface("velocity", -2, 4), JointLimits(-2, 2, 2, 5, **STOPS)),
+        (interface("velocity", -9, 9), JointLimits(-2, 2, 3, 5, **STOPS)),
+        (interface("velocity", 0, 0), JointLimits(-2, 2, 3, 5, **STOPS)),
+        (interface("effort", -1, 4), JointLimits(-2, 2, 3, 1, **STOPS)),
+        (interface("acceleration", -3, 2), JointLimits(-2, 2, 3, 5, 2, 3, **STOPS)),
+        (interface("acceleration", high=2), JointLimits(-2, 2, 3, 5, 2, 2, **STOPS)),
+        (interface("acceleration", low=-3), JointLimits(-2, 2, 3, 5, 3, 3, **STOPS)),
+        (interface("jerk", -1, 8), JointLimits(-2, 2, 3, 5, jerk=8, **STOPS)),
+        (SWITCHED_OFF + interface("position", -1, 1), UNLIMITED),
+        (interface("position", -1, 1, SWITCHED_OFF), JointLimits(velocity=3, effort=5)),
+        (interface("velocity", -1, 1, SWITCHED_OFF), JointLimits(-2, 2, effort=5, **STOPS)),
     ],
 )
 def test_the_most_restrictive_limit_wins(inside, expected):
@@ -237,18 +242,55 @@ def test_the_most_restrictive_limit_wins(inside, expected):
 
 
 def test_a_continuous_joint_has_only_the_limits_of_its_interfaces():
-    assert limits("", "c")[0] == JointLimits()
-    assert limits(interface("position", -7, 7), "c")[0].position == (-7, 7)
+    assert limits("", "c")[0] == UNLIMITED
+    found, _ = limits(interface("position", -7, 7), "c")
+    assert found == JointLimits(-7, 7)
 
 
 def test_limits_that_cannot_be_used_are_reported_and_skipped():
     found, warnings = limits(interface("position", "low", 1) + interface("torque", 0, 1))
-    assert found.position == (-2, 1)
+    assert (found.lower, found.upper) == (-2, 1)
     assert "got 'low'" in warnings[0]
     assert "'a/torque' are ignored" in warnings[1]
 
 
-def test_soft_limits_lie_within_the_hard_ones():
-    safety = '<safety_controller soft_lower_limit="-9" soft_upper_limit="1.5" k_velocity="1"/>'
-    found = component(joint("a") + joint("b"), mimic=safety).joints[1].limits
-    assert found.soft_position == (-2, 1.5)
+def test_limits_that_leave_no_position_are_reported_and_skipped():
+    found, (warning,) = limits(interface("position", 3, 4))
+    assert (found.lower, found.upper) == (-2, 2)
+    assert "'a/position'" in warning
+
+
+def safety(lower, upper):
+    return (
+        f'<safety_controller soft_lower_limit="{lower}" soft_upper_limit="{upper}" k_velocity="1"/>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("soft", "expected"), [((-9, 1.5), (-2, 1.5)), ((0, 0), (-2, 2)), ((5, 6), (-2, 2))]
+)
+def test_soft_limits_lie_within_the_hard_ones_or_are_not_used(soft, expected):
+    found = component(joint("a") + joint("b"), mimic=safety(*soft)).joints[1].limits
+    assert (found.lower, found.upper) == expected
+    assert found.stops == (-2, 2)
+
+
+def test_limits_of_zero_limit_nothing():
+    nothing = 'lower="0" upper="0" effort="0" velocity="0"'
+    assert component(joint("a"), limits=nothing).joints[0].limits == UNLIMITED
+
+
+def test_a_chain_of_mimics_is_followed_to_the_joint_that_moves_on_its_own():
+    parameters = '<param name="mimic">b</param><param name="multiplier">3</param>'
+    found = component(
+        joint("c", parameters) + joint("b", "") + joint("a"),
+        mimic='<mimic joint="a" multiplier="-2" offset="0.5"/>',
+    )
+    assert found.joints[0].leaders == (Mimic("b", 3), Mimic("a", -6, 1.5))
+    assert found.joints[0].mimic == Mimic("a", -6, 1.5)
+
+
+def test_joints_that_mimic_each_other_are_refused():
+    follow_b = '<param name="mimic">b</param>'
+    message = failure(joint("a", follow_b) + joint("b", ""), mimic='<mimic joint="a"/>')
+    assert message.startswith("Joint 'a' mimics itself")

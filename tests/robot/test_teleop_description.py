@@ -7,9 +7,9 @@ import pytest
 
 from teleopctl.packages import package_share, resolve_uri
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.kinematics import link_transforms, pose_matrix
 from teleopctl.robot.urdf import Mesh, Mimic
 from teleopctl.robot.xacro_file import expand
+from tests.robot.independent import link_frames, pose_matrix
 
 QUARTER = math.pi / 2
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
@@ -130,13 +130,13 @@ def test_each_inertia_is_that_of_a_solid_of_the_links_size(teleop, link, mass):
 
 
 def test_the_claw_stands_at_its_place_when_all_joints_are_zero(teleop):
-    claw = link_transforms(teleop, {})["claw_support"]
+    claw = link_frames(teleop.urdf, {})["claw_support"]
     np.testing.assert_allclose(claw[:3, 3], (-0.02, 0.82, 1.457), atol=1e-12)
     np.testing.assert_allclose(claw[:3, :3], np.eye(3), atol=1e-12)
 
 
 def test_the_camera_looks_along_the_reach_slightly_down(teleop):
-    forward = link_transforms(teleop, {})["rgb_camera"][:3, 0]
+    forward = link_frames(teleop.urdf, {})["rgb_camera"][:3, 0]
     assert forward[1] > 0.95
     assert -0.3 < forward[2] < 0
 
@@ -257,7 +257,7 @@ def test_the_gears_of_the_fingers_do_not_touch(teleop):
 
 
 def test_the_pads_of_the_closed_fingers_do_not_touch(teleop):
-    frames = link_transforms(teleop, {})
+    frames = link_frames(teleop.urdf, {})
     edges = []
     for link, side in (("gripper_right", -1), ("gripper_left", 1)):
         pad = teleop.links[link].collisions[-1]

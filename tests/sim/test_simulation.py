@@ -8,9 +8,9 @@ import pytest
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.kinematics import link_transforms
 from teleopctl.robot.xacro_file import expand
 from teleopctl.sim.simulation import Simulation
+from tests.robot.independent import link_frames
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum
 
 PERIOD_NS = 100_000_000
@@ -67,7 +67,7 @@ def test_the_claw_comes_to_rest_where_forward_kinematics_puts_it(
     run(simulation, 15, ["joint_1", "joint_2", "joint_3", "joint_4"], position=target)
 
     joints = dict(zip(simulation.joint_names, [*target, -target[3]], strict=True))
-    expected = np.asarray(link_transforms(arm_description, joints)["claw_support"])[:3, 3]
+    expected = link_frames(arm_description.urdf, joints)["claw_support"][:3, 3]
     assert simulation.link_position("claw_support") == pytest.approx(expected, abs=1e-5)
     assert simulation.positions == pytest.approx(list(joints.values()), abs=1e-6)
     assert np.abs(simulation.velocities).max() < 1e-5

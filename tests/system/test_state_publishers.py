@@ -13,9 +13,8 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.packages import package_share
-from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.kinematics import link_transforms
 from teleopctl.robot.xacro_file import expand
+from tests.robot.independent import link_frames
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 WAIT_S = 20.0
@@ -229,5 +228,5 @@ def test_tf_echo_shows_the_claw_where_forward_kinematics_puts_it(ros, observer, 
     echo.wait_for_line("Waiting for transform", stream="stderr")
     publish_joints(observer, positions, 3)
     printed = echo.wait_for_line(r"- Translation: \[(.*)\]", stream="stdout").group(1)
-    expected = link_transforms(RobotDescription.from_urdf(urdf), positions)["claw_support"][:3, 3]
+    expected = link_frames(urdf, positions)["claw_support"][:3, 3]
     assert [float(text) for text in printed.split(",")] == pytest.approx(list(expected), abs=1e-3)

@@ -14,9 +14,9 @@ from teleopctl.errors import InvalidParameterError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from teleopctl.control.limits import JointLimits
     from teleopctl.control.realtime_publisher import PublishQueue
     from teleopctl.node import Node
+    from teleopctl.robot.joints import JointLimits
 
 T = TypeVar("T")
 

@@ -63,10 +63,13 @@ class GenericSystem(HardwareComponentInterface):
         return self._offset if command.name == POSITION else 0.0
 
     def on_configure(self) -> None:
-        """Joints begin at their initial value, or at zero."""
+        """Joints begin at their initial value, else at zero or where their limits let them rest."""
+        rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):
-                state.value = 0.0 if math.isnan(state.initial_value) else state.initial_value
+                state.value = rest[state.prefix] if state.name == POSITION else 0.0
+            if state.name == POSITION:
+                self._last.setdefault(state.prefix, (state.value, 0.0))
         self._follow()
 
     def prepare_command_mode_switch(
@@ -130,9 +133,7 @@ class GenericSystem(HardwareComponentInterface):
         command = self.commands[f"{joint}/{mode}"].value
         if not math.isfinite(command) or position is None or period <= 0.0:
             return
-        last_position, last_velocity = self._last.get(joint, (position.initial_value, 0.0))
-        if math.isnan(last_position):
-            last_position = 0.0
+        last_position, last_velocity = self._last[joint]
         if mode == POSITION:
             new_position = command
             new_velocity = (command - last_position) / period

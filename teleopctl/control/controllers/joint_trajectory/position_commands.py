@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
-from teleopctl.control.limits import JointLimits
+from teleopctl.robot.joints import JointLimits
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5
