@@ -59,7 +59,17 @@ class Start(NamedTuple):
 
 
 class ProcessRecord(NamedTuple):
-    """A background process."""
+    """A background process.
+
+    Attributes:
+        name: What people call it.
+        pid: Process id.
+        start: When it started.
+        command: Program and arguments.
+        log_file: Its output.
+        kind: ``router``, ``node`` or ``launch``.
+        file: The record itself; None for what a launch started, of which the launch keeps book.
+    """
 
     name: str
     pid: int
@@ -67,11 +77,12 @@ class ProcessRecord(NamedTuple):
     command: tuple[str, ...]
     log_file: Path
     kind: str
+    file: Path | None = None
 
 
-def runtime_dir() -> Path:
+def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
     """The folder of the records: ``TELEOPCTL_RUNTIME_DIR``, else the user's runtime folder."""
-    chosen = os.environ.get("TELEOPCTL_RUNTIME_DIR")
+    chosen = env.get("TELEOPCTL_RUNTIME_DIR")
     if chosen:
         return Path(chosen)
     from platformdirs import user_runtime_path, user_state_path
@@ -84,12 +95,12 @@ def runtime_dir() -> Path:
     return user_runtime_path("teleopctl")
 
 
-def logs_dir() -> Path:
+def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
     """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
-    chosen = os.environ.get("ROS_LOG_DIR")
+    chosen = env.get("ROS_LOG_DIR")
     if chosen:
         return Path(chosen).expanduser()
-    home = os.environ.get("ROS_HOME")
+    home = env.get("ROS_HOME")
     return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
 
 
@@ -107,7 +118,8 @@ def start(
         name: What people call it, in ``ps`` and ``stop``.
         argv: Program and arguments.
         kind: ``router``, ``node`` or ``launch``.
-        env: Its whole environment; by default that of this process.
+        env: Its whole environment, which also says where its record and its log belong; by
+            default that of this process.
         ready_within_s: Wait, at most so many seconds, until the process calls
             :func:`announce_ready`. None does not wait.
 
@@ -120,7 +132,7 @@ def start(
     environment.pop(_ANNOUNCE, None)
     if ready_within_s is not None:
         environment[_ANNOUNCE] = "1"
-    with _new_log(name) as log:
+    with _new_log(name, logs_dir(environment)) as log:
         log_file = Path(log.name)
         try:
             child = subprocess.Popen(
@@ -139,8 +151,11 @@ def start(
     try:
         if ready_within_s is not None:
             _await_ready(child, name, log_file, ready_within_s)
-        record = ProcessRecord(name, child.pid, start_of(child.pid), tuple(argv), log_file, kind)
-        _write(record)
+        file = runtime_dir(environment) / _RECORDS / f"{child.pid}.json"
+        record = ProcessRecord(
+            name, child.pid, start_of(child.pid), tuple(argv), log_file, kind, file
+        )
+        _write(record, file)
     except BaseException:
         # Without a record nobody would find it again.
         child.kill()
@@ -169,13 +184,16 @@ def exit_status(record: ProcessRecord) -> int | None:
     return None if child is None else child.poll()
 
 
-def records() -> list[ProcessRecord]:
+def records(folder: Path | None = None) -> list[ProcessRecord]:
     """The background processes that are alive, oldest first; records of others are removed.
 
     Those of launches are not, since what a launch that was killed had started may still run.
+
+    Args:
+        folder: Whose processes; by default those of :func:`runtime_dir`.
     """
     alive = []
-    for path, record in _all_records():
+    for path, record in _all_records(folder):
         if record is not None and is_alive(record):
             alive.append(record)
         elif record is None or record.kind != LAUNCH:
@@ -183,14 +201,15 @@ def records() -> list[ProcessRecord]:
     return sorted(alive, key=lambda record: record.start.time)
 
 
-def ended_launches() -> list[ProcessRecord]:
-    """The launches that were killed and not yet forgotten."""
-    return [r for _, r in _all_records() if r and r.kind == LAUNCH and not is_alive(r)]
+def ended_launches(folder: Path | None = None) -> list[ProcessRecord]:
+    """The launches that were killed and not yet forgotten, of a folder as in :func:`records`."""
+    return [r for _, r in _all_records(folder) if r and r.kind == LAUNCH and not is_alive(r)]
 
 
 def forget(record: ProcessRecord) -> None:
     """Remove the record of a process that has ended."""
-    (runtime_dir() / _RECORDS / f"{record.pid}.json").unlink(missing_ok=True)
+    if record.file is not None:
+        record.file.unlink(missing_ok=True)
 
 
 def start_of(pid: int) -> Start:
@@ -318,9 +337,10 @@ def _start_mark(process: "psutil.Process") -> str:
     return f"{boot}/{stat.rpartition(')')[2].split()[19]}"
 
 
-def _write(record: ProcessRecord) -> None:
-    folder = runtime_dir() / _RECORDS
+def _write(record: ProcessRecord, path: Path) -> None:
+    folder = path.parent
     entry = {**record._asdict(), "log_file": str(record.log_file)}
+    del entry["file"]
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         # Renaming is atomic: nobody reads half a record.
@@ -328,7 +348,7 @@ def _write(record: ProcessRecord) -> None:
             "w", dir=folder, suffix=".new", delete=False, encoding="utf-8"
         ) as file:
             json.dump(entry, file)
-        Path(file.name).replace(folder / f"{record.pid}.json")
+        Path(file.name).replace(path)
     except OSError as error:
         raise SystemFailureError(
             f"Cannot record a background process in {folder}: {error.strerror}",
@@ -336,8 +356,9 @@ def _write(record: ProcessRecord) -> None:
         ) from error
 
 
-def _all_records() -> list[tuple[Path, ProcessRecord | None]]:
-    return [(path, _read(path)) for path in sorted((runtime_dir() / _RECORDS).glob("*.json"))]
+def _all_records(folder: Path | None) -> list[tuple[Path, ProcessRecord | None]]:
+    files = ((runtime_dir() if folder is None else folder) / _RECORDS).glob("*.json")
+    return [(path, _read(path)) for path in sorted(files)]
 
 
 def _read(path: Path) -> ProcessRecord | None:
@@ -350,13 +371,13 @@ def _read(path: Path) -> ProcessRecord | None:
             tuple(str(word) for word in entry["command"]),
             Path(entry["log_file"]),
             str(entry["kind"]),
+            path,
         )
     except (OSError, ValueError, LookupError, TypeError):
         return None
 
 
-def _new_log(name: str) -> IO[bytes]:
-    folder = logs_dir()
+def _new_log(name: str, folder: Path) -> IO[bytes]:
     safe = "".join(c if c.isalnum() or c in "._-" else "_" for c in name)
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     try:

@@ -1,50 +1,78 @@
-"""Fixtures for all tests: isolated ROS environments with real processes.
+"""For all tests: names for the plug-in's fixtures, and a user who is thrown away.
 
 Chooses how to draw before any test module imports mujoco. A machine that cannot draw fails the
 tests that need it, with the packages to install.
 """
 
+from __future__ import annotations
+
 import contextlib
-from collections.abc import Iterator
+import os
+import shutil
+import site
+import tempfile
 from pathlib import Path
 
 import pytest
 
+from teleopctl import background
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch.execution.running import running
 from teleopctl.sim.gl_backend import choose_backend
-from tests.processes import RosEnvironment
+from teleopctl.testing import RosGraph, free_port, pytest_plugin
+
+_FOLDER = pytest.StashKey[Path]()
 
 with contextlib.suppress(TeleopctlError):
     choose_backend()
 
 
-@pytest.fixture
-def ros_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosEnvironment]:
-    """An isolated environment in which no router runs yet; this process is in it as well."""
-    yield from _environment(tmp_path, monkeypatch)
+def pytest_configure(config: pytest.Config) -> None:
+    """Let no test reach the user's files, processes and nodes, with a fixture or without.
+
+    Each variable also stands behind another one, so that a test may delete any of them.
+    """
+    # A checkout that is only on the path has no entry points.
+    if not config.pluginmanager.hasplugin("teleopctl"):
+        config.pluginmanager.register(pytest_plugin, "teleopctl")
+    folder = Path(tempfile.mkdtemp(prefix="teleopctl-tests-"))
+    config.stash[_FOLDER] = folder
+    # Python finds what is installed for the user alone below the home folder.
+    os.environ.setdefault("PYTHONUSERBASE", site.getuserbase())
+    for name in ("HOME", "USERPROFILE"):
+        os.environ[name] = str(folder)
+    for name in ("CACHE_HOME", "CONFIG_HOME", "DATA_HOME", "STATE_HOME", "RUNTIME_DIR"):
+        # Others may not read them, else XDG_RUNTIME_DIR does not count.
+        (folder / name.lower()).mkdir(mode=0o700)
+        os.environ[f"XDG_{name}"] = str(folder / name.lower())
+    os.environ["TELEOPCTL_RUNTIME_DIR"] = str(folder / "runtime")
+    os.environ["ROS_LOG_DIR"] = str(folder / "log")
+    os.environ["TELEOPCTL_ROUTER"] = f"tcp/127.0.0.1:{free_port()}"
+    os.environ["ROS_DOMAIN_ID"] = "231"
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """End what a test without a graph of its own left behind."""
+    folder = config.stash[_FOLDER]
+    for records in ("runtime", "runtime_dir/teleopctl"):
+        for entry in running(folder / records):
+            background.stop(entry.record)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.fixture
-def ros(ros_without_router: RosEnvironment) -> RosEnvironment:
-    """An isolated environment with its router running; this process is in it as well."""
-    ros_without_router.start_router()
-    return ros_without_router
+def ros_without_router(ros_graph_without_router: RosGraph) -> RosGraph:
+    """The plug-in's graph under the tests' short name, without a router."""
+    return ros_graph_without_router
+
+
+@pytest.fixture
+def ros(ros_graph: RosGraph) -> RosGraph:
+    """The plug-in's graph under the tests' short name."""
+    return ros_graph
 
 
 @pytest.fixture(scope="module")
-def shared_ros(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosEnvironment]:
-    """One environment with a router for all tests of a module that only look."""
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        for environment in _environment(tmp_path_factory.mktemp("ros"), monkeypatch):
-            environment.start_router()
-            yield environment
-
-
-def _environment(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosEnvironment]:
-    environment = RosEnvironment(folder)
-    for name in ("ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CONFIG_URI", "ZENOH_CONFIG_OVERRIDE"):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in environment.variables.items():
-        monkeypatch.setenv(name, value)
-    yield environment
-    environment.close()
+def shared_ros(shared_ros_graph: RosGraph) -> RosGraph:
+    """The plug-in's graph of a module under the tests' short name."""
+    return shared_ros_graph

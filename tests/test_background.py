@@ -7,7 +7,7 @@ import pytest
 
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
-from tests.processes import LONGEST_WAIT_S, eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 SLEEPER = [sys.executable, "-c", "import time; time.sleep(600)"]
 ANNOUNCER = """
@@ -61,7 +61,7 @@ def test_several_of_one_name_are_listed_oldest_first():
 def test_another_process_with_the_same_pid_is_not_ours():
     record = background.start("sleeper", SLEEPER, kind="node")
     impostor = record._replace(start=record.start._replace(mark="another"))
-    background._write(impostor)
+    background._write(impostor, record.file)
     assert background.records() == []
     background.stop(impostor)
     assert psutil.pid_exists(record.pid)
@@ -71,7 +71,7 @@ def test_another_process_with_the_same_pid_is_not_ours():
 def test_a_record_holds_when_the_clock_is_set():
     record = background.start("sleeper", SLEEPER, kind="node")
     an_hour_ago = record._replace(start=record.start._replace(time=record.start.time - 3600))
-    background._write(an_hour_ago)
+    background._write(an_hour_ago, record.file)
     assert background.records() == [an_hour_ago]
 
 

@@ -3,7 +3,6 @@
 import re
 import shlex
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 import typer
@@ -11,8 +10,8 @@ import typer
 from teleopctl.cli.typer_app import command_tree
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends.yaml.parser import parse_file
+from tests import ROOT
 
-ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 LARGEST_PICTURE_BYTES = 300_000

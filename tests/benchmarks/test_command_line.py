@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-from tests.processes import RosEnvironment
+from teleopctl.testing import RosGraph
 
 ROUNDS = 15
 
@@ -32,7 +32,7 @@ def process_time_s(argv: list[str], env: dict[str, str]) -> float:
     return time.perf_counter() - start
 
 
-def test_topic_list_against_a_bare_query(ros: RosEnvironment, tmp_path, capsys):
+def test_topic_list_against_a_bare_query(ros: RosGraph, tmp_path, capsys):
     ros.spawn("topic pub /chatter std_msgs/msg/String").wait_for_line("publishing #1")
     env = ros.env | {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": ""}
     bare, ours = [], []

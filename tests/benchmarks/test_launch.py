@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-from tests.processes import RosEnvironment, eventually
+from teleopctl.testing import RosGraph, eventually
 
 ROUNDS = 5
 
@@ -34,7 +34,7 @@ STAGES = {
 }
 
 
-def launch_once(ros: RosEnvironment) -> dict[str, float]:
+def launch_once(ros: RosGraph) -> dict[str, float]:
     """Launch, wait for all stages and end it; seconds from the command to each stage."""
     start = time.time()
     process = ros.spawn("launch sim.yaml")
@@ -49,7 +49,7 @@ def launch_once(ros: RosEnvironment) -> dict[str, float]:
     return {stage: seconds_to(pattern) or 0.0 for stage, pattern in STAGES.items()}
 
 
-def test_launch_to_active_controllers(ros: RosEnvironment, tmp_path: Path, capsys):
+def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, capsys):
     # The bytecode is cached, as after any installation.
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     model = Path(__file__).parents[2] / "robot" / "urdf" / "teleop.urdf.xacro"
@@ -70,7 +70,7 @@ def test_launch_to_active_controllers(ros: RosEnvironment, tmp_path: Path, capsy
         print(f"  ratio to a process that compiles the model ({floor:.2f} s): {active / floor:.2f}")
 
 
-def test_where_a_node_spends_its_start(ros: RosEnvironment, tmp_path: Path, capsys):
+def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, capsys):
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     modules = {
         "an interpreter": "pass",

@@ -9,7 +9,7 @@ import pytest
 
 from teleopctl.cli import main
 from teleopctl.cli.program import COMPLETION_VARIABLE
-from tests.processes import eventually
+from teleopctl.testing import eventually
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 
 from teleopctl.interfaces.store import get_service
 from teleopctl.node import Context, Node, SingleThreadedExecutor
+from tests import ROOT
 
 pytest.importorskip("zenoh_ros2_sdk")
 MODULE = "tests.interop.foreign_peer"
@@ -14,7 +15,7 @@ MODULE = "tests.interop.foreign_peer"
 @pytest.fixture
 def peer(ros):
     """Start the foreign peer in one of its roles."""
-    return lambda role: ros.spawn_module(MODULE, [role, str(ros.port)])
+    return lambda role: ros.spawn_module(MODULE, [role, str(ros.port)], cwd=ROOT)
 
 
 def test_topic_echo_prints_what_a_foreign_node_publishes(ros, peer):

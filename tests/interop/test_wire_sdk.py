@@ -5,13 +5,14 @@ import time
 
 import pytest
 
+from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.wire import attachment
 from teleopctl.wire.graph import GraphWatcher
 from teleopctl.wire.keys import parse_topic_key, topic_key
 from teleopctl.wire.qos import EndpointQos
 from teleopctl.wire.session import open_session
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, format_token, gid
-from tests.processes import LONGEST_WAIT_S
+from tests import ROOT
 
 STRING = "std_msgs/msg/String"
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -31,7 +32,7 @@ def watcher(ros, session):
 
 
 def start(ros, role):
-    program = ros.spawn_module("tests.interop.sdk_program", [role, ros.port, ros.domain])
+    program = ros.spawn_module("tests.interop.sdk_program", [role, ros.port, ros.domain], cwd=ROOT)
     program.wait_for_line("up")
     return program
 

@@ -7,7 +7,7 @@ import pytest
 
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.simulation import Simulation
-from tests.processes import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import pendulum
 
 PERIOD_NS = 100_000_000

@@ -14,7 +14,7 @@ from teleopctl.node import (
 )
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand
-from tests.processes import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S
 
 JointState = get_message("sensor_msgs/msg/JointState")
 String = get_message("std_msgs/msg/String")

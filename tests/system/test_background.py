@@ -5,7 +5,7 @@ import json
 import psutil
 import pytest
 
-from tests.processes import eventually
+from teleopctl.testing import eventually
 
 TWO_NODES = """launch:
 - node: {pkg: teleop_py_pkg, exec: simple_publisher, name: mouth}

@@ -13,7 +13,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.node import Context, Node
 from teleopctl.nodes.camera import new_info
-from tests.processes import LONGEST_WAIT_S, Process, RosEnvironment
+from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 Image = get_message("sensor_msgs/msg/Image")
@@ -68,21 +68,21 @@ class Viewer(Node):
 
 
 @pytest.fixture
-def partner(ros: RosEnvironment) -> Iterator[Partner]:
+def partner(ros: RosGraph) -> Iterator[Partner]:
     node = Partner(teleop_urdf())
     yield node
     node.close()
 
 
 @pytest.fixture
-def viewer(ros: RosEnvironment) -> Iterator[Viewer]:
+def viewer(ros: RosGraph) -> Iterator[Viewer]:
     node = Viewer()
     yield node
     node.close()
 
 
 @pytest.fixture
-def camera(ros: RosEnvironment, partner: Partner) -> Process:
+def camera(ros: RosGraph, partner: Partner) -> Process:
     sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
     process = ros.spawn_module(
         "teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=fast"]
@@ -161,7 +161,7 @@ def test_images_come_only_while_somebody_looks(
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
 def test_a_machine_that_cannot_draw_is_told_which_packages_to_install(
-    ros: RosEnvironment,
+    ros: RosGraph,
 ) -> None:
     # EGL without a driver, which is what a machine without libgl1-mesa-dri has.
     ros.env |= {"MUJOCO_GL": "egl", "__EGL_VENDOR_LIBRARY_DIRS": os.devnull}
@@ -174,7 +174,7 @@ def test_a_machine_that_cannot_draw_is_told_which_packages_to_install(
     assert "Traceback" not in camera.stderr
 
 
-def test_an_unknown_quality_is_refused(ros: RosEnvironment) -> None:
+def test_an_unknown_quality_is_refused(ros: RosGraph) -> None:
     camera = ros.spawn_module(
         "teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=best"]
     )
@@ -185,7 +185,7 @@ def test_an_unknown_quality_is_refused(ros: RosEnvironment) -> None:
 
 
 def test_the_quality_can_be_changed_while_it_draws(
-    ros: RosEnvironment, camera: Process, viewer: Viewer
+    ros: RosGraph, camera: Process, viewer: Viewer
 ) -> None:
     viewer.look()
     camera.wait_for_line("drawing at quality fast")
@@ -195,7 +195,7 @@ def test_the_quality_can_be_changed_while_it_draws(
     camera.wait_for_line("drawing at quality full")
 
 
-def test_what_cannot_be_changed_is_refused(ros: RosEnvironment, camera: Process) -> None:
+def test_what_cannot_be_changed_is_refused(ros: RosGraph, camera: Process) -> None:
     wrong = ros.run("param set /camera quality best")
     assert (wrong.returncode, wrong.stdout) == (1, "")
     assert "quality is one of auto, fast, full" in wrong.stderr

@@ -10,7 +10,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand
-from tests.processes import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"

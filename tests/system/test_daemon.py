@@ -7,11 +7,12 @@ import sys
 import pytest
 
 from teleopctl import background
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.wire.config import router_config
 from teleopctl.wire.graph import GraphWatcher
 from teleopctl.wire.router import find_router, router_is_running
 from teleopctl.wire.session import open_session
-from tests.processes import LONGEST_WAIT_S, eventually
+from tests import ROOT
 
 
 def test_starting_stopping_and_asking_say_what_ros_says(ros_without_router):
@@ -132,7 +133,7 @@ def test_it_is_on_every_loopback_address_and_on_no_other(monkeypatch, endpoint, 
 
 
 def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ros):
-    program = ros.spawn_module("tests.wire.token_holder", [str(ros.domain), "steady"])
+    program = ros.spawn_module("tests.wire.token_holder", [str(ros.domain), "steady"], cwd=ROOT)
     program.wait_for_line("declared")
     with open_session("client") as session:
         watcher = GraphWatcher(session)

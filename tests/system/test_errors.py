@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S
 
 
 @pytest.fixture(scope="module")

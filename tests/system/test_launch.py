@@ -9,7 +9,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.processes import LONGEST_WAIT_S, eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 STUBBORN = """
 import signal, sys, time

@@ -5,25 +5,25 @@ import json
 import pytest
 
 from teleopctl import background
-from tests.processes import RosEnvironment, free_port
+from teleopctl.testing import RosGraph, free_port
 
 
 @pytest.fixture
-def ros(ros_without_router: RosEnvironment) -> RosEnvironment:
+def ros(ros_without_router: RosGraph) -> RosGraph:
     """An environment without a router."""
     return ros_without_router
 
 
 @pytest.fixture
-def other(ros: RosEnvironment, tmp_path) -> RosEnvironment:
+def other(ros: RosGraph, tmp_path) -> RosGraph:
     """A second router of the same machine, that the environment's own variables do not name."""
     (tmp_path / "other").mkdir()
-    other = RosEnvironment(tmp_path / "other")
+    other = RosGraph(tmp_path / "other")
     other.start_router()
     return other
 
 
-def write_session_file(ros: RosEnvironment, *endpoints: str) -> str:
+def write_session_file(ros: RosGraph, *endpoints: str) -> str:
     """Let a session file alone say where the router is; returns its path."""
     file = ros.folder / "session.json5"
     file.write_text(f'{{ mode: "peer", connect: {{ endpoints: {json.dumps(endpoints)} }} }}')
@@ -32,7 +32,7 @@ def write_session_file(ros: RosEnvironment, *endpoints: str) -> str:
     return str(file)
 
 
-def connect_to(ros: RosEnvironment, endpoint: str) -> None:
+def connect_to(ros: RosGraph, endpoint: str) -> None:
     ros.env["ZENOH_CONFIG_OVERRIDE"] = f'connect/endpoints=["{endpoint}"]'
 
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from tests.processes import eventually
+from teleopctl.testing import eventually
 
 TALKER = """
 import sys

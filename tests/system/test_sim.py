@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.processes import Process, RosEnvironment
+from teleopctl.testing import Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 PERIOD_NS = 100_000_000
@@ -19,18 +19,18 @@ def urdf() -> str:
 
 
 @pytest.fixture
-def partner(ros: RosEnvironment, urdf: str) -> Iterator[Partner]:
+def partner(ros: RosGraph, urdf: str) -> Iterator[Partner]:
     node = Partner(urdf)
     yield node
     node.close()
 
 
-def start(ros: RosEnvironment, *parameters: str) -> Process:
+def start(ros: RosGraph, *parameters: str) -> Process:
     flags = [word for parameter in parameters for word in ("-p", parameter)]
     return ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim", "--ros-args", *flags])
 
 
-def run_lockstep(ros: RosEnvironment, partner: Partner, count: int) -> list[tuple[int, bytes]]:
+def run_lockstep(ros: RosGraph, partner: Partner, count: int) -> list[tuple[int, bytes]]:
     """From a standstill to the target: stamp and raw state of each tick."""
     sim = start(ros, "paused:=true", "real_time_factor:=0")
     sim.wait_for_line("Simulation is paused")
@@ -45,9 +45,7 @@ def run_lockstep(ros: RosEnvironment, partner: Partner, count: int) -> list[tupl
     ]
 
 
-def test_states_carry_exact_stamps_and_follow_the_commands(
-    ros: RosEnvironment, partner: Partner
-) -> None:
+def test_states_carry_exact_stamps_and_follow_the_commands(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros, "paused:=true", "real_time_factor:=0")
     sim.wait_for_line("Simulation is paused")
     partner.connect(lambda state: command(state, **TARGET))
@@ -63,7 +61,7 @@ def test_states_carry_exact_stamps_and_follow_the_commands(
     assert list(states[-1].velocity) == pytest.approx([0.0] * 5, abs=1e-6)
 
 
-def test_two_runs_with_the_same_commands_are_identical(ros: RosEnvironment, urdf: str) -> None:
+def test_two_runs_with_the_same_commands_are_identical(ros: RosGraph, urdf: str) -> None:
     runs = []
     for _ in range(2):
         partner = Partner(urdf)
@@ -74,7 +72,7 @@ def test_two_runs_with_the_same_commands_are_identical(ros: RosEnvironment, urdf
 
 
 def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
-    ros: RosEnvironment, partner: Partner
+    ros: RosGraph, partner: Partner
 ) -> None:
     sim = start(ros, "lockstep_timeout:=0.2", "real_time_factor:=5")
     sim.wait_for_line("Simulation is running")
@@ -93,7 +91,7 @@ def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
 
 
 def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
-    ros: RosEnvironment, partner: Partner
+    ros: RosGraph, partner: Partner
 ) -> None:
     sim = start(ros, "real_time_factor:=5")
     sim.wait_for_line("Simulation is running")
@@ -107,7 +105,7 @@ def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
     assert partner.states[-1].position[1] == pytest.approx(-0.3, abs=1e-6)
 
 
-def test_two_controllers_at_once_are_told(ros: RosEnvironment, partner: Partner) -> None:
+def test_two_controllers_at_once_are_told(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros)
     sim.wait_for_line("Simulation is running")
     partner.connect(lambda state: command(state, **TARGET))
@@ -118,7 +116,7 @@ def test_two_controllers_at_once_are_told(ros: RosEnvironment, partner: Partner)
     sim.wait_for_line(r"2 publishers on /robot_joint_commands \(partner, partner\)")
 
 
-def test_the_same_description_again_is_no_news(ros: RosEnvironment, partner: Partner) -> None:
+def test_the_same_description_again_is_no_news(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros)
     sim.wait_for_line("Simulation is running")
 
@@ -130,7 +128,7 @@ def test_the_same_description_again_is_no_news(ros: RosEnvironment, partner: Par
 
 
 def test_without_a_controller_the_arm_holds_its_initial_pose(
-    ros: RosEnvironment, partner: Partner
+    ros: RosGraph, partner: Partner
 ) -> None:
     sim = start(ros, "real_time_factor:=0")
     sim.wait_for_line("Simulation is running")
@@ -143,7 +141,7 @@ def test_without_a_controller_the_arm_holds_its_initial_pose(
     assert "No command" not in sim.stderr.split("Simulation is running")[0]
 
 
-def test_paused_time_stands_still_and_can_be_stepped(ros: RosEnvironment, partner: Partner) -> None:
+def test_paused_time_stands_still_and_can_be_stepped(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros, "paused:=true")
     sim.wait_for_line("Simulation is paused")
     partner.connect(lambda state: command(state, **TARGET))
@@ -165,9 +163,7 @@ def test_paused_time_stands_still_and_can_be_stepped(ros: RosEnvironment, partne
     assert stamps == [k * PERIOD_NS for k in range(seen + 1)]
 
 
-def test_reset_world_puts_the_arm_back_while_time_goes_on(
-    ros: RosEnvironment, partner: Partner
-) -> None:
+def test_reset_world_puts_the_arm_back_while_time_goes_on(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros, "paused:=true", "real_time_factor:=0")
     sim.wait_for_line("Simulation is paused")
     partner.connect(lambda state: command(state, **TARGET))
@@ -185,7 +181,7 @@ def test_reset_world_puts_the_arm_back_while_time_goes_on(
     assert list(states[-1].position) == pytest.approx([0.0] * 5, abs=1e-9)
 
 
-def test_the_start_is_told_as_in_ros_2(ros: RosEnvironment, partner: Partner) -> None:
+def test_the_start_is_told_as_in_ros_2(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros, "paused:=true")
     sim.wait_for_line("Simulation is paused")
 
@@ -204,7 +200,7 @@ def test_the_start_is_told_as_in_ros_2(ros: RosEnvironment, partner: Partner) ->
     assert -1 not in places and places == sorted(places)
 
 
-def test_the_pace_follows_the_parameter(ros: RosEnvironment, partner: Partner) -> None:
+def test_the_pace_follows_the_parameter(ros: RosGraph, partner: Partner) -> None:
     sim = start(ros, "real_time_factor:=0.01")
     sim.wait_for_line("Simulation is running")
     result = ros.run("param set /mujoco_sim real_time_factor 0")
@@ -221,7 +217,7 @@ def test_the_pace_follows_the_parameter(ros: RosEnvironment, partner: Partner) -
     ],
 )
 def test_a_parameter_that_makes_no_sense_ends_with_one_sentence(
-    ros: RosEnvironment, parameter: str, expected: str
+    ros: RosGraph, parameter: str, expected: str
 ) -> None:
     sim = start(ros, parameter)
 
@@ -230,7 +226,7 @@ def test_a_parameter_that_makes_no_sense_ends_with_one_sentence(
     assert "Traceback" not in sim.stderr
 
 
-def test_a_second_simulator_is_refused(ros: RosEnvironment, partner: Partner) -> None:
+def test_a_second_simulator_is_refused(ros: RosGraph, partner: Partner) -> None:
     first = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
     first.wait_for_line("Simulation is running")
     second = ros.run_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
@@ -240,7 +236,7 @@ def test_a_second_simulator_is_refused(ros: RosEnvironment, partner: Partner) ->
 
 
 def test_what_drawing_lacks_does_not_keep_physics_from_running(
-    ros: RosEnvironment, partner: Partner
+    ros: RosGraph, partner: Partner
 ) -> None:
     ros.env["MUJOCO_GL"] = "bogus"
     sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])

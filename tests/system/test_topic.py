@@ -6,9 +6,9 @@ import signal
 
 import pytest
 
+from teleopctl.testing import eventually
 from teleopctl.wire.graph import GraphWatcher
 from teleopctl.wire.session import open_session
-from tests.processes import eventually
 
 STRING = "std_msgs/msg/String"
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"

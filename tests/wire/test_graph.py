@@ -4,11 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.wire.graph import Graph, GraphWatcher, is_hidden_name, query_graph
 from teleopctl.wire.qos import EndpointQos
 from teleopctl.wire.session import open_session
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, format_token
-from tests.processes import LONGEST_WAIT_S
+from tests import ROOT
 from tests.wire.test_tokens import ENDPOINT_TOKENS, NODE_TOKENS
 
 DOMAIN = 7
@@ -204,7 +205,7 @@ def test_a_node_that_leaves_takes_its_endpoints_along(world):
 
 
 def test_a_process_that_is_killed_leaves_the_graph(world, ros):
-    program = ros.spawn_module("tests.wire.token_holder", [str(DOMAIN), "doomed"])
+    program = ros.spawn_module("tests.wire.token_holder", [str(DOMAIN), "doomed"], cwd=ROOT)
     program.wait_for_line("declared")
     watcher = GraphWatcher(world.open("client"), DOMAIN)
     assert watcher.wait_for(lambda g: g.find_node("/doomed"), LONGEST_WAIT_S)

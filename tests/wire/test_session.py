@@ -6,11 +6,11 @@ import pytest
 import zenoh
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.introduction import _listed_peers, meet_peers
 from teleopctl.wire.session import RouterNotRunning, domain_id, open_session
-from tests.processes import LONGEST_WAIT_S, free_port
 
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66"
 

@@ -39,14 +39,15 @@ class Running(NamedTuple):
         return f"{self.launch.name}/{self.record.name}" if self.launch else self.record.name
 
 
-def running(*, include_ended: bool = False) -> list[Running]:
+def running(folder: Path | None = None, *, include_ended: bool = False) -> list[Running]:
     """Return the background processes, each launch before what it started.
 
     Args:
+        folder: The runtime folder that has their records; by default the user's.
         include_ended: Whether to include processes of running launches that have ended.
     """
     found: list[Running] = []
-    for record in background.records():
+    for record in background.records(folder):
         found.append(Running(record))
         if record.kind == background.LAUNCH:
             found.extend(
@@ -54,13 +55,13 @@ def running(*, include_ended: bool = False) -> list[Running]:
                 for process in status.read(status.folder_of(record)) or ()
                 if process.state == "running" or include_ended
             )
-    return found + _orphans()
+    return found + _orphans(folder)
 
 
-def _orphans() -> list[Running]:
+def _orphans(folder: Path | None) -> list[Running]:
     """Return what still runs of launches that were killed."""
     found: list[Running] = []
-    for launch in background.ended_launches():
+    for launch in background.ended_launches(folder):
         alive = [
             Running(process.record(), None, process.node_name)
             for process in status.read(status.folder_of(launch)) or ()

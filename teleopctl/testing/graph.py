@@ -1,0 +1,193 @@
+"""A ROS graph in a box: a router, a domain and folders of its own, and what runs in it."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from pathlib import Path
+
+from teleopctl import background
+from teleopctl.errors import TeleopctlError
+from teleopctl.testing.process import LONGEST_WAIT_S, Process
+
+# Prefixes of variables that would tie a process to somebody else's graph or settings.
+_FOREIGN = ("ROS_", "RMW_", "ZENOH_", "TELEOPCTL_", "AMENT_", "RUST_LOG", "PYTHONUNBUFFERED")
+
+# Two tests may be given the same free port; the second one asks for another.
+_START_ATTEMPTS = 3
+
+# A test is over: before each harder signal, in seconds.
+_PATIENCE_S = 2.0
+
+
+class RosGraph:
+    """A graph of its own for one test: router on a free port, domain, runtime and log folder.
+
+    What is started here sees nothing of the machine's other nodes, and they see nothing of it. As
+    a context manager it starts the router and takes this process in as well, so that nodes of the
+    test's own join the graph; at the end everything that was started is ended, in the background
+    too.
+
+        with RosGraph(folder) as graph:
+            talker = graph.spawn("run demo_nodes_py talker")
+            talker.wait_for_line("Publishing")
+
+    Args:
+        folder: Where its records, its logs and the programs' working directory are.
+
+    Attributes:
+        folder: The same.
+        port: The router's port on the loopback interface.
+        router: The router's endpoint, as ``TELEOPCTL_ROUTER`` has it.
+        domain: The ROS domain.
+        variables: The environment variables that make a process part of the graph.
+        env: The whole environment of the processes: this one's, without what belongs to another
+            graph, with ``variables``.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._processes: list[Process] = []
+        self._leave: Callable[[], None] | None = None
+        self._use_port(free_port())
+
+    def _use_port(self, port: int) -> None:
+        self.port = port
+        self.router = f"tcp/127.0.0.1:{port}"
+        self.domain = 1 + port % 100
+        self.variables = {
+            "TELEOPCTL_ROUTER": self.router,
+            "ROS_DOMAIN_ID": str(self.domain),
+            "TELEOPCTL_RUNTIME_DIR": str(self.folder / "runtime"),
+            "ROS_LOG_DIR": str(self.folder / "log"),
+        }
+        self.env = dict(os.environ)
+        self.join(self.env)
+
+    def __enter__(self) -> RosGraph:
+        self.start_router()
+        before = dict(os.environ)
+        self.join(os.environ)
+        self._leave = lambda: _restore(before)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.close()
+        finally:
+            if self._leave is not None:
+                self._leave()
+
+    def join(self, environ: MutableMapping[str, str]) -> None:
+        """Change environment variables so that what uses them is part of the graph."""
+        for name in [name for name in environ if name.startswith(_FOREIGN)]:
+            del environ[name]
+        environ.update(self.variables)
+
+    def start_router(self) -> background.ProcessRecord:
+        """Start the router as ``teleopctl daemon start`` does; a context manager has done it.
+
+        Raises:
+            TeleopctlError: It cannot start.
+        """
+        for attempt in range(1, _START_ATTEMPTS + 1):
+            try:
+                return background.start(
+                    "router",
+                    [sys.executable, "-m", "teleopctl.wire.router", self.router],
+                    kind="router",
+                    env=self.env,
+                    ready_within_s=LONGEST_WAIT_S,
+                )
+            except TeleopctlError as error:
+                if attempt == _START_ATTEMPTS or "in use" not in str(error):
+                    raise
+                is_here = os.environ.get("TELEOPCTL_ROUTER") == self.router
+                self._use_port(free_port())
+                if is_here:
+                    self.join(os.environ)
+        raise AssertionError
+
+    def run(
+        self,
+        args: Sequence[str] | str,
+        timeout: float = LONGEST_WAIT_S,
+        *,
+        input: str | None = None,  # noqa: A002 - subprocess's word
+        cwd: Path | None = None,
+    ) -> subprocess.CompletedProcess[str]:
+        """Run ``teleopctl ARGS`` to its end; args as a list, or as one line for a shell."""
+        return self.run_module("teleopctl", args, timeout, input=input, cwd=cwd)
+
+    def spawn(self, args: Sequence[str] | str, *, cwd: Path | None = None) -> Process:
+        """Start ``teleopctl ARGS``; it is killed at the end of the test."""
+        return self.spawn_module("teleopctl", args, cwd=cwd)
+
+    def run_module(
+        self,
+        module: str,
+        args: Sequence[str] | str = (),
+        timeout: float = LONGEST_WAIT_S,
+        *,
+        input: str | None = None,  # noqa: A002 - subprocess's word
+        cwd: Path | None = None,
+    ) -> subprocess.CompletedProcess[str]:
+        """Run ``python -m MODULE ARGS`` to its end."""
+        return subprocess.run(
+            [sys.executable, "-m", module, *_words(args)],
+            env=self.env,
+            cwd=cwd or self.folder,
+            input=input,
+            stdin=subprocess.DEVNULL if input is None else None,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            timeout=timeout,
+            check=False,
+        )
+
+    def spawn_module(
+        self, module: str, args: Sequence[str] | str = (), *, cwd: Path | None = None
+    ) -> Process:
+        """Start ``python -m MODULE ARGS``; it is killed at the end of the test."""
+        return self.spawn_command([sys.executable, "-m", module, *_words(args)], cwd=cwd)
+
+    def spawn_command(self, argv: Sequence[str], *, cwd: Path | None = None) -> Process:
+        """Start any program; it is killed at the end of the test."""
+        process = Process(argv, self.env, cwd or self.folder)
+        self._processes.append(process)
+        return process
+
+    def close(self) -> None:
+        """End every process that was started here, in the background too.
+
+        Whatever a test did to the environment variables: only this graph's folder counts.
+        """
+        # Not needed before, and more than half of what this module would import.
+        from teleopctl.launch.execution.running import running
+
+        for process in self._processes:
+            process.kill()
+        for entry in running(self.folder / "runtime"):
+            background.stop(entry.record, patience_s=_PATIENCE_S)
+
+
+def free_port() -> int:
+    """A TCP port of the loopback interface that nothing listens on at the moment."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port: int = server.getsockname()[1]
+        return port
+
+
+def _restore(before: Mapping[str, str]) -> None:
+    for name in os.environ.keys() - before.keys():
+        del os.environ[name]
+    os.environ.update(before)
+
+
+def _words(args: Sequence[str] | str) -> list[str]:
+    return shlex.split(args) if isinstance(args, str) else [str(word) for word in args]

@@ -1,0 +1,207 @@
+"""A program under test: its lines are waited for, its output stands in the failure."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import psutil
+
+LONGEST_WAIT_S = 20.0
+"""Deadline of every wait unless a test names one: generous, since it is reached only on failure."""
+
+# What gives no event is looked at this often, in seconds.
+_LOOK_EVERY_S = 0.01
+
+# What a program wrote last is read at once, unless a descendant keeps its streams open.
+_LAST_LINES_S = 1.0
+
+Stream = Literal["any", "stdout", "stderr"]
+
+
+class Process:
+    """A running program whose output lines can be waited for.
+
+    Args:
+        argv: Program and arguments.
+        env: Its whole environment.
+        cwd: Where it starts.
+    """
+
+    def __init__(self, argv: Sequence[str], env: Mapping[str, str], cwd: Path) -> None:
+        self._argv = list(argv)
+        self._lines: list[tuple[str, str]] = []
+        self._searched = 0
+        self._open_streams = 2
+        self._changed = threading.Condition()
+        self._popen = subprocess.Popen(
+            self._argv,
+            env=env,
+            cwd=cwd,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            start_new_session=os.name != "nt",
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+        self._readers = [
+            threading.Thread(target=self._read, args=(name,), daemon=True)
+            for name in ("stdout", "stderr")
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def _read(self, name: str) -> None:
+        for line in getattr(self._popen, name):
+            with self._changed:
+                self._lines.append((name, line.rstrip("\n")))
+                self._changed.notify_all()
+        with self._changed:
+            self._open_streams -= 1
+            self._changed.notify_all()
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._popen.pid
+
+    @property
+    def returncode(self) -> int | None:
+        """What it ended with, None while it runs; negative for a signal."""
+        return self._popen.poll()
+
+    @property
+    def stdout(self) -> str:
+        """What it has written to standard output so far."""
+        return self._text("stdout")
+
+    @property
+    def stderr(self) -> str:
+        """What it has written to standard error so far."""
+        return self._text("stderr")
+
+    def _text(self, stream: str) -> str:
+        with self._changed:
+            return "".join(f"{line}\n" for name, line in self._lines if name == stream)
+
+    def wait_for_line(
+        self, pattern: str, timeout_s: float = LONGEST_WAIT_S, *, stream: Stream = "any"
+    ) -> re.Match[str]:
+        """Wait for a line that a pattern is found in, behind the line found last.
+
+        Args:
+            pattern: A regular expression.
+            timeout_s: Upper bound in seconds.
+            stream: Where to look.
+
+        Raises:
+            AssertionError: The time is up, or the program ended without such a line; the message
+                has its whole output.
+        """
+        regex = re.compile(pattern)
+        found: list[re.Match[str]] = []
+
+        def search() -> bool:
+            while self._searched < len(self._lines):
+                name, line = self._lines[self._searched]
+                self._searched += 1
+                match = regex.search(line) if stream in ("any", name) else None
+                if match:
+                    found.append(match)
+                    return True
+            return self._open_streams == 0
+
+        with self._changed:
+            self._changed.wait_for(search, timeout_s)
+        if not found:
+            raise AssertionError(f"no line matches {pattern!r}\n{self.report()}")
+        return found[0]
+
+    def send(self, text: str) -> None:
+        """Write to its standard input."""
+        assert self._popen.stdin is not None
+        self._popen.stdin.write(text)
+        self._popen.stdin.flush()
+
+    def interrupt(self) -> None:
+        """What Ctrl-C does."""
+        if sys.platform == "win32":
+            # It has no Ctrl-C for one process alone.
+            self._popen.send_signal(signal.CTRL_BREAK_EVENT)
+        else:
+            self._popen.send_signal(signal.SIGINT)
+
+    def terminate(self) -> None:
+        """What ``kill`` without options does: SIGTERM."""
+        self._popen.terminate()
+
+    def wait(self, timeout_s: float = LONGEST_WAIT_S) -> int:
+        """Wait for its end and all its output, and return its exit status.
+
+        Raises:
+            AssertionError: The time is up; the message has its whole output.
+        """
+        try:
+            status = self._popen.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"it did not end within {timeout_s} s\n{self.report()}") from None
+        with self._changed:
+            # A descendant that lives on may keep the streams open.
+            self._changed.wait_for(lambda: self._open_streams == 0, _LAST_LINES_S)
+        return status
+
+    def kill(self) -> None:
+        """End it and what it started, in process groups of their own too, at once."""
+        with contextlib.suppress(psutil.NoSuchProcess):
+            process = psutil.Process(self._popen.pid)
+            for descendant in process.children(recursive=True):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    descendant.kill()
+        self._popen.kill()
+        self._popen.wait()
+        for reader in self._readers:
+            reader.join(_LAST_LINES_S)
+        for stream in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
+            # One that somebody else keeps open still has its reader.
+            if stream is not None and not any(reader.is_alive() for reader in self._readers):
+                with contextlib.suppress(OSError):
+                    stream.close()
+
+    def report(self) -> str:
+        """Its command line, all its output and its exit status, for the text of a failure."""
+        with self._changed:
+            output = "\n".join(f"{name}: {line}" for name, line in self._lines)
+        return f"{shlex.join(self._argv)}\n{output}\nstatus: {self.returncode}"
+
+
+def eventually(
+    check: Callable[[], object], timeout_s: float = LONGEST_WAIT_S, what: str = "it"
+) -> None:
+    """Wait for something that gives no event, such as the end of a process of someone else.
+
+    Args:
+        check: What is to become true.
+        timeout_s: Upper bound in seconds.
+        what: What it is, for the message.
+
+    Raises:
+        AssertionError: It did not become true in time.
+    """
+    deadline = time.monotonic() + timeout_s
+    while not check():
+        if time.monotonic() >= deadline:
+            raise AssertionError(f"{what} did not happen within {timeout_s:g} s")
+        time.sleep(_LOOK_EVERY_S)

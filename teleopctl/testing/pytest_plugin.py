@@ -1,0 +1,54 @@
+"""Fixtures of pytest; nothing of teleopctl is imported before one of them is used."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from teleopctl.testing.graph import RosGraph
+
+
+@pytest.fixture
+def ros_graph(ros_graph_without_router: RosGraph) -> RosGraph:
+    """A ROS graph of the test's own with its router running; this process is in it as well."""
+    ros_graph_without_router.start_router()
+    return ros_graph_without_router
+
+
+@pytest.fixture
+def ros_graph_without_router(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:
+    """A ROS graph of the test's own in which no router runs yet."""
+    yield from _graph(tmp_path, monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def shared_ros_graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGraph]:
+    """One ROS graph with its router for all tests of a module that only look."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        for graph in _graph(tmp_path_factory.mktemp("ros_graph"), monkeypatch):
+            graph.start_router()
+            yield graph
+
+
+def _graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:
+    from teleopctl.testing.graph import RosGraph
+
+    graph = RosGraph(folder)
+    # Not the graph's own way of joining: what the test changes by the same fixture is undone in
+    # the right order.
+    environ = dict(os.environ)
+    graph.join(environ)
+    for name in os.environ.keys() - environ.keys():
+        monkeypatch.delenv(name)
+    for name, value in environ.items():
+        if os.environ.get(name) != value:
+            monkeypatch.setenv(name, value)
+    try:
+        yield graph
+    finally:
+        graph.close()
