@@ -127,6 +127,10 @@ class Process:
         with self._changed:
             self._changed.wait_for(search, timeout_s)
         if not found:
+            if self._open_streams == 0:
+                # Its end follows that of its output.
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._popen.wait(_LAST_LINES_S)
             raise AssertionError(f"no line matches {pattern!r}\n{self.report()}")
         return found[0]
 

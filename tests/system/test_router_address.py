@@ -1,6 +1,7 @@
 """One address of the router, whoever names it: what is started, found and told to the user."""
 
 import json
+from collections.abc import Iterator
 
 import pytest
 
@@ -15,12 +16,12 @@ def ros(ros_without_router: RosGraph) -> RosGraph:
 
 
 @pytest.fixture
-def other(ros: RosGraph, tmp_path) -> RosGraph:
+def other(tmp_path) -> Iterator[RosGraph]:
     """A second router of the same machine, that the environment's own variables do not name."""
-    (tmp_path / "other").mkdir()
     other = RosGraph(tmp_path / "other")
     other.start_router()
-    return other
+    yield other
+    other.close()
 
 
 def write_session_file(ros: RosGraph, *endpoints: str) -> str:
