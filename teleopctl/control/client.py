@@ -8,10 +8,12 @@ from typing import Any
 
 from teleopctl.errors import UnavailableError
 from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.node import ExternalShutdownException, Node
+from teleopctl.node import Client, ExternalShutdownException, Node
 from teleopctl.node.values.parameter import Parameter
 
 STRICT = 2
+
+# Any stands for messages: their classes are made at run time, from definitions.
 
 
 class ControllerManagerUnavailableError(UnavailableError):
@@ -34,12 +36,12 @@ class ControllerManagerClient:
         self._node = node
         self._call_timeout = call_timeout
         self._attempts = attempts
-        self._clients: dict[str, Any] = {}
+        self._clients: dict[str, Client] = {}
         self.name = (
             manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
         )
 
-    def _client(self, service: str, type_name: str) -> Any:
+    def _client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
             self._clients[service] = self._node.create_client(
                 get_service(type_name), f"{self.name}/{service}"
@@ -168,7 +170,7 @@ class ControllerManagerClient:
         )
         return bool(response.ok), str(response.message)
 
-    def set_parameter(self, name: str, value: Any) -> bool:
+    def set_parameter(self, name: str, value: object) -> bool:
         """Set a parameter of the manager's node."""
         parameter = Parameter(name, value=value).to_parameter_msg()
         response = self.call(

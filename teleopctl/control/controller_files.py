@@ -9,6 +9,8 @@ from typing import Any
 from teleopctl.errors import InvalidFileError
 from teleopctl.node.values.parameter_file import ParameterFile, read_parameter_file
 
+# Any stands for parameters: one has one of nine types, and files decide which.
+
 # Parameters of the controller manager, below the controller's name, that a file may give.
 _OF_MANAGER = ("type", "fallback_controllers")
 

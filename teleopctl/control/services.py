@@ -18,6 +18,8 @@ from teleopctl.interfaces.store import get_message, get_service
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
+# Any stands for messages: their classes are made at run time, from definitions.
+
 
 def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
     """A controller as controller_manager_msgs/ControllerState."""

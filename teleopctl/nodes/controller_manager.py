@@ -38,7 +38,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> None:
-    from teleopctl.control.controller_manager_node import ControllerManagerNode
+    from teleopctl.control import ControllerManagerNode
 
     executor = SingleThreadedExecutor()
     node = Node(

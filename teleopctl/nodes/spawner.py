@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import NoReturn
 
-from teleopctl.control.client import ControllerManagerClient
-from teleopctl.control.controller_files import manager_settings
+from teleopctl.control import ControllerManagerClient, manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
 from teleopctl.node.values.ros_args import parse_ros_arguments

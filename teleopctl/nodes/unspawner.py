@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from teleopctl.control.client import ControllerManagerClient
+from teleopctl.control import ControllerManagerClient
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
 from teleopctl.node.values.ros_args import parse_ros_arguments

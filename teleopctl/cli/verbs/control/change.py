@@ -15,7 +15,7 @@ from teleopctl.cli.verbs.control.session import (
 from teleopctl.errors import RefusedError, UsageError
 
 if TYPE_CHECKING:
-    from teleopctl.control.client import ControllerManagerClient
+    from teleopctl.control import ControllerManagerClient
 
 _LOGS = "check controller_manager logs"
 
@@ -61,7 +61,7 @@ def load_controller(
 
 
 def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> None:
-    from teleopctl.control.controller_files import manager_settings
+    from teleopctl.control import manager_settings
 
     for setting, value in manager_settings(name, client.name, [file]).items():
         if not client.set_parameter(f"{name}.{setting}", value):

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.control.client import ControllerManagerClient
+from teleopctl.control import ControllerManagerClient
 
 ManagerName = Annotated[
     str,

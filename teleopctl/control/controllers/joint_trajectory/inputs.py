@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.node.values.logging import RcutilsLogger
 
+# Any stands for messages: their classes are made at run time, from definitions.
+
 # A start so far ahead (s) is rather a stamp of another clock than a plan.
 _FAR_AHEAD = 60.0
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Protocol, TypeVar
 
 from teleopctl.control.controllers.joint_trajectory.pid import PidGains
 from teleopctl.control.controllers.joint_trajectory.tolerances import StateTolerance, Tolerances
@@ -28,8 +27,14 @@ UNSUPPORTED = (
     "speed_scaling.command_interface",
 )
 
-# Read a parameter: name, default; the default gives the type.
-ReadParameter = Callable[[str, Any], Any]
+T = TypeVar("T")
+
+
+class ReadParameter(Protocol):
+    """Reads a parameter by name; the default gives the type."""
+
+    def __call__(self, name: str, default: T, /) -> T:
+        """The parameter's value, or the default where it has none."""
 
 
 class InvalidSettingsError(Exception):
@@ -82,10 +87,11 @@ def read_settings(parameter: ReadParameter) -> Settings:
     Raises:
         InvalidSettingsError: They do not.
     """
-    joints = tuple(parameter("joints", []))
-    command_joints = tuple(parameter("command_joints", [])) or joints
-    commands = tuple(parameter("command_interfaces", []))
-    states = tuple(parameter("state_interfaces", []))
+    none: list[str] = []
+    joints = tuple(parameter("joints", none))
+    command_joints = tuple(parameter("command_joints", none)) or joints
+    commands = tuple(parameter("command_interfaces", none))
+    states = tuple(parameter("state_interfaces", none))
     _check_joints(joints, command_joints)
     _check_interfaces(commands, states)
     method = parameter("interpolation_method", "splines")
