@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from teleopctl.errors import UnavailableError
+from teleopctl.interfaces.stamps import from_seconds, set_stamp
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Client, ExternalShutdownException, Node
 from teleopctl.node.values.parameter import Parameter
@@ -157,8 +158,8 @@ class ControllerManagerClient:
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
         """Stop and start controllers; returns whether it succeeded, and the manager's message."""
-        duration = get_message("builtin_interfaces/msg/Duration")
-        seconds, rest = divmod(timeout, 1.0)
+        duration = get_message("builtin_interfaces/msg/Duration")()
+        set_stamp(duration, from_seconds(timeout))
         response = self.call(
             "switch_controller",
             "SwitchController",
@@ -166,7 +167,7 @@ class ControllerManagerClient:
             deactivate_controllers=list(deactivate),
             strictness=strictness,
             activate_asap=asap,
-            timeout=duration(sec=int(seconds), nanosec=int(rest * 1e9)),
+            timeout=duration,
         )
         return bool(response.ok), str(response.message)
 

@@ -17,11 +17,11 @@ from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.switching import start_fallbacks
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from teleopctl.node.values.logging import RcutilsLogger
 
-_NANOSECONDS = 1_000_000_000
 # New objects after which the slack of a cycle is used to collect garbage.
 _GARBAGE = 2000
 # New objects after which it is collected though there is no slack: memory has an end.
@@ -46,7 +46,7 @@ class Cycle:
     def __init__(self, manager: ControllerManager, publish_queue: PublishQueue) -> None:
         self._manager = manager
         self._publish_queue = publish_queue
-        self._nominal_ns = round(_NANOSECONDS / manager.update_rate)
+        self._nominal_ns = round(NANOSECONDS_PER_SECOND / manager.update_rate)
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
         self._trigger_ns: int | None = None
@@ -75,7 +75,7 @@ class Cycle:
                 period_ns = self._nominal_ns
                 resources.restart()
             self.time_ns = time_ns
-            period = period_ns / _NANOSECONDS
+            period = period_ns / NANOSECONDS_PER_SECOND
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
             self._update(time_ns, trigger_ns, period_ns)
@@ -93,7 +93,7 @@ class Cycle:
         failed: list[ControllerSpec] | None = None
         for spec in self._manager.active_controllers:
             controller = spec.controller
-            nominal_ns = round(_NANOSECONDS / controller.update_rate)
+            nominal_ns = round(NANOSECONDS_PER_SECOND / controller.update_rate)
             last_ns = spec.last_update_cycle_time_ns
             since_ns = nominal_ns
             if last_ns is not None and last_ns < trigger_ns:
@@ -105,7 +105,7 @@ class Cycle:
                 continue
             spec.last_update_cycle_time_ns = trigger_ns
             try:
-                outcome = controller.update(time_ns, since_ns / _NANOSECONDS)
+                outcome = controller.update(time_ns, since_ns / NANOSECONDS_PER_SECOND)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 where = _innermost(error)
                 self.report(

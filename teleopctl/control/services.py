@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 from teleopctl import plugins
 from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, to_nanoseconds
 from teleopctl.interfaces.store import get_message, get_service
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ class ControllerManagerServices:
                 "BEST_EFFORT is used."
             )
             strictness = Strictness.BEST_EFFORT
-        timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS
+        timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS_PER_SECOND
         response.ok, response.message = switch_controller(
             self._manager,
             SwitchRequest(

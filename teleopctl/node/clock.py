@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.interfaces.stamps import to_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.time import ClockType, Duration, Time
@@ -50,7 +51,7 @@ class Clock:
             True when the clock has reached the time.
         """
         while (left_ns := deadline_ns - self.nanoseconds()) > 0:
-            if wake.wait(left_ns / 1e9):
+            if wake.wait(to_seconds(left_ns)):
                 return False
         return True
 

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from teleopctl.interfaces.stamps import from_seconds
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.client import Client
@@ -215,7 +216,7 @@ class NodeEndpoints(NodeCore):
             self,
             callback,
             callback_group or self._default_callback_group,
-            int(timer_period_sec * 1_000_000_000),
+            from_seconds(timer_period_sec),
             clock or self._clock,
             autostart=autostart,
         )

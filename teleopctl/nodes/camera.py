@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.errors import InvalidParameterError
+from teleopctl.interfaces.stamps import to_nanoseconds
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     ExternalShutdownException,
@@ -206,7 +207,7 @@ class Camera(Node):
             self._states = None
 
     def _is_due(self, stamp: Any) -> bool:
-        now_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+        now_ns = to_nanoseconds(stamp)
         if now_ns < self._last_ns:
             # Another simulator, which has begun at zero.
             self._beat.restart()

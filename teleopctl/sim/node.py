@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import InvalidParameterError
+from teleopctl.interfaces.stamps import to_nanoseconds
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.node import (
@@ -250,8 +251,7 @@ class MujocoSim(Node):
                 throttle_duration_sec=10.0,
             )
             return
-        stamp = message.header.stamp
-        self._loop.offer(Command(stamp.sec * 1_000_000_000 + stamp.nanosec, names, *values))
+        self._loop.offer(Command(to_nanoseconds(message.header.stamp), names, *values))
 
     # --- services -------------------------------------------------------------------------
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teleopctl.interfaces.stamps import set_stamp, to_seconds
 from teleopctl.interfaces.store import get_message
 from teleopctl.sim.simulation import Simulation
 
@@ -16,8 +17,6 @@ _Clock = get_message("rosgraph_msgs/msg/Clock")
 _JointState = get_message("sensor_msgs/msg/JointState")
 
 VIEW_TOPIC = "/mujoco_sim/joint_states"
-
-_NS = 1_000_000_000
 
 
 class TopicPorts:
@@ -58,13 +57,13 @@ class TopicPorts:
 
     def publish_clock(self, time_ns: int) -> None:
         """Tell the simulated time."""
-        _set_stamp(self._time.clock, time_ns)
+        set_stamp(self._time.clock, time_ns)
         self._clock_publisher.publish(self._time)
 
     def publish_state(self, time_ns: int) -> None:
         """Send the state of a control tick to the controller."""
         message, simulation = self._state, self._simulation
-        _set_stamp(message.header.stamp, time_ns)
+        set_stamp(message.header.stamp, time_ns)
         message.position = simulation.positions[self._reported]
         message.velocity = simulation.velocities[self._reported]
         message.effort = simulation.efforts[self._reported]
@@ -73,7 +72,7 @@ class TopicPorts:
     def publish_view(self, time_ns: int) -> None:
         """Send the pose of every joint to those who look."""
         message, simulation = self._view, self._simulation
-        _set_stamp(message.header.stamp, time_ns)
+        set_stamp(message.header.stamp, time_ns)
         message.position = simulation.positions
         message.velocity = simulation.velocities
         message.effort = simulation.efforts
@@ -82,15 +81,15 @@ class TopicPorts:
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
         """Report that the controller did not answer."""
         what = (
-            f"No command for the state of {time_ns / _NS:.3f} s came within {waited_s:g} s"
+            f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0
-            else f"The controller has gone at {time_ns / _NS:.3f} s"
+            else f"The controller has gone at {to_seconds(time_ns):.3f} s"
         )
         self._logger.warning(f"{what}; the joints hold and the simulation goes on without it")
 
     def controller_back(self, time_ns: int) -> None:
         """Report that a lost controller answers again."""
-        self._logger.info(f"The controller answers again at {time_ns / _NS:.3f} s")
+        self._logger.info(f"The controller answers again at {to_seconds(time_ns):.3f} s")
 
     def fell_behind(self, seconds: float) -> None:
         """Report that the pace could not be held."""
@@ -102,10 +101,6 @@ class TopicPorts:
     def diverged(self, time_ns: int) -> None:
         """Report that physics broke down."""
         self._logger.error(
-            f"Physics became unstable before {time_ns / _NS:.3f} s and was reset; check masses "
-            "and inertias, or use a smaller timestep"
+            f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
+            "masses and inertias, or use a smaller timestep"
         )
-
-
-def _set_stamp(stamp: Any, time_ns: int) -> None:
-    stamp.sec, stamp.nanosec = divmod(time_ns, _NS)

@@ -5,6 +5,7 @@ import time as wall
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from teleopctl.interfaces.stamps import to_seconds
 from teleopctl.tf.conversions import BufferInterface
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.history import Sample
@@ -288,7 +289,7 @@ class Buffer(BufferInterface):
                 lines.append(
                     f"{child}: \n  parent: '{parent}'\n"
                     f"  broadcaster: '{self._tree.authority(child) or 'default_authority'}'\n"
-                    f"  most_recent_transform: {stamp / 1e9:.6f}\n"
+                    f"  most_recent_transform: {to_seconds(stamp):.6f}\n"
                     f"  is_static: {str(is_static).lower()}\n"
                 )
         return "".join(lines) or "[]"
@@ -324,7 +325,7 @@ class Buffer(BufferInterface):
 
         The time is the wall's: simulated time may stand still, a caller should not.
         """
-        left = 0.0 if timeout is None else stamp_of(timeout) / 1e9
+        left = 0.0 if timeout is None else to_seconds(stamp_of(timeout))
         deadline = wall.monotonic() + left
         with self._changed:
             while True:

@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.interfaces.stamps import split
 from teleopctl.node import Duration, Node
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
@@ -14,8 +15,6 @@ from teleopctl.tf.transforms import Transform, matrix_from_quaternion, rpy_from_
 # Transforms that exist already arrive within this time; only then is there something to report.
 _FIRST_WAIT = Duration(seconds=0.25)
 _WAIT = Duration(seconds=1.0)
-
-_NANOSECONDS = 1_000_000_000
 
 
 def echo_text(stamp: int, transform: Transform) -> str:
@@ -48,7 +47,7 @@ def echo_text(stamp: int, transform: Transform) -> str:
 
 def time_text(stamp: int) -> str:
     """Write a time as seconds with nine decimals, and the time of static transforms as 0.0."""
-    seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
+    seconds, nanoseconds = split(stamp)
     return f"{seconds}.{nanoseconds:09d}" if stamp else "0.0"
 
 

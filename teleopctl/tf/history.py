@@ -6,6 +6,7 @@ Times are integers in nanoseconds.
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
+from teleopctl.interfaces.stamps import to_seconds
 from teleopctl.tf.errors import ExtrapolationException
 from teleopctl.tf.transforms import Transform, interpolate
 
@@ -126,4 +127,4 @@ class MovingHistory:
 
 def seconds(stamp: int) -> str:
     """Write a time as tf2 does in its messages: seconds with six decimals."""
-    return f"{stamp / 1e9:f}"
+    return f"{to_seconds(stamp):f}"

@@ -2,10 +2,9 @@
 
 from typing import Any
 
+from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
 from teleopctl.tf.transforms import Transform
-
-_NANOSECONDS = 1_000_000_000
 
 
 def stamp_of(time: Any) -> int:
@@ -19,7 +18,7 @@ def stamp_of(time: Any) -> int:
     nanoseconds = getattr(time, "nanoseconds", None)
     if nanoseconds is not None:
         return int(nanoseconds)
-    return int(time.sec) * _NANOSECONDS + int(time.nanosec)
+    return to_nanoseconds(time)
 
 
 def transform_of(message: Any) -> Transform:
@@ -38,7 +37,7 @@ def transform_stamped(parent: str, child: str, stamp: int, transform: Transform)
         transform: Where it stands.
     """
     message = get_message("geometry_msgs/msg/TransformStamped")()
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, _NANOSECONDS)
+    set_stamp(message.header.stamp, stamp)
     message.header.frame_id = parent
     message.child_frame_id = child
     move, turn = message.transform.translation, message.transform.rotation

@@ -7,6 +7,8 @@ Policies are the plain integers of ``rmw/types.h``; names for them belong to the
 
 from typing import NamedTuple
 
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, split
+
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration that never ends, in nanoseconds: the largest that the ROS middleware can express."""
 
@@ -19,8 +21,7 @@ DURABILITY_VOLATILE = 2
 HISTORY_KEEP_LAST = 1
 LIVELINESS_AUTOMATIC = 1
 
-_NS_PER_S = 1_000_000_000
-_INFINITE_S, _INFINITE_REST_NS = divmod(INFINITE_NS, _NS_PER_S)
+_INFINITE_S, _INFINITE_REST_NS = split(INFINITE_NS)
 _HIGHEST_RELIABILITY = 4
 _HIGHEST_DURABILITY = 4
 _HIGHEST_HISTORY = 3
@@ -109,7 +110,7 @@ def _unless(value: int, default: int) -> str:
 
 
 def _format_duration(duration_ns: int) -> str:
-    seconds, rest_ns = divmod(duration_ns or INFINITE_NS, _NS_PER_S)
+    seconds, rest_ns = split(duration_ns or INFINITE_NS)
     return f"{_unless(seconds, _INFINITE_S)},{_unless(rest_ns, _INFINITE_REST_NS)}"
 
 
@@ -123,4 +124,5 @@ def _number(text: str, default: int) -> int:
 
 
 def _duration_ns(seconds: str, nanoseconds: str) -> int:
-    return _number(seconds, _INFINITE_S) * _NS_PER_S + _number(nanoseconds, _INFINITE_REST_NS)
+    rest_ns = _number(nanoseconds, _INFINITE_REST_NS)
+    return _number(seconds, _INFINITE_S) * NANOSECONDS_PER_SECOND + rest_ns

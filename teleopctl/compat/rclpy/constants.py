@@ -1,3 +1,5 @@
 """``rclpy.constants``. Conversions."""
 
-S_TO_NS = 1_000_000_000
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+
+S_TO_NS = NANOSECONDS_PER_SECOND

@@ -1,6 +1,7 @@
 """``rclpy.time``. Points in time."""
 
-from teleopctl.node.values.time import NANOSECONDS_PER_SECOND, Duration, Time
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.node.values.time import Duration, Time
 
 __all__ = ["CONVERSION_CONSTANT", "Duration", "Time"]
 

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from teleopctl.compat.rclpy import get_rmw_implementation_identifier
+from teleopctl.interfaces.stamps import from_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown
 from teleopctl.node.values.ros_args import parse_ros_arguments
@@ -27,7 +28,7 @@ def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
 
 def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
     """Return a timeout in nanoseconds; -1, which waits for ever, for None and negative ones."""
-    return -1 if timeout_sec is None or timeout_sec < 0 else int(timeout_sec * 1_000_000_000)
+    return -1 if timeout_sec is None or timeout_sec < 0 else from_seconds(timeout_sec)
 
 
 def get_domain_id(context: Context | None = None) -> int:

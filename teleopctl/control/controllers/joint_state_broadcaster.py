@@ -9,10 +9,10 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS
 from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.interfaces.stamps import set_stamp
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 
@@ -138,7 +138,7 @@ class JointStateBroadcaster(ControllerInterface):
     def _publish(self, value: tuple[int, list[list[float]]]) -> None:
         time_ns, (position, velocity, effort) = value
         message = self._message
-        _set_stamp(message, time_ns)
+        set_stamp(message.header.stamp, time_ns)
         message.position = position
         message.velocity = velocity
         message.effort = effort
@@ -149,12 +149,7 @@ class JointStateBroadcaster(ControllerInterface):
             return
         time_ns, rows = value
         message = self._dynamic_message
-        _set_stamp(message, time_ns)
+        set_stamp(message.header.stamp, time_ns)
         for interfaces, values in zip(message.interface_values, rows, strict=True):
             interfaces.values = values
         self._dynamic.publish(message)
-
-
-def _set_stamp(message: Any, time_ns: int) -> None:
-    stamp = message.header.stamp
-    stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, to_nanoseconds
 from teleopctl.control.handles import (
     EFFORT,
     POSITION,
@@ -19,6 +18,7 @@ from teleopctl.control.handles import (
 )
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import ReturnType
+from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
@@ -166,7 +166,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             return
         # The same message each time: making one costs more than all the rest of a cycle.
         message, stamp = self._command, self._command.header.stamp
-        stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)
+        set_stamp(stamp, time_ns)
         message.name = self._names if owned else []
         for field, column in self._columns:
             values = [_value(command, owned) for command in column] if owned else []

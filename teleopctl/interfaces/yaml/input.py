@@ -19,6 +19,7 @@ from teleopctl.interfaces.definition import (
     Shape,
 )
 from teleopctl.interfaces.message import Message
+from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
 
 MessageType = TypeVar("MessageType")
@@ -27,7 +28,6 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _TIME = "builtin_interfaces/msg/Time"
 _HEADER = "std_msgs/msg/Header"
 _NOW_WORDS = ("auto", "now")
-_NANOSECONDS = 10**9
 
 
 class _BadValueError(Exception):
@@ -68,7 +68,7 @@ def message_from_yaml(
 def _nanoseconds(now: Any) -> int:
     if now is None:
         return time.time_ns()
-    return now if isinstance(now, int) else int(now.sec * _NANOSECONDS + now.nanosec)
+    return now if isinstance(now, int) else to_nanoseconds(now)
 
 
 def _load(text: str) -> object:
@@ -118,7 +118,7 @@ def _stamp(message: Message, now: int) -> bool:
         target = target.stamp
     elif message.TYPE_NAME != _TIME:
         return False
-    target.sec, target.nanosec = divmod(now, _NANOSECONDS)
+    set_stamp(target, now)
     return True
 
 

@@ -7,11 +7,11 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces.stamps import split
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values import logging
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.node.values.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints
@@ -35,7 +35,7 @@ class RosoutPublisher:
         frame: FrameType,
         time_ns: int,
     ) -> None:
-        sec, nanosec = divmod(time_ns, NANOSECONDS_PER_SECOND)
+        sec, nanosec = split(time_ns)
         # The console has the message already: text that no CDR string holds, and what is logged
         # after shutdown, ends there.
         with contextlib.suppress(TeleopctlError, InvalidHandle):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.parameter_store import result
 from teleopctl.node.values.qos import qos_profile_clock
-from teleopctl.node.values.time import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from types import FrameType
 
 from teleopctl.errors import UsageError
+from teleopctl.interfaces.stamps import split
 
 _DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
 _RESET = "\033[0m"
@@ -66,9 +67,10 @@ class _Console:
     ) -> None:
         if not self.enabled:
             return
+        sec, nanosec = split(time_ns)
         line = (
             self._format.replace("{severity}", severity.name)
-            .replace("{time}", f"{time_ns // 10**9}.{time_ns % 10**9:09d}")
+            .replace("{time}", f"{sec}.{nanosec:09d}")
             .replace("{time_as_nanoseconds}", str(time_ns))
             .replace("{name}", name)
             .replace("{function_name}", frame.f_code.co_name)

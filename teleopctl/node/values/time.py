@@ -6,9 +6,14 @@ import enum
 import math
 from typing import Any
 
+from teleopctl.interfaces.stamps import (
+    from_seconds,
+    split,
+    to_nanoseconds,
+    to_seconds,
+)
 from teleopctl.interfaces.store import get_message
 
-NANOSECONDS_PER_SECOND = 1_000_000_000
 _INFINITE_NS = 2**63 - 1
 
 
@@ -35,7 +40,7 @@ class Duration:
     __slots__ = ("nanoseconds",)
 
     def __init__(self, *, seconds: float = 0, nanoseconds: int = 0) -> None:
-        total = int(seconds * NANOSECONDS_PER_SECOND) + int(nanoseconds)
+        total = from_seconds(seconds) + int(nanoseconds)
         if not -(2**63) <= total < 2**63:
             raise OverflowError("Total nanoseconds value is too large to store in C duration.")
         self.nanoseconds = total
@@ -43,17 +48,17 @@ class Duration:
     @property
     def seconds(self) -> float:
         """The span in seconds (ours; rclpy has ``nanoseconds`` only)."""
-        return self.nanoseconds / NANOSECONDS_PER_SECOND
+        return to_seconds(self.nanoseconds)
 
     def to_msg(self) -> Any:
         """Return a ``builtin_interfaces/msg/Duration``."""
-        sec, nanosec = divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+        sec, nanosec = split(self.nanoseconds)
         return get_message("builtin_interfaces/msg/Duration")(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: Any) -> Duration:
         """Make one from a ``builtin_interfaces/msg/Duration``."""
-        return cls(nanoseconds=msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec)
+        return cls(nanoseconds=to_nanoseconds(msg))
 
     def __repr__(self) -> str:
         return f"Duration(nanoseconds={self.nanoseconds})"
@@ -139,7 +144,7 @@ class Time:
             raise ValueError("Seconds value must not be negative")
         if nanoseconds < 0:
             raise ValueError("Nanoseconds value must not be negative")
-        total = int(seconds * NANOSECONDS_PER_SECOND) + int(nanoseconds)
+        total = from_seconds(seconds) + int(nanoseconds)
         if total >= 2**63:
             raise OverflowError("Total nanoseconds value is too large to store in C time point.")
         self.nanoseconds = total
@@ -152,19 +157,17 @@ class Time:
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
         """Return whole seconds and the nanoseconds left over."""
-        return divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+        return split(self.nanoseconds)
 
     def to_msg(self) -> Any:
         """Return a ``builtin_interfaces/msg/Time``."""
-        sec, nanosec = divmod(self.nanoseconds, NANOSECONDS_PER_SECOND)
+        sec, nanosec = split(self.nanoseconds)
         return get_message("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: Any, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
         """Make one from a ``builtin_interfaces/msg/Time``."""
-        return cls(
-            nanoseconds=msg.sec * NANOSECONDS_PER_SECOND + msg.nanosec, clock_type=clock_type
-        )
+        return cls(nanoseconds=to_nanoseconds(msg), clock_type=clock_type)
 
     def _comparable(self, other: object) -> int:
         if not isinstance(other, Time):

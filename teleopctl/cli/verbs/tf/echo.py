@@ -7,6 +7,7 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
+from teleopctl.interfaces.stamps import split
 from teleopctl.tf.echo import echo, echo_text
 from teleopctl.tf.transforms import Transform, rpy_from_quaternion
 
@@ -52,7 +53,7 @@ def echo_transform(
 
 def _document(source: str, target: str, stamp: int, transform: Transform) -> console.Json:
     """Return a ``geometry_msgs/msg/TransformStamped`` as JSON, with the angles besides."""
-    seconds, nanoseconds = divmod(stamp, 1_000_000_000)
+    seconds, nanoseconds = split(stamp)
     return {
         "header": {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": source},
         "child_frame_id": target,

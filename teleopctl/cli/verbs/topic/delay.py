@@ -12,6 +12,7 @@ from teleopctl.cli.verbs.topic.listening import listen
 from teleopctl.cli.verbs.topic.source import TopicSource, find_source
 from teleopctl.cli.verbs.topic.statistics import Window, delay_text
 from teleopctl.errors import InvalidMessageError
+from teleopctl.interfaces.stamps import to_nanoseconds, to_seconds
 
 
 def measure_delay(
@@ -35,8 +36,7 @@ def measure_delay(
     lock = threading.Lock()
 
     def arrive(_: TopicSource, message: Any, __: float) -> None:
-        stamp = message.header.stamp
-        delay_s = time.time() - (stamp.sec + stamp.nanosec * 1e-9)
+        delay_s = to_seconds(time.time_ns() - to_nanoseconds(message.header.stamp))
         with lock:
             delays.add(delay_s)
 

@@ -15,7 +15,7 @@ from teleopctl.control.controllers.base import (
 )
 from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
 from teleopctl.control.controllers.joint_trajectory.pid import Pid
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import (
     UNSUPPORTED,
     InvalidSettingsError,
@@ -40,6 +40,7 @@ from teleopctl.control.handles import (
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 
 
 class JointTrajectoryController(ControllerInterface):
@@ -216,10 +217,10 @@ class JointTrajectoryController(ControllerInterface):
         if first:
             self._begin(trajectory, time_ns, positions, velocities)
         else:
-            self._trajectory_ns += round(period * self._scaling * NANOSECONDS)
+            self._trajectory_ns += round(period * self._scaling * NANOSECONDS_PER_SECOND)
         now = self._trajectory_ns
         desired = trajectory.sample(now, method)
-        ahead = now + round(NANOSECONDS * self._scaling / self.update_rate)
+        ahead = now + round(NANOSECONDS_PER_SECOND * self._scaling / self.update_rate)
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
@@ -289,7 +290,7 @@ class JointTrajectoryController(ControllerInterface):
                 return False
         if running:
             return True
-        late = (self._trajectory_ns - trajectory.end_ns) / NANOSECONDS
+        late = (self._trajectory_ns - trajectory.end_ns) / NANOSECONDS_PER_SECOND
         if 0.0 < tolerances.goal_time < late:
             failure = violation(tolerances.goal, joints, errors, velocity_errors)
             if failure:

@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.controllers.joint_trajectory import position_commands
-from teleopctl.control.controllers.joint_trajectory.points import (
-    NANOSECONDS,
-    TrajectoryPoint,
-    to_nanoseconds,
-)
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
 from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
@@ -21,6 +17,7 @@ from teleopctl.control.controllers.joint_trajectory.validation import (
     to_points,
     validate,
 )
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, to_nanoseconds
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -151,7 +148,7 @@ class TrajectoryInputs:
             return
         joints = self._settings.joints
         start_ns = to_nanoseconds(message.header.stamp)
-        ahead = (start_ns - self._controller.params.now_ns()) / NANOSECONDS
+        ahead = (start_ns - self._controller.params.now_ns()) / NANOSECONDS_PER_SECOND
         if ahead > _FAR_AHEAD:
             self._logger.warning(
                 f"The trajectory starts in {ahead:.0f} s: the robot heads for it slowly until "

@@ -10,14 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-NANOSECONDS = 1_000_000_000
-
-
-class DurationLike(Protocol):
-    """What builtin_interfaces/Duration and builtin_interfaces/Time have in common."""
-
-    sec: int
-    nanosec: int
+from teleopctl.interfaces.stamps import Stamp, to_nanoseconds
 
 
 class PointLike(Protocol):
@@ -27,12 +20,7 @@ class PointLike(Protocol):
     velocities: Sequence[float]
     accelerations: Sequence[float]
     effort: Sequence[float]
-    time_from_start: DurationLike
-
-
-def to_nanoseconds(duration: DurationLike) -> int:
-    """The time or duration message as nanoseconds."""
-    return duration.sec * NANOSECONDS + duration.nanosec
+    time_from_start: Stamp
 
 
 @dataclass(slots=True)

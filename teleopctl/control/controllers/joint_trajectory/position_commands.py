@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 from teleopctl.robot.joints import JointLimits
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
@@ -83,6 +84,8 @@ def to_trajectory(
         duration = max(duration, _PEAK * abs(target - position) / speed)
     return [
         TrajectoryPoint(
-            list(positions), [0.0] * len(positions), time_ns=math.ceil(duration * NANOSECONDS)
+            list(positions),
+            [0.0] * len(positions),
+            time_ns=math.ceil(duration * NANOSECONDS_PER_SECOND),
         )
     ]

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 
 
 class Segment:
@@ -27,7 +28,7 @@ class Segment:
         self, begin_ns: int, begin: TrajectoryPoint, end_ns: int, end: TrajectoryPoint
     ) -> None:
         self._begin_ns = begin_ns
-        self._duration = duration = max(0, end_ns - begin_ns) / NANOSECONDS
+        self._duration = duration = max(0, end_ns - begin_ns) / NANOSECONDS_PER_SECOND
         has_velocities = bool(begin.velocities and end.velocities)
         if has_velocities and begin.accelerations and end.accelerations:
             self._degree = 5
@@ -60,7 +61,7 @@ class Segment:
 
     def sample(self, time_ns: int) -> TrajectoryPoint:
         """The state at a time, which is clamped into the segment."""
-        t = (time_ns - self._begin_ns) / NANOSECONDS
+        t = (time_ns - self._begin_ns) / NANOSECONDS_PER_SECOND
         t = min(max(t, 0.0), self._duration)
         if self._degree == 1:
             positions = [c0 + c1 * t for c0, c1 in self._coefficients]

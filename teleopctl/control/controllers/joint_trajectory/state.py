@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+from teleopctl.interfaces.stamps import set_stamp
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -73,7 +74,7 @@ class TrajectoryStatePublisher:
         time_ns, reference, feedback, error, output, scaling = snapshot
         message = self._message
         stamp = message.header.stamp
-        stamp.sec, stamp.nanosec = divmod(time_ns, NANOSECONDS)
+        set_stamp(stamp, time_ns)
         _fill(message.reference, reference)
         _fill(message.feedback, feedback)
         _fill(message.error, error)
@@ -90,4 +91,4 @@ def _fill(message: Any, point: TrajectoryPoint) -> None:
     message.accelerations = point.accelerations
     message.effort = point.effort
     duration = message.time_from_start
-    duration.sec, duration.nanosec = divmod(point.time_ns, NANOSECONDS)
+    set_stamp(duration, point.time_ns)

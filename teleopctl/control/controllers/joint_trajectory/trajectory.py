@@ -12,8 +12,9 @@ from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
-from teleopctl.control.controllers.joint_trajectory.points import NANOSECONDS, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.segment import Segment
+from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 
 
 class InterpolationMethod(Enum):
@@ -162,7 +163,7 @@ class Trajectory:
         for index in range(self._completed, segment + 1):
             target = self._points[index]
             begin_ns, begin = self._begin_of(index)
-            duration = max(0, self.start_ns + target.time_ns - begin_ns) / NANOSECONDS
+            duration = max(0, self.start_ns + target.time_ns - begin_ns) / NANOSECONDS_PER_SECOND
             integrate(begin, target, duration)
         self._completed = max(self._completed, segment + 1)
 

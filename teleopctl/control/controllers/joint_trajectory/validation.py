@@ -7,13 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from teleopctl.control.controllers.joint_trajectory.points import (
-    NANOSECONDS,
-    DurationLike,
-    PointLike,
-    TrajectoryPoint,
-    to_nanoseconds,
-)
+from teleopctl.control.controllers.joint_trajectory.points import PointLike, TrajectoryPoint
+from teleopctl.interfaces.stamps import Stamp, to_nanoseconds, to_seconds
 
 # float32 resolution: what a planner that works in single precision calls zero.
 _STILL = 1.2e-7
@@ -22,7 +17,7 @@ _STILL = 1.2e-7
 class HeaderLike(Protocol):
     """std_msgs/Header, as far as it is read here."""
 
-    stamp: DurationLike
+    stamp: Stamp
 
 
 class TrajectoryLike(Protocol):
@@ -105,8 +100,8 @@ def _check_end(trajectory: TrajectoryLike, rules: Rules, now_ns: int) -> None:
     end_ns = start_ns + to_nanoseconds(last.time_from_start)
     if start_ns != 0 and end_ns < now_ns:
         raise InvalidTrajectoryError(
-            f"Received trajectory with non-zero start time ({start_ns / NANOSECONDS:f}) "
-            f"that ends in the past ({end_ns / NANOSECONDS:f})"
+            f"Received trajectory with non-zero start time ({to_seconds(start_ns):f}) "
+            f"that ends in the past ({to_seconds(end_ns):f})"
         )
 
 
@@ -119,7 +114,7 @@ def _check_times(trajectory: TrajectoryLike) -> None:
         if time <= previous:
             raise InvalidTrajectoryError(
                 f"Time between points {index - 1} and {index} is not strictly increasing, "
-                f"it is {previous / NANOSECONDS:f} and {time / NANOSECONDS:f} respectively"
+                f"it is {to_seconds(previous):f} and {to_seconds(time):f} respectively"
             )
         previous = time
 

@@ -1,0 +1,48 @@
+"""Between nanoseconds and ``builtin_interfaces`` Time and Duration: the one place that converts.
+
+Both messages have ``int32 sec`` and ``uint32 nanosec``, and mean ``sec + nanosec / 10**9`` seconds
+with nanosec below 10**9. So the seconds of a negative time are rounded down, as in rcl: -0.25 s is
+sec -1, nanosec 750000000.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+NANOSECONDS_PER_SECOND = 1_000_000_000
+
+
+class Stamp(Protocol):
+    """A ``builtin_interfaces`` Time or Duration."""
+
+    sec: int
+    nanosec: int
+
+
+def to_nanoseconds(stamp: Stamp) -> int:
+    """The nanoseconds that a Time or Duration stands for."""
+    return stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
+
+
+def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
+    """Set a Time or Duration to nanoseconds.
+
+    Raises:
+        ValueError: The message refuses it: the seconds do not fit into 32 bits.
+    """
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+
+
+def split(nanoseconds: int) -> tuple[int, int]:
+    """The fields ``sec`` and ``nanosec`` of a Time or Duration."""
+    return divmod(nanoseconds, NANOSECONDS_PER_SECOND)
+
+
+def from_seconds(seconds: float) -> int:
+    """Nanoseconds of a number of seconds, cut off towards zero as in rclpy."""
+    return int(seconds * NANOSECONDS_PER_SECOND)
+
+
+def to_seconds(nanoseconds: int) -> float:
+    """Seconds, with the precision of a float: about 0.2 µs for a time of this century."""
+    return nanoseconds / NANOSECONDS_PER_SECOND
