@@ -184,6 +184,7 @@ _VERBS = {
     "service": ("service:GROUP", "List and call services."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
+    "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),
     "daemon": ("daemon:GROUP", "Manage the router that introduces nodes to each other."),
     "completion": ("completion:GROUP", "Print the completion script of a shell."),
 }

@@ -23,11 +23,15 @@ class Catalog:
     Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
     that come with teleopctl, and the ROS packages of the user. Of a name only the file that
     belongs to it is read.
+
+    Args:
+        distribution_name: The ROS 2 distribution; that of the environment if None.
+        cached: Whether the user's cache folder is used.
     """
 
-    def __init__(self, distribution_name: str | None = None) -> None:
+    def __init__(self, distribution_name: str | None = None, *, cached: bool = True) -> None:
         self.distribution = distribution_name or distribution()
-        self._standard = StandardTypes(self.distribution)
+        self._standard = StandardTypes(self.distribution, cached=cached)
         changed = _CHANGED.get(self.distribution)
         self._built_in = [_BUILT_IN] if changed is None else [changed, _BUILT_IN]
         self._definitions: dict[str, Definition] = {}
@@ -109,15 +113,24 @@ class Catalog:
     def names(self, kind: str | None = None) -> list[str]:
         """Return the names of all types that have a definition, sorted, without derived ones."""
         with self._lock:
-            names = set(self._standard.names())
-            names.update(name for name in self._definitions if "_" not in split(name)[2])
-            for package in _BUILT_IN.glob("[!_]*"):
-                names.update(name for name, _ in _files(package, package.name))
-            from teleopctl.packages import list_packages
-
-            for found in list_packages():
-                names.update(name for name, _ in _files(found.share, found.name))
+            names = {name for name in self._definitions if "_" not in split(name)[2]}
+            names.update(self.built_in_names(), self.user_names())
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
+
+    def built_in_names(self) -> list[str]:
+        """Return the names of the types of rosbags' table and of our files, without derived ones.
+
+        These are the same on every machine.
+        """
+        ours = (_files(package, package.name) for package in _BUILT_IN.glob("[!_]*"))
+        return sorted({*self._standard.names(), *(name for files in ours for name, _ in files)})
+
+    def user_names(self) -> list[str]:
+        """Return the names of the types of the user's packages, without derived ones."""
+        from teleopctl.packages import list_packages
+
+        found = list_packages()
+        return sorted(name for each in found for name, _ in _files(each.share, each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
         """Return the names of the types of one package, sorted; empty for an unknown package.

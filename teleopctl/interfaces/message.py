@@ -96,7 +96,7 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
         "__makers__": {},
         "_fields_and_field_types": {field.attribute: field.type.idl() for field in fields},
     }
-    namespace.update((c.name, _constant(c)) for c in definition.constants)
+    namespace.update((c.name, constant_value(c)) for c in definition.constants)
     if not fields:
         namespace[f"_{PLACEHOLDER}"] = 0
     cls: type[Message] = type(split(definition.type_name)[2], (Message,), namespace)
@@ -199,7 +199,8 @@ def _zero(kind: FieldType) -> object:
     return False if kind.base == "bool" else b"\0"
 
 
-def _constant(constant: Constant) -> object:
+def constant_value(constant: Constant) -> object:
+    """Return what a constant is in Python: a ``byte`` is bytes of length one."""
     if constant.base == "byte" and isinstance(constant.value, int):
         return bytes((constant.value,))
     return constant.value

@@ -57,11 +57,17 @@ def distribution() -> str:
 
 
 class StandardTypes:
-    """Definitions of the messages of one distribution, made when they are asked for."""
+    """Definitions of the messages of one distribution, made when they are asked for.
 
-    def __init__(self, name: str) -> None:
+    Args:
+        name: The distribution.
+        cached: Whether the user's cache folder is used.
+    """
+
+    def __init__(self, name: str, *, cached: bool = True) -> None:
         self._module = f"ros2_{name}"
-        self._table = _read_cache(self._module)
+        self._cached = cached
+        self._table = _read_cache(self._module) if cached else None
         self._from_cache = self._table is not None
         if self._table is None:
             self._table = self._import()
@@ -89,7 +95,8 @@ class StandardTypes:
 
     def _import(self) -> Table:
         table: Table = import_module(f"rosbags.typesys.stores.{self._module}").FIELDDEFS
-        _write_cache(self._module, table)
+        if self._cached:
+            _write_cache(self._module, table)
         return table
 
 
