@@ -267,10 +267,10 @@ class ControllerManager:
         """Take in which interfaces are available now, for a controller that needs all of them."""
         resources = self.resource_manager
         spec.required_command_interfaces = _required(
-            spec.command_interface_configuration, resources.commands
+            spec.command_interface_configuration, resources.command_interfaces
         )
         spec.required_state_interfaces = _required(
-            spec.state_interface_configuration, resources.states
+            spec.state_interface_configuration, resources.state_interfaces
         )
 
     def _set_rate(self, controller: ControllerInterface) -> bool:
@@ -364,9 +364,11 @@ class ControllerManager:
         users = []
         for spec in self.active_controllers:
             uses_commands = any(
-                name in hardware.commands for name in spec.required_command_interfaces
+                name in hardware.command_interfaces for name in spec.required_command_interfaces
             )
-            uses_states = any(name in hardware.states for name in spec.required_state_interfaces)
+            uses_states = any(
+                name in hardware.state_interfaces for name in spec.required_state_interfaces
+            )
             if uses_commands or (uses_states and not only_commands):
                 users.append(spec)
         return users

@@ -18,35 +18,44 @@ class StateInterface:
     """A measured value, for example ``joint_1/position``; read by any number of controllers.
 
     Args:
-        prefix: The joint, sensor or gpio.
-        name: What is measured.
+        prefix_name: The joint, sensor or gpio.
+        interface_name: What is measured.
         data_type: The type that the robot description gives it.
         initial_value: Value until the hardware's first read.
 
     Attributes:
+        name: Prefix and interface name, ``joint_1/position``.
         value: The present value; NaN while unknown.
         available: Whether its hardware can be used now.
     """
 
-    __slots__ = ("available", "data_type", "full_name", "initial_value", "name", "prefix", "value")
+    __slots__ = (
+        "available",
+        "data_type",
+        "initial_value",
+        "interface_name",
+        "name",
+        "prefix_name",
+        "value",
+    )
 
     def __init__(
         self,
-        prefix: str,
-        name: str,
+        prefix_name: str,
+        interface_name: str,
         data_type: str = "double",
         initial_value: float = math.nan,
     ) -> None:
-        self.prefix = prefix
-        self.name = name
-        self.full_name = f"{prefix}/{name}"
+        self.prefix_name = prefix_name
+        self.interface_name = interface_name
+        self.name = f"{prefix_name}/{interface_name}"
         self.data_type = data_type
         self.initial_value = initial_value
         self.value = initial_value
         self.available = False
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.full_name}={self.value}>"
+        return f"<{type(self).__name__} {self.name}={self.value}>"
 
 
 class CommandInterface(StateInterface):
@@ -60,12 +69,12 @@ class CommandInterface(StateInterface):
 
     def __init__(
         self,
-        prefix: str,
-        name: str,
+        prefix_name: str,
+        interface_name: str,
         data_type: str = "double",
         initial_value: float = math.nan,
     ) -> None:
-        super().__init__(prefix, name, data_type, initial_value)
+        super().__init__(prefix_name, interface_name, data_type, initial_value)
         self.owner: str | None = None
 
     @property

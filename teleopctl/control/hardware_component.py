@@ -36,8 +36,8 @@ class HardwareComponent:
     def __init__(self, hardware: HardwareComponentInterface, logger: RcutilsLogger) -> None:
         self.hardware = hardware
         self.name: str = hardware.info.name
-        self.states: list[StateInterface] = list(hardware.states.values())
-        self.commands: list[CommandInterface] = list(hardware.commands.values())
+        self.state_interfaces: list[StateInterface] = list(hardware.state_interfaces.values())
+        self.command_interfaces: list[CommandInterface] = list(hardware.command_interfaces.values())
         self.lifecycle_state = State.UNCONFIGURED
         self._logger = logger
 
@@ -88,7 +88,7 @@ class HardwareComponent:
     def _enter(self, state: State) -> None:
         self.lifecycle_state = state
         available = state in (State.INACTIVE, State.ACTIVE)
-        for interface in (*self.states, *self.commands):
+        for interface in (*self.state_interfaces, *self.command_interfaces):
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:

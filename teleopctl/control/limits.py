@@ -107,14 +107,14 @@ class JointLimiter:
                 continue
             lower, upper = band(period)
             limited = min(max(wanted, lower), upper)
-            self._previous[command.name] = limited
+            self._previous[command.interface_name] = limited
             if abs(limited - wanted) <= _ROUNDING:
-                self._reported.discard(command.name)
+                self._reported.discard(command.interface_name)
                 continue
             command.value = limited
-            if command.name not in self._reported:
-                self._reported.add(command.name)
-                self._report(self._sentence(command.name, wanted, limited, period))
+            if command.interface_name not in self._reported:
+                self._reported.add(command.interface_name)
+                self._report(self._sentence(command.interface_name, wanted, limited, period))
 
     def _sentence(self, interface: str, wanted: float, limited: float, period: float) -> str:
         limits = self._limits

@@ -42,8 +42,8 @@ class ResourceManager:
     Attributes:
         components: By name, in the order of the robot description.
         limits: Limits of every movable joint.
-        states: State interfaces by full name, in the order of the description.
-        commands: Command interfaces by full name, likewise.
+        state_interfaces: State interfaces by full name, in the order of the description.
+        command_interfaces: Command interfaces by full name, likewise.
         spec: Whether a robot description has been taken in.
     """
 
@@ -63,8 +63,8 @@ class ResourceManager:
         self._limiter_of: dict[str, JointLimiter] = {}
         self.components: dict[str, HardwareComponent] = {}
         self.limits: dict[str, JointLimits] = {}
-        self.states: dict[str, StateInterface] = {}
-        self.commands: dict[str, CommandInterface] = {}
+        self.state_interfaces: dict[str, StateInterface] = {}
+        self.command_interfaces: dict[str, CommandInterface] = {}
         self.components_initialized = False
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
@@ -78,12 +78,17 @@ class ResourceManager:
         self.components = components
         self.limits = {name: model.limits for name, model in Joints.of(description).items()}
         for component in components.values():
-            self.states.update((state.full_name, state) for state in component.states)
-            self.commands.update((command.full_name, command) for command in component.commands)
+            self.state_interfaces.update(
+                (state.name, state) for state in component.state_interfaces
+            )
+            self.command_interfaces.update(
+                (command.name, command) for command in component.command_interfaces
+            )
             self._limit(component)
         self.components_initialized = True
 
     def _make(self, info: HardwareInfo) -> HardwareComponent:
+        plugin = info.hardware_plugin_name
         for warning in info.warnings:
             self._logger.warning(warning)
         if info.is_async or info.rw_rate:
@@ -93,10 +98,10 @@ class ResourceManager:
             )
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
-            hardware_class = plugins.load(plugins.HARDWARE, info.plugin)
+            hardware_class = plugins.load(plugins.HARDWARE, plugin)
         except UnknownPluginError as error:
             raise HardwareError(
-                f"Failed to load hardware '{info.name}': plugin '{info.plugin}' not found",
+                f"Failed to load hardware '{info.name}': plugin '{plugin}' not found",
                 hint=str(error),
             ) from error
         except BrokenPluginError as error:
@@ -109,17 +114,17 @@ class ResourceManager:
             )
         except Exception as error:
             raise HardwareError(
-                f"Failed to load hardware '{info.name}': plugin '{info.plugin}' raised "
+                f"Failed to load hardware '{info.name}': plugin '{plugin}' raised "
                 f"{type(error).__name__}: {error}"
             ) from error
-        self._logger.info(f"Loaded hardware '{info.name}' from plugin '{info.plugin}'")
+        self._logger.info(f"Loaded hardware '{info.name}' from plugin '{plugin}'")
         component = HardwareComponent(hardware, self._logger)
         if not component.initialize():
             raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
         return component
 
     def _limit(self, component: HardwareComponent) -> None:
-        joints = dict.fromkeys(command.prefix for command in component.commands)
+        joints = dict.fromkeys(command.prefix_name for command in component.command_interfaces)
         for joint in joints:
             limits = self.limits.get(joint)
             if limits is None or not self._enforce:
@@ -131,8 +136,12 @@ class ResourceManager:
             limiter = JointLimiter(
                 joint,
                 limits,
-                {c.name: c for c in component.commands if c.prefix == joint},
-                {s.name: s for s in component.states if s.prefix == joint},
+                {
+                    c.interface_name: c
+                    for c in component.command_interfaces
+                    if c.prefix_name == joint
+                },
+                {s.interface_name: s for s in component.state_interfaces if s.prefix_name == joint},
                 self._report,
             )
             self._limiters.append(limiter)
@@ -142,7 +151,7 @@ class ResourceManager:
         """The component that has an interface of this name."""
         for component in self.components.values():
             hardware = component.hardware
-            if interface in hardware.commands or interface in hardware.states:
+            if interface in hardware.command_interfaces or interface in hardware.state_interfaces:
                 return component
         return None
 
@@ -154,7 +163,7 @@ class ResourceManager:
         """
         claimed: list[CommandInterface] = []
         for name in names:
-            interface = self.commands.get(name)
+            interface = self.command_interfaces.get(name)
             if interface is None or not interface.available:
                 raise ClaimError(f"the command interface '{name}' is not available")
             if interface.owner is not None:
@@ -164,13 +173,13 @@ class ResourceManager:
             claimed.append(interface)
         for interface in claimed:
             interface.owner = owner
-            if (limiter := self._limiter_of.get(interface.prefix)) is not None:
-                limiter.reset(interface.name)
+            if (limiter := self._limiter_of.get(interface.prefix_name)) is not None:
+                limiter.reset(interface.interface_name)
         return claimed
 
     def release_command_interfaces(self, owner: str) -> None:
         """Take back all interfaces of a controller."""
-        for interface in self.commands.values():
+        for interface in self.command_interfaces.values():
             if interface.owner == owner:
                 interface.owner = None
 
@@ -206,8 +215,8 @@ class ResourceManager:
     ) -> bool:
         for component in self.components.values():
             hardware = component.hardware
-            starting = [name for name in start_interfaces if name in hardware.commands]
-            stopping = [name for name in stop_interfaces if name in hardware.commands]
+            starting = [name for name in start_interfaces if name in hardware.command_interfaces]
+            stopping = [name for name in stop_interfaces if name in hardware.command_interfaces]
             if not starting and not stopping:
                 continue
             try:
@@ -244,7 +253,7 @@ class ResourceManager:
         """Forget what was commanded before time began anew: the joints may stand anywhere now."""
         for limiter in self._limiters:
             limiter.restart()
-        for command in self.commands.values():
+        for command in self.command_interfaces.values():
             if command.owner is None:
                 command.value = math.nan
 

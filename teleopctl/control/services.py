@@ -40,7 +40,7 @@ def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
 def hardware_interface(interface: StateInterface) -> Any:
     """An interface as controller_manager_msgs/HardwareInterface."""
     return get_message("controller_manager_msgs/msg/HardwareInterface")(
-        name=interface.full_name,
+        name=interface.name,
         data_type=interface.data_type,
         is_available=interface.available,
         is_claimed=isinstance(interface, CommandInterface) and interface.claimed,
@@ -60,13 +60,15 @@ def hardware_component_state(manager: ControllerManager, component: HardwareComp
         type=info.type,
         is_async=False,
         rw_rate=manager.update_rate,
-        plugin_name=info.plugin,
+        plugin_name=info.hardware_plugin_name,
         state=lifecycle_state_message(component.lifecycle_state),
-        command_interfaces=[hardware_interface(command) for command in component.commands],
-        state_interfaces=[hardware_interface(state) for state in component.states],
+        command_interfaces=[
+            hardware_interface(command) for command in component.command_interfaces
+        ],
+        state_interfaces=[hardware_interface(state) for state in component.state_interfaces],
     )
     if hasattr(message, "class_type"):  # Jazzy has the plug-in's name twice
-        message.class_type = info.plugin
+        message.class_type = info.hardware_plugin_name
     return message
 
 
@@ -158,10 +160,11 @@ class ControllerManagerServices:
         del request
         resources = self._manager.resource_manager
         response.command_interfaces = [
-            hardware_interface(command) for _, command in sorted(resources.commands.items())
+            hardware_interface(command)
+            for _, command in sorted(resources.command_interfaces.items())
         ]
         response.state_interfaces = [
-            hardware_interface(state) for _, state in sorted(resources.states.items())
+            hardware_interface(state) for _, state in sorted(resources.state_interfaces.items())
         ]
         return response
 

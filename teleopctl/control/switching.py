@@ -177,7 +177,7 @@ def _check_interfaces(
 
     for spec in starting:
         for interface in spec.required_command_interfaces:
-            command = resources.commands.get(interface)
+            command = resources.command_interfaces.get(interface)
             label = f"the command interface '{interface}'"
             component = resources.component_of(interface)
             if command is None or component is None or not command.available:
@@ -203,7 +203,7 @@ def _check_interfaces(
                 )
             wanted[interface] = spec.name
         for interface in spec.required_state_interfaces:
-            state = resources.states.get(interface)
+            state = resources.state_interfaces.get(interface)
             if state is None or not state.available:
                 refuse(spec.name, f"the state interface '{interface}' is not available.")
 
@@ -323,7 +323,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec) -> bool:
         manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
         return False
     controller.state_interfaces = [
-        resources.states[name] for name in spec.required_state_interfaces
+        resources.state_interfaces[name] for name in spec.required_state_interfaces
     ]
     outcome = manager.call(controller, controller.on_activate)
     if outcome is CallbackReturn.SUCCESS:

@@ -19,7 +19,7 @@ from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:
     from teleopctl.robot.gazebo_tag import GazeboTag
-    from teleopctl.robot.ros2_control_tag import HardwareInfo, Transmission
+    from teleopctl.robot.ros2_control_tag import HardwareInfo, TransmissionInfo
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class RobotDescription:
         return self.ros2_control
 
     @property
-    def transmissions(self) -> tuple[Transmission, ...]:
+    def transmissions(self) -> tuple[TransmissionInfo, ...]:
         """The transmissions of all hardware components."""
         return tuple(found for part in self.ros2_control for found in part.transmissions)
 

@@ -35,8 +35,8 @@ class InterfaceInfo:
         name: Its name within the component, for example ``position``.
         data_type: The type's name; ``unknown`` for one that ros2_control does not know.
         size: How many values it holds.
-        minimum: ``min`` as written, or an empty string.
-        maximum: ``max`` as written, or an empty string.
+        min: ``min`` as written, or an empty string.
+        max: ``max`` as written, or an empty string.
         initial_value: The value before the hardware says otherwise, or None.
         parameters: Every ``<param>``, those above included.
         enable_limits: False where the tag switches the limits of this interface off.
@@ -45,8 +45,8 @@ class InterfaceInfo:
     name: str
     data_type: str
     size: int
-    minimum: str
-    maximum: str
+    min: str
+    max: str
     initial_value: float | None
     parameters: Mapping[str, str]
     enable_limits: bool
@@ -58,7 +58,7 @@ class ComponentInfo:
 
     Attributes:
         name: Its name.
-        kind: Which of the three it is.
+        type: Which of the three it is.
         command_interfaces: What can be commanded.
         state_interfaces: What can be read.
         parameters: Its ``<param>``.
@@ -68,7 +68,7 @@ class ComponentInfo:
     """
 
     name: str
-    kind: Literal["joint", "sensor", "gpio"]
+    type: Literal["joint", "sensor", "gpio"]
     command_interfaces: tuple[InterfaceInfo, ...]
     state_interfaces: tuple[InterfaceInfo, ...]
     parameters: Mapping[str, str]
@@ -93,11 +93,11 @@ class TransmissionEnd:
 
 
 @dataclass(frozen=True, slots=True)
-class Transmission:
+class TransmissionInfo:
     """How actuators move joints."""
 
     name: str
-    plugin: str
+    type: str
     joints: tuple[TransmissionEnd, ...]
     actuators: tuple[TransmissionEnd, ...]
     parameters: Mapping[str, str]
@@ -110,9 +110,9 @@ class HardwareInfo:
     Attributes:
         name: The component's name.
         type: What it drives.
-        plugin: Name of the hardware's class.
+        hardware_plugin_name: Name of the hardware's class.
         group: Group of components that fail together, or an empty string.
-        parameters: ``<param>`` of ``<hardware>``.
+        hardware_parameters: ``<param>`` of ``<hardware>``.
         rw_rate: How often it is read and written, in Hz; 0 is the manager's rate.
         is_async: Whether it wants a thread of its own.
         thread_priority: Real-time priority of that thread.
@@ -125,16 +125,16 @@ class HardwareInfo:
 
     name: str
     type: ComponentType
-    plugin: str
+    hardware_plugin_name: str
     group: str
-    parameters: Mapping[str, str]
+    hardware_parameters: Mapping[str, str]
     rw_rate: int
     is_async: bool
     thread_priority: int
     joints: tuple[ComponentInfo, ...]
     sensors: tuple[ComponentInfo, ...]
     gpios: tuple[ComponentInfo, ...]
-    transmissions: tuple[Transmission, ...]
+    transmissions: tuple[TransmissionInfo, ...]
     warnings: tuple[str, ...] = ()
 
 
@@ -187,9 +187,9 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
     return HardwareInfo(
         name=name,
         type=cast(ComponentType, kind),
-        plugin=plugin,
+        hardware_plugin_name=plugin,
         group=child_text(hardware, "group"),
-        parameters=_parameters(hardware),
+        hardware_parameters=_parameters(hardware),
         rw_rate=_integer(element, "rw_rate", 0, least=0),
         is_async=is_async,
         thread_priority=_thread_priority(element) if is_async else _DEFAULT_PRIORITY,
@@ -204,7 +204,7 @@ def _read_component(element: Element, urdf_joints: Mapping[str, Joint]) -> Hardw
 def _read_part(element: Element, kind: Literal["joint", "sensor", "gpio"]) -> ComponentInfo:
     return ComponentInfo(
         name=required(element, "name"),
-        kind=kind,
+        type=kind,
         command_interfaces=tuple(
             _read_interface(child) for child in element.findall("command_interface")
         ),
@@ -282,14 +282,14 @@ def _read_limits(
 
 def _bounds(joint: str, interface: InterfaceInfo, warnings: list[str]) -> Bounds:
     if interface.name not in LIMITED_INTERFACES:
-        if interface.minimum or interface.maximum:
+        if interface.min or interface.max:
             warnings.append(
                 f"Limits of '{joint}/{interface.name}' are ignored: "
                 f"only {', '.join(LIMITED_INTERFACES)} can be limited"
             )
         return None, None
     values = []
-    for label, text in (("min", interface.minimum), ("max", interface.maximum)):
+    for label, text in (("min", interface.min), ("max", interface.max)):
         value = to_number(text) if text else None
         if text and value is None:
             warnings.append(
@@ -316,15 +316,15 @@ def _read_interface(element: Element) -> InterfaceInfo:
         name=required(element, "name"),
         data_type=data_type if data_type in _TYPES else "unknown",
         size=_integer(element, "size", 1, least=1),
-        minimum=parameters.get("min", ""),
-        maximum=parameters.get("max", ""),
+        min=parameters.get("min", ""),
+        max=parameters.get("max", ""),
         initial_value=to_number(parameters.get("initial_value", "")),
         parameters=parameters,
         enable_limits=_limits_enabled(element),
     )
 
 
-def _read_transmission(element: Element) -> Transmission:
+def _read_transmission(element: Element) -> TransmissionInfo:
     name = required(element, "name")
     plugin = child_text(element, "plugin")
     if not plugin:
@@ -332,9 +332,9 @@ def _read_transmission(element: Element) -> Transmission:
     joints = tuple(_read_end(child) for child in element.findall("joint"))
     if not joints:
         raise InvalidDescriptionError(f"Transmission '{name}' has no <joint>")
-    return Transmission(
+    return TransmissionInfo(
         name=name,
-        plugin=plugin,
+        type=plugin,
         joints=joints,
         actuators=tuple(_read_end(child) for child in element.findall("actuator")),
         parameters=_parameters(element),

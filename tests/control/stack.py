@@ -227,6 +227,6 @@ class Stack:
     def commands(self, interface="position"):
         return [
             command.value
-            for command in self.resources.commands.values()
-            if command.name == interface
+            for command in self.resources.command_interfaces.values()
+            if command.interface_name == interface
         ]

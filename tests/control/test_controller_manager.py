@@ -209,7 +209,7 @@ class TestSwitching:
         assert states(stack)["a"] is State.ACTIVE
         assert do_switch(stack, ["b"], ["a"])[0]
         assert states(stack) == {"a": State.INACTIVE, "b": State.ACTIVE}
-        assert stack.resources.commands[POSITION].owner == "b"
+        assert stack.resources.command_interfaces[POSITION].owner == "b"
 
     def test_a_controller_can_be_restarted(self, stack):
         controller = add(stack, "a", commands=[POSITION])
@@ -237,7 +237,7 @@ class TestSwitching:
         assert not ok
         assert "Unable to activate controllers: [ bad ]" in message
         assert states(stack)["good"] is State.INACTIVE
-        assert not any(command.claimed for command in stack.resources.commands.values())
+        assert not any(command.claimed for command in stack.resources.command_interfaces.values())
         ok, _ = do_switch(stack, ["good"], strictness=Strictness.BEST_EFFORT, asap=asap)
         assert ok
 
@@ -283,7 +283,7 @@ class TestSwitching:
         assert stack.manager.controllers["a"].required_command_interfaces == ()
         component.change_state(State.ACTIVE)
         assert do_switch(stack, ["a"])[0]
-        assert controller.command_interfaces == list(stack.resources.commands.values())
+        assert controller.command_interfaces == list(stack.resources.command_interfaces.values())
         assert all(command.owner == "a" for command in controller.command_interfaces)
         assert controller.state_interfaces == []
 
@@ -346,7 +346,7 @@ class TestUpdates:
         stack.step(3)
         assert (bad.updates, good.updates) == (1, 3)
         assert states(stack) == {"bad": State.INACTIVE, "good": State.ACTIVE}
-        assert stack.resources.commands[POSITION].owner is None
+        assert stack.resources.command_interfaces[POSITION].owner is None
         expected = "Deactivating controllers : [ bad ] as their update resulted in an error!"
         assert expected in stack.log.texts("error")
 
@@ -415,12 +415,12 @@ class TestHardwareLoading:
         stack = Stack(urdf(joints=1, extra_joints=follower, extra_control=control))
         assert any('<mimic joint="joint1"' in text for text in stack.log.texts("warning"))
         stack.step()
-        values = {name: state.value for name, state in stack.resources.states.items()}
+        values = {name: state.value for name, state in stack.resources.state_interfaces.items()}
         assert values == {"joint1/position": 1.1, "follower/position": -1.1}
 
     def test_availability_follows_the_life_cycle(self, stack):
         component = stack.resources.components["Hardware"]
-        interface = stack.resources.commands[POSITION]
+        interface = stack.resources.command_interfaces[POSITION]
         assert interface.available
         component.change_state(State.INACTIVE)
         assert interface.available

@@ -67,7 +67,7 @@ def test_everything_that_stands_in_the_tag_is_read():
     assert (found.rw_rate, found.is_async, found.thread_priority) == (50, True, 30)
     (moved,) = found.joints
     command, state = moved.command_interfaces[0], moved.state_interfaces[0]
-    assert (command.data_type, command.minimum, command.maximum) == ("float32", "-1", "1")
+    assert (command.data_type, command.min, command.max) == ("float32", "-1", "1")
     assert command.parameters["gain"] == "7"
     assert (state.size, state.initial_value) == (3, 0.5)
     assert moved.parameters == {"id": "11"}

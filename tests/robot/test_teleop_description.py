@@ -175,10 +175,10 @@ def test_every_moving_link_can_touch_things(teleop):
 def test_control_commands_four_joints_and_reads_five(teleop):
     (system,) = teleop.ros2_control
     assert (system.name, system.type) == ("RobotSystem", "system")
-    assert system.plugin == "gazebo_ros2_control/GazeboSystem"
+    assert system.hardware_plugin_name == "gazebo_ros2_control/GazeboSystem"
     assert system.warnings == ()
     commanded = {
-        joint.name: [(i.name, float(i.minimum), float(i.maximum)) for i in joint.command_interfaces]
+        joint.name: [(i.name, float(i.min), float(i.max)) for i in joint.command_interfaces]
         for joint in system.joints
     }
     arm = [("position", pytest.approx(-QUARTER), pytest.approx(QUARTER))]
@@ -196,7 +196,7 @@ def test_control_commands_four_joints_and_reads_five(teleop):
 
 def test_each_motor_has_a_simple_transmission(teleop):
     found = [
-        (t.name, t.plugin, t.actuators[0].name, t.actuators[0].role, t.joints[0].name)
+        (t.name, t.type, t.actuators[0].name, t.actuators[0].role, t.joints[0].name)
         for t in teleop.transmissions
     ]
     assert found == [
@@ -241,7 +241,7 @@ def test_the_camera_sensor_is_the_tutorials(teleop):
 )
 def test_an_argument_chooses_the_hardware(hardware, plugin):
     robot = RobotDescription.from_urdf(expand(MODEL, {"hardware": hardware}))
-    assert robot.ros2_control[0].plugin == plugin
+    assert robot.ros2_control[0].hardware_plugin_name == plugin
 
 
 def test_arguments_move_the_camera():

@@ -88,7 +88,7 @@ class JointStateBroadcaster(ControllerInterface):
             return CallbackReturn.FAILURE
         by_prefix: dict[str, dict[str, StateInterface]] = {}
         for state in states:
-            by_prefix.setdefault(state.prefix, {})[state.name] = state
+            by_prefix.setdefault(state.prefix_name, {})[state.interface_name] = state
         mapping = [
             self.auto_declare(f"map_interface_to_joint_state.{name}", name) for name in _FIELDS
         ]

@@ -43,8 +43,8 @@ class HardwareComponentInterface:
     Attributes:
         info: The component's ``<ros2_control>`` tag.
         logger: The component's logger.
-        states: State interfaces by full name.
-        commands: Command interfaces by full name.
+        state_interfaces: State interfaces by full name.
+        command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
             hardware calls what ``set_cycle`` gives it.
     """
@@ -55,16 +55,16 @@ class HardwareComponentInterface:
         self.params = params
         self.info = info = params.hardware_info
         self.logger = params.logger
-        self.states: dict[str, StateInterface] = {}
-        self.commands: dict[str, CommandInterface] = {}
+        self.state_interfaces: dict[str, StateInterface] = {}
+        self.command_interfaces: dict[str, CommandInterface] = {}
         for part, interface in _interfaces(info, lambda part: part.state_interfaces):
             state = StateInterface(
                 part.name, interface.name, interface.data_type, _initial(interface)
             )
-            self.states[state.full_name] = state
+            self.state_interfaces[state.name] = state
         for part, interface in _interfaces(info, lambda part: part.command_interfaces):
             command = CommandInterface(part.name, interface.name, interface.data_type)
-            self.commands[command.full_name] = command
+            self.command_interfaces[command.name] = command
 
     def get_node(self) -> Node:
         """The controller manager's node."""
@@ -102,7 +102,7 @@ class HardwareComponentInterface:
         """Start and stop command interfaces, before the controllers change."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Fetch the measured values into ``states``.
+        """Fetch the measured values into ``state_interfaces``.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -110,7 +110,7 @@ class HardwareComponentInterface:
         """
 
     def write(self, time_ns: int, period: float) -> ReturnType | None:
-        """Send ``commands`` to the hardware.
+        """Send ``command_interfaces`` to the hardware.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.

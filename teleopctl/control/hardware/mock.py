@@ -30,7 +30,7 @@ class GenericSystem(HardwareComponentInterface):
 
     def on_init(self) -> None:
         """Read the parameters and pair commands with states."""
-        parameters = self.info.parameters
+        parameters = self.info.hardware_parameters
         self._disabled = flag(parameters.get("disable_commands"))
         self._dynamics = flag(parameters.get("calculate_dynamics"))
         self._offset = float(parameters.get("position_state_following_offset") or 0.0)
@@ -39,19 +39,21 @@ class GenericSystem(HardwareComponentInterface):
         self._last: dict[str, tuple[float, float]] = {}
         self._pairs = [
             (command, state, self._offset_of(command))
-            for name, command in self.commands.items()
-            if (state := self.states.get(name)) is not None
+            for name, command in self.command_interfaces.items()
+            if (state := self.state_interfaces.get(name)) is not None
         ]
         names = {joint.name for joint in self.info.joints}
-        self._joint_states = [state for state in self.states.values() if state.prefix in names]
+        self._joint_states = [
+            state for state in self.state_interfaces.values() if state.prefix_name in names
+        ]
         followers: list[tuple[StateInterface, StateInterface, float, float]] = []
         for joint in self.info.joints:
             mimic = joint.mimic
             if mimic is None:
                 continue
             for quantity in (POSITION, VELOCITY, ACCELERATION):
-                follower = self.states.get(f"{joint.name}/{quantity}")
-                leader = self.states.get(f"{mimic.joint}/{quantity}")
+                follower = self.state_interfaces.get(f"{joint.name}/{quantity}")
+                leader = self.state_interfaces.get(f"{mimic.joint}/{quantity}")
                 if follower is not None and leader is not None:
                     offset = mimic.offset if quantity == POSITION else 0.0
                     followers.append((follower, leader, mimic.multiplier, offset))
@@ -60,16 +62,16 @@ class GenericSystem(HardwareComponentInterface):
     def _offset_of(self, command: CommandInterface) -> float:
         if self._offset_interface:
             return 0.0
-        return self._offset if command.name == POSITION else 0.0
+        return self._offset if command.interface_name == POSITION else 0.0
 
     def on_configure(self) -> None:
         """Joints begin at their initial value, else at zero or where their limits let them rest."""
         rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):
-                state.value = rest[state.prefix] if state.name == POSITION else 0.0
-            if state.name == POSITION:
-                self._last.setdefault(state.prefix, (state.value, 0.0))
+                state.value = rest[state.prefix_name] if state.interface_name == POSITION else 0.0
+            if state.interface_name == POSITION:
+                self._last.setdefault(state.prefix_name, (state.value, 0.0))
         self._follow()
 
     def prepare_command_mode_switch(
@@ -121,16 +123,20 @@ class GenericSystem(HardwareComponentInterface):
 
     def _apply_custom_offset(self) -> None:
         for command, _, _ in self._pairs:
-            state = self.states.get(f"{command.prefix}/{self._offset_interface}")
-            if command.name == POSITION and state is not None and math.isfinite(command.value):
+            state = self.state_interfaces.get(f"{command.prefix_name}/{self._offset_interface}")
+            if (
+                command.interface_name == POSITION
+                and state is not None
+                and math.isfinite(command.value)
+            ):
                 state.value = command.value + self._offset
 
     def _move(self, joint: str, mode: str, period: float) -> None:
         """Differentiate or integrate what is not commanded."""
-        position = self.states.get(f"{joint}/{POSITION}")
-        velocity = self.states.get(f"{joint}/{VELOCITY}")
-        acceleration = self.states.get(f"{joint}/{ACCELERATION}")
-        command = self.commands[f"{joint}/{mode}"].value
+        position = self.state_interfaces.get(f"{joint}/{POSITION}")
+        velocity = self.state_interfaces.get(f"{joint}/{VELOCITY}")
+        acceleration = self.state_interfaces.get(f"{joint}/{ACCELERATION}")
+        command = self.command_interfaces[f"{joint}/{mode}"].value
         if not math.isfinite(command) or position is None or period <= 0.0:
             return
         last_position, last_velocity = self._last[joint]

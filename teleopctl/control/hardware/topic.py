@@ -36,7 +36,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     def on_init(self) -> None:
         """Read the parameters and lay out the messages."""
-        parameters = self.info.parameters
+        parameters = self.info.hardware_parameters
         self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
         self._cycle: Callable[[int], None] | None = None
         self._message: Any = None
@@ -46,12 +46,12 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._readers: list[tuple[StateInterface, str, int]] = []
         self._states_topic = parameters.get("joint_states_topic") or STATES_TOPIC
         self._commands_topic = parameters.get("joint_commands_topic") or COMMANDS_TOPIC
-        commands = self.commands.values()
-        self._names = list(dict.fromkeys(command.prefix for command in commands))
+        commands = self.command_interfaces.values()
+        self._names = list(dict.fromkeys(command.prefix_name for command in commands))
         self._columns: list[tuple[str, list[CommandInterface | None]]] = [
-            (field, [self.commands.get(f"{name}/{field}") for name in self._names])
+            (field, [self.command_interfaces.get(f"{name}/{field}") for name in self._names])
             for field in _FIELDS
-            if any(command.name == field for command in commands)
+            if any(command.interface_name == field for command in commands)
         ]
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
@@ -65,7 +65,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
         self._message = None
         self._command = self._joint_state()
-        for state in self.states.values():
+        for state in self.state_interfaces.values():
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
         # On the transport's thread: in lockstep the simulator waits for the answer.
@@ -75,7 +75,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     def on_activate(self) -> None:
         """Offer commands: a simulator takes the publisher as the promise of an answer."""
-        for command in self.commands.values():
+        for command in self.command_interfaces.values():
             # The robot may have been moved meanwhile: old commands would move it back.
             command.value = _NAN
         self._publisher = self.get_node().create_publisher(
@@ -101,10 +101,10 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
         """A joint that is commanded in a new way forgets the commands of the old one."""
-        joints = {self.commands[name].prefix for name in start_interfaces}
-        for name, command in self.commands.items():
+        joints = {self.command_interfaces[name].prefix_name for name in start_interfaces}
+        for name, command in self.command_interfaces.items():
             given_up = command.owner is None or name in stop_interfaces
-            if command.prefix in joints and name not in start_interfaces and given_up:
+            if command.prefix_name in joints and name not in start_interfaces and given_up:
                 command.value = _NAN
 
     def _received(self, message: Any) -> None:
@@ -138,11 +138,11 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._layout = names
         index = {name: position for position, name in enumerate(names)}
         self._readers = [
-            (state, state.name, index[state.prefix])
-            for state in self.states.values()
-            if state.name in _FIELDS and state.prefix in index
+            (state, state.interface_name, index[state.prefix_name])
+            for state in self.state_interfaces.values()
+            if state.interface_name in _FIELDS and state.prefix_name in index
         ]
-        missing = {state.prefix for state in self.states.values()} - set(names)
+        missing = {state.prefix_name for state in self.state_interfaces.values()} - set(names)
         if missing:
             self.logger.warning(
                 f"No state on {self._states_topic} for: {', '.join(sorted(missing))}"
@@ -151,7 +151,9 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def write(self, time_ns: int, period: float) -> None:
         """Send the commands, with the stamp of the state they were computed from."""
         del period
-        owned = {command.prefix for command in self.commands.values() if command.owner}
+        owned = {
+            command.prefix_name for command in self.command_interfaces.values() if command.owner
+        }
         self._answer(time_ns, owned)
 
     def _answer(self, time_ns: int, owned: set[str]) -> None:
@@ -180,6 +182,6 @@ def _value(command: CommandInterface | None, owned: set[str]) -> float:
 
     One that nobody commands keeps the last values, so that it holds.
     """
-    if command is None or (command.owner is None and command.prefix in owned):
+    if command is None or (command.owner is None and command.prefix_name in owned):
         return _NAN
     return command.value

@@ -88,11 +88,11 @@ class TestBroadcaster:
         other = stack.resources.components["Other"]
         other.change_state(State.UNCONFIGURED)
         controller = up(stack, "broadcaster", BROADCASTER)
-        assert [state.prefix for state in controller.state_interfaces] == JOINTS
+        assert [state.prefix_name for state in controller.state_interfaces] == JOINTS
         assert switch_controller(stack.manager, SwitchRequest([], ["broadcaster"]))[0]
         other.change_state(State.ACTIVE)
         assert switch_controller(stack.manager, SwitchRequest(["broadcaster"], []))[0]
-        assert [state.prefix for state in controller.state_interfaces] == [*JOINTS, "scale"]
+        assert [state.prefix_name for state in controller.state_interfaces] == [*JOINTS, "scale"]
 
     def test_without_any_state_it_cannot_be_activated(self):
         stack = Stack(urdf(states=()))
@@ -105,7 +105,9 @@ class TestForwardCommands:
     @pytest.fixture
     def stack(self):
         stack = Stack(urdf(), enforce_limits=False)
-        for value, command in zip((1.1, 2.1, 3.1), stack.resources.commands.values(), strict=True):
+        for value, command in zip(
+            (1.1, 2.1, 3.1), stack.resources.command_interfaces.values(), strict=True
+        ):
             command.value = value
         up(stack, "forward", FORWARD, joints=JOINTS, interface_name="position")
         return stack
@@ -139,7 +141,7 @@ class TestForwardCommands:
         self.send(stack, 10, 20, 30)
         stack.step()
         switch_controller(stack.manager, SwitchRequest([], ["forward"]))
-        for command in stack.resources.commands.values():
+        for command in stack.resources.command_interfaces.values():
             command.value = 0.0
         switch_controller(stack.manager, SwitchRequest(["forward"], []))
         stack.step()

@@ -18,24 +18,24 @@ MIMIC_CONTROL = (
 
 
 def set_command(stack, name, value):
-    command = stack.resources.commands[name]
+    command = stack.resources.command_interfaces[name]
     command.owner = "test"
     command.value = value
 
 
 def test_states_start_at_their_initial_values_and_commands_are_unknown():
     stack = Stack(urdf(2, initial=(3.45, 2.78), states=("position", "velocity")))
-    assert stack.resources.states["joint1/position"].value == 3.45
-    assert stack.resources.states["joint2/velocity"].value == 0.0
+    assert stack.resources.state_interfaces["joint1/position"].value == 3.45
+    assert stack.resources.state_interfaces["joint2/velocity"].value == 0.0
     assert all(math.isnan(value) for value in stack.commands())
 
 
 def test_states_follow_commands_at_the_next_read():
     stack = Stack(urdf(1))
     set_command(stack, "joint1/position", 1.2)
-    assert stack.resources.states["joint1/position"].value == 1.1
+    assert stack.resources.state_interfaces["joint1/position"].value == 1.1
     stack.step()
-    assert stack.resources.states["joint1/position"].value == 1.2
+    assert stack.resources.state_interfaces["joint1/position"].value == 1.2
 
 
 def test_an_offset_is_added_to_positions():
@@ -43,14 +43,14 @@ def test_an_offset_is_added_to_positions():
     stack = Stack(urdf(1, parameters=parameters))
     set_command(stack, "joint1/position", 1.2)
     stack.step()
-    assert stack.resources.states["joint1/position"].value == pytest.approx(-1.8)
+    assert stack.resources.state_interfaces["joint1/position"].value == pytest.approx(-1.8)
 
 
 def test_disabled_commands_never_arrive():
     stack = Stack(urdf(1, parameters='<param name="disable_commands">true</param>'))
     set_command(stack, "joint1/position", 1.2)
     stack.step(3)
-    assert stack.resources.states["joint1/position"].value == 1.1
+    assert stack.resources.state_interfaces["joint1/position"].value == 1.1
 
 
 def test_a_mimic_joint_follows_its_leader():
@@ -58,7 +58,9 @@ def test_a_mimic_joint_follows_its_leader():
     stack = Stack(text)
     set_command(stack, "joint1/position", 1.2)
     stack.step()
-    assert stack.resources.states["jointF/position"].value == pytest.approx(-2 * 1.2 + 0.5)
+    assert stack.resources.state_interfaces["jointF/position"].value == pytest.approx(
+        -2 * 1.2 + 0.5
+    )
 
 
 def test_an_infinite_command_is_an_error_of_the_component():
@@ -67,7 +69,7 @@ def test_an_infinite_command_is_an_error_of_the_component():
     stack.step()
     (component,) = stack.resources.components.values()
     assert component.lifecycle_state.label == "unconfigured"
-    assert not stack.resources.states["joint1/position"].available
+    assert not stack.resources.state_interfaces["joint1/position"].available
 
 
 def test_dynamics_differentiate_positions():
@@ -82,7 +84,7 @@ def test_dynamics_differentiate_positions():
     assert stack.resources.prepare_command_mode_switch(["joint1/position"], [])
     set_command(stack, "joint1/position", 0.1)
     stack.step()
-    assert stack.resources.states["joint1/velocity"].value == pytest.approx(1.0)
+    assert stack.resources.state_interfaces["joint1/velocity"].value == pytest.approx(1.0)
 
 
 def test_dynamics_integrate_velocities():
@@ -97,6 +99,6 @@ def test_dynamics_integrate_velocities():
     assert stack.resources.prepare_command_mode_switch(["joint1/velocity"], [])
     set_command(stack, "joint1/velocity", 1.0)
     stack.step()
-    assert stack.resources.states["joint1/position"].value == pytest.approx(0.1)
+    assert stack.resources.state_interfaces["joint1/position"].value == pytest.approx(0.1)
     both = ["joint1/position", "joint1/velocity"]
     assert not stack.resources.prepare_command_mode_switch(both, [])

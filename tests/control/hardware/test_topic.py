@@ -62,7 +62,7 @@ def test_every_state_is_answered_with_its_stamp_also_without_controllers(simulat
 
 def test_states_are_found_by_name(simulator):
     simulator.tick(PERIOD_NS, [3, 9, 1, 2], ["joint3", "other", "joint1", "joint2"])
-    values = [state.value for state in simulator.resources.states.values()]
+    values = [state.value for state in simulator.resources.state_interfaces.values()]
     assert values == [1, 2, 3]
 
 
@@ -84,7 +84,7 @@ def test_a_switch_works_while_no_state_arrives(simulator):
     simulator.add("forward", FORWARD, joints=JOINTS, interface_name="position")
     assert simulator.manager.configure_controller("forward")
     assert switch_controller(simulator.manager, SwitchRequest(["forward"], []))[0]
-    assert simulator.resources.commands["joint1/position"].owner == "forward"
+    assert simulator.resources.command_interfaces["joint1/position"].owner == "forward"
 
 
 def test_joint_states_carry_the_stamp_of_the_state(simulator):
@@ -117,7 +117,7 @@ def test_without_lockstep_the_latest_state_counts():
     stack.node.receive("/robot_joint_states", message)
     assert stack.answers == []
     stack.step()
-    assert [state.value for state in stack.resources.states.values()] == [1, 2, 3]
+    assert [state.value for state in stack.resources.state_interfaces.values()] == [1, 2, 3]
     assert len(stack.answers) == 1
 
 
@@ -162,7 +162,7 @@ def test_a_joint_is_commanded_in_one_way_at_a_time():
 
 def test_a_position_counts_as_known_only_once_it_was_measured():
     simulator = Simulator(initial=(1.1, 2.1, 3.1))
-    states = simulator.resources.states.values()
+    states = simulator.resources.state_interfaces.values()
     assert all(math.isnan(state.value) for state in states)
     simulator.tick(PERIOD_NS, [1, 2, 3])
     component = simulator.resources.components["Hardware"]

@@ -90,7 +90,7 @@ class Arm:
         hardware = self.stack.resources.components["Hardware"].hardware
         hardware._pairs = []
         for name, value in values.items():
-            self.stack.resources.states[name.replace("_", "/")].value = value
+            self.stack.resources.state_interfaces[name.replace("_", "/")].value = value
 
     @property
     def commands(self):
@@ -204,7 +204,7 @@ class TestHold:
         arm = Arm()
         assert arm.configure()
         for joint, value in zip(JOINTS, (3.1, 4.1, 5.1), strict=True):
-            arm.stack.resources.commands[f"{joint}/position"].value = value
+            arm.stack.resources.command_interfaces[f"{joint}/position"].value = value
         arm.activate().step(0.05)
         assert arm.commands == near([3.1, 4.1, 5.1])
 
@@ -212,17 +212,17 @@ class TestHold:
         arm = Arm(set_last_command_interface_value_as_state_on_activation=False)
         assert arm.configure()
         for joint in JOINTS:
-            arm.stack.resources.commands[f"{joint}/position"].value = 9.0
+            arm.stack.resources.command_interfaces[f"{joint}/position"].value = 9.0
         arm.activate().step(0.05)
         assert arm.commands == near([1.1, 2.1, 3.1])
 
     def test_an_unknown_position_is_held_once_it_is_known(self):
         arm = Arm()
         assert arm.configure()
-        arm.stack.resources.states["joint1/position"].value = math.nan
+        arm.stack.resources.state_interfaces["joint1/position"].value = math.nan
         arm.activate().step(0.05)
         assert all(map(math.isnan, arm.commands))
-        arm.stack.resources.states["joint1/position"].value = 0.7
+        arm.stack.resources.state_interfaces["joint1/position"].value = 0.7
         arm.step(0.05)
         assert arm.commands == near([0.7, 2.1, 3.1])
 
