@@ -302,3 +302,29 @@ HARDWARE = Kind(
 PACKAGES = Kind("package", "teleopctl.packages", {})
 """ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
 module in whose folder they lie. It is not imported; ours are folders, see `teleopctl.packages`."""
+
+_ACTIONS = "teleopctl.launch.actions"
+
+LAUNCH_ACTIONS = Kind(
+    "launch action",
+    "teleopctl.launch_actions",
+    {
+        "append_env": f"{_ACTIONS}.settings:AppendEnvironment",
+        "arg": f"{_ACTIONS}.settings:DeclareArgument",
+        "executable": f"{_ACTIONS}.process:Executable",
+        "group": f"{_ACTIONS}.nesting:Group",
+        "include": f"{_ACTIONS}.nesting:Include",
+        "let": f"{_ACTIONS}.settings:Let",
+        "log": f"{_ACTIONS}.messages:Log",
+        "node": f"{_ACTIONS}.process:Node",
+        "push_ros_namespace": f"{_ACTIONS}.settings:PushNamespace",
+        "set_env": f"{_ACTIONS}.settings:SetEnvironment",
+        "set_parameter": f"{_ACTIONS}.settings:SetParameter",
+        "set_remap": f"{_ACTIONS}.settings:SetRemap",
+        "shutdown": f"{_ACTIONS}.messages:Shutdown",
+        "timer": f"{_ACTIONS}.nesting:Timer",
+        "unset_env": f"{_ACTIONS}.settings:UnsetEnvironment",
+    },
+    bases=("teleopctl.launch.model.action:Action",),
+)
+"""Entries of launch files, by the names that stand there (with underscores)."""

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch.actions.nesting import Group, Include, Timer, included_path
+from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.evaluation import included_path
 from teleopctl.launch.evaluation.substitutions import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
-from teleopctl.launch.model.descriptions import DeclareArgument, Group, Include, Let, Step, Timer
+from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Template
 
 _MAX_DEPTH = 30

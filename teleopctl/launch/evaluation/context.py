@@ -5,34 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.model.descriptions import Parameter
-
-
-@dataclass(slots=True)
-class Scope:
-    """What a scoped group restores when it ends.
-
-    Attributes:
-        variables: Launch variables (arguments and ``let``) by name.
-        environment: Variables set for the processes; None removes one.
-        namespace: Namespace of the following nodes, ``/`` at the top.
-        parameters: Parameters of every following node.
-        remaps: Remappings of every following node.
-    """
-
-    variables: dict[str, str] = field(default_factory=dict)
-    environment: dict[str, str | None] = field(default_factory=dict)
-    namespace: str = "/"
-    parameters: tuple[Parameter, ...] = ()
-    remaps: tuple[tuple[str, str], ...] = ()
-
-    def copy(self) -> Scope:
-        """Return an independent copy."""
-        return replace(self, variables=dict(self.variables), environment=dict(self.environment))
+from teleopctl.launch.model.scope import Scope
 
 
 class LaunchContext:

@@ -6,41 +6,23 @@ missing arguments, robot descriptions that do not parse.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from teleopctl.errors import LaunchError, TeleopctlError, UsageError
-from teleopctl.launch.evaluation import values
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.processes import ProcessBuilder, at_key, join_namespace
+from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitutions import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
-from teleopctl.launch.model.descriptions import (
-    Action,
-    DeclareArgument,
-    Group,
-    Include,
-    LaunchFile,
-    Let,
-    Log,
-    Place,
-    PushNamespace,
-    SetEnvironment,
-    SetParameter,
-    SetRemap,
-    Shutdown,
-    StartProcess,
-    Step,
-    Timer,
-)
+from teleopctl.launch.model import values
+from teleopctl.launch.model.action import Action, LaunchFile, Step
+from teleopctl.launch.model.descriptions import Place, Process
 from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
-from teleopctl.packages import resolve_uri
 
 _MAX_INCLUDES = 30
-_LOG_LEVELS = {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}
 
 
 def evaluate(
@@ -64,9 +46,8 @@ def evaluate(
         TeleopctlError: When anything in it cannot be evaluated; the message has file and line.
     """
     context = LaunchContext(arguments, log_directory)
-    evaluation = _Evaluation(
-        context, ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
-    )
+    builder = ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
+    evaluation = Evaluation(context, builder)
     evaluation.run_file(file)
     known = ", ".join(sorted(evaluation.declared)) or "none"
     unknown = [
@@ -76,10 +57,10 @@ def evaluate(
     ]
     return LaunchPlan(
         log_directory=log_directory,
-        processes=evaluation.builder.plans,
+        processes=builder.plans,
         messages=evaluation.messages,
         warnings=[*context.warnings, *unknown],
-        files=evaluation.builder.files,
+        files=builder.files,
     )
 
 
@@ -94,137 +75,101 @@ def located(place: Place) -> Iterator[None]:
         raise error.at(str(place)) from error
 
 
-class _Evaluation:
+class Evaluation:
+    """A launch while it is being evaluated; a `teleopctl.launch.model.action.Launch`.
+
+    Args:
+        context: What substitutions look at.
+        builder: Makes the processes.
+
+    Attributes:
+        messages: Lines of ``log`` actions, as level and text.
+        declared: Names of the launch arguments that have been declared.
+    """
+
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
-        self.context = context
-        self.builder = builder
         self.messages: list[tuple[str, str]] = []
         self.declared: set[str] = set()
+        self._context = context
+        self._builder = builder
         self._depth = 0
 
-    def run_file(self, file: LaunchFile) -> None:
-        with self.context.inside(file.path):
-            self._run(file.steps)
+    @property
+    def scope(self) -> Scope:
+        """Launch variables, environment, namespace and so on, as the next step sees them."""
+        return self._context.scope
 
-    def _run(self, steps: tuple[Step, ...]) -> None:
+    @property
+    def file(self) -> Path:
+        """The launch file that is being evaluated."""
+        return self._context.file
+
+    @property
+    def start_delay(self) -> float:
+        """Seconds from the start of the launch to that of the next process."""
+        return self._context.start_delay
+
+    def text(self, text: Template) -> str:
+        """Evaluate the substitutions of a text."""
+        return render(text, self._context)
+
+    def environment_value(self, name: str) -> str | None:
+        """An environment variable as the processes will see it, or None."""
+        return self._context.environment_value(name)
+
+    def run_file(self, file: LaunchFile) -> None:
+        """Evaluate a launch file."""
+        with self._context.inside(file.path):
+            self.run(file.steps)
+
+    def run(self, steps: tuple[Step, ...]) -> None:
+        """Evaluate further steps."""
         for step in steps:
             with located(step.place):
                 if all(
-                    values.flag(self._text(condition.text)) == condition.expected
+                    values.flag(self.text(condition.text)) == condition.expected
                     for condition in step.conditions
                 ):
-                    _HANDLERS[type(step.action)](self, step.action)
+                    self._evaluate(step.action)
 
-    def _text(self, text: Template) -> str:
-        return render(text, self.context)
+    def _evaluate(self, action: Action) -> None:
+        try:
+            further = tuple(action.evaluate(self) or ())
+        except TeleopctlError:
+            raise
+        except Exception as error:
+            raise LaunchError(
+                f"{type(action).__name__} failed: {type(error).__name__}: {error}"
+            ) from error
+        for one in further:
+            self._evaluate(one)
 
-    def declare(self, action: DeclareArgument) -> None:
-        self.declared.add(action.name)
-        variables = self.context.scope.variables
-        if action.name not in variables:
-            if action.default is None:
-                description = action.description or "no description given"
-                raise UsageError(
-                    f"Required launch argument '{action.name}' (description: '{description}') "
-                    "was not provided",
-                    hint=f"Give it behind the file: {action.name}:=VALUE",
-                )
-            variables[action.name] = self._text(action.default)
-        value = variables[action.name]
-        if action.choices and value not in action.choices:
-            raise UsageError(
-                f'Argument "{action.name}" provided value "{value}" is not valid. '
-                f"Valid options are: {list(action.choices)}",
-            )
+    def scoped(self) -> AbstractContextManager[None]:
+        """Restore variables, environment, namespace and so on at the end of the block."""
+        return self._context.scoped()
 
-    def let(self, action: Let) -> None:
-        self.context.scope.variables[self._text(action.name)] = self._text(action.value)
+    def delayed(self, seconds: float) -> AbstractContextManager[None]:
+        """Start the block's processes later."""
+        return self._context.delayed(seconds)
 
-    def set_environment(self, action: SetEnvironment) -> None:
-        name = self._text(action.name)
-        value = None if action.value is None else self._text(action.value)
-        if action.append and value is not None:
-            present = self.context.environment_value(name)
-            value = f"{present}{os.pathsep}{value}" if present else value
-        self.context.scope.environment[name] = value
-
-    def include(self, action: Include) -> None:
-        path = included_path(self._text(action.file), self.context.file)
+    def include(self, path: Path) -> None:
+        """Evaluate another launch file."""
         if self._depth >= _MAX_INCLUDES:
             raise LaunchError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
-        for name, value in action.arguments:
-            self.context.scope.variables[self._text(name)] = self._text(value)
         self._depth += 1
         try:
             self.run_file(parse_file(path))
         finally:
             self._depth -= 1
 
-    def group(self, action: Group) -> None:
-        if action.scoped:
-            with self.context.scoped():
-                self._run(action.steps)
-        else:
-            self._run(action.steps)
+    def declare(self, name: str) -> None:
+        """Make a launch argument known."""
+        self.declared.add(name)
 
-    def timer(self, action: Timer) -> None:
-        with at_key("period"):
-            seconds = values.number(self._text(action.period))
-        with self.context.delayed(seconds):
-            self._run(action.steps)
+    def say(self, level: str, message: str) -> None:
+        """Show a line to the person in front of the terminal when the launch starts."""
+        self.messages.append((level, message))
 
-    def push_namespace(self, action: PushNamespace) -> None:
-        scope = self.context.scope
-        scope.namespace = join_namespace(scope.namespace, self._text(action.namespace))
-
-    def set_parameter(self, action: SetParameter) -> None:
-        self.context.scope.parameters += (action.parameter,)
-
-    def set_remap(self, action: SetRemap) -> None:
-        self.context.scope.remaps += ((self._text(action.source), self._text(action.target)),)
-
-    def log(self, action: Log) -> None:
-        level = self._text(action.level).upper()
-        if level == "WARN":
-            level = "WARNING"
-        if level not in _LOG_LEVELS:
-            raise LaunchError(
-                f"'level': expected one of {', '.join(sorted(_LOG_LEVELS))}, got '{level}'"
-            )
-        self.messages.append((level, self._text(action.message)))
-
-    def shutdown(self, action: Shutdown) -> None:
-        if self.context.start_delay > 0:
-            raise LaunchError("'shutdown' cannot stand in a timer")
-        reason = LaunchError(self._text(action.reason))
-        # Whoever wrote the file knows better than its line number what the person has to know.
-        reason.place = ""
-        raise reason
-
-    def start_process(self, action: StartProcess) -> None:
-        self.builder.add(action)
-
-
-def included_path(text: str, including: Path) -> Path:
-    """Return the file that an ``include`` names: a path, or a file beside the including one."""
-    path = resolve_uri(text)
-    if path.is_absolute():
-        return path
-    beside = including.parent / path
-    return beside if beside.is_file() else path.absolute()
-
-
-_HANDLERS: dict[type[Action], Callable[..., None]] = {
-    DeclareArgument: _Evaluation.declare,
-    Group: _Evaluation.group,
-    Include: _Evaluation.include,
-    Let: _Evaluation.let,
-    Log: _Evaluation.log,
-    PushNamespace: _Evaluation.push_namespace,
-    SetEnvironment: _Evaluation.set_environment,
-    SetParameter: _Evaluation.set_parameter,
-    SetRemap: _Evaluation.set_remap,
-    Shutdown: _Evaluation.shutdown,
-    StartProcess: _Evaluation.start_process,
-    Timer: _Evaluation.timer,
-}
+    def start(self, process: Process) -> None:
+        """Add the process of a ``node`` or an ``executable``."""
+        self._builder.add(process)

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.evaluation import values
+from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
 from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import (
     NodePart,
     Parameter,
     ParameterFile,
     ParameterTree,
-    StartProcess,
+    Process,
 )
 from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.launch.model.template import Template
@@ -33,22 +33,6 @@ _OUTPUTS = ("screen", "log", "both", "own_log", "full")
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")
-
-
-def join_namespace(outer: str, inner: str) -> str:
-    """Return a namespace below another one; an absolute one stands for itself."""
-    if inner.startswith("/"):
-        return "/" + inner.strip("/")
-    return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")
-
-
-@contextmanager
-def at_key(key: str) -> Iterator[None]:
-    """Put a key before the message of an error raised in the block."""
-    try:
-        yield
-    except TeleopctlError as error:
-        raise LaunchError(f"'{key}': {error.message}", hint=error.hint) from error
 
 
 class ProcessBuilder:
@@ -73,7 +57,7 @@ class ProcessBuilder:
         self._show_all_output = show_all_output
         self._prefix = prefix
 
-    def add(self, action: StartProcess) -> None:
+    def add(self, action: Process) -> None:
         """Evaluate a ``node`` or an ``executable`` and add its process.
 
         Raises:
@@ -127,7 +111,7 @@ class ProcessBuilder:
             )
         )
 
-    def _program(self, action: StartProcess, *, shell: bool) -> tuple[str, str, list[str]]:
+    def _program(self, action: Process, *, shell: bool) -> tuple[str, str, list[str]]:
         """Return package (empty for an ``executable``), program and how the command begins."""
         if action.node is not None:
             package = self._text(action.node.package)
@@ -240,10 +224,10 @@ class ProcessBuilder:
     ) -> Value:
         if text is None:
             return default
-        with at_key(key):
+        with values.at_key(key):
             return read(self._text(text))
 
 
 def _words(text: str, key: str) -> list[str]:
-    with at_key(key):
+    with values.at_key(key):
         return values.words(text)

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, did_you_mean
-from teleopctl.launch.evaluation import values
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
+from teleopctl.launch.model import values
 from teleopctl.launch.model.template import Argument, Call, Template
 from teleopctl.packages import package_share, resolve_uri
 

@@ -6,38 +6,18 @@ same. A key that does not belong is an error, since a misspelled one would silen
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
-from teleopctl.errors import did_you_mean
-from teleopctl.launch.frontends.yaml.entries import Entry
-from teleopctl.launch.frontends.yaml.process_entries import (
-    EXECUTABLE_KEYS,
-    NODE_KEYS,
-    pairs,
-    parameter,
-    read_executable,
-    read_node,
-)
-from teleopctl.launch.frontends.yaml.tree import Element, load
-from teleopctl.launch.model import template
-from teleopctl.launch.model.descriptions import (
-    Action,
-    Condition,
-    DeclareArgument,
-    Group,
-    Include,
-    LaunchFile,
-    Let,
-    Log,
-    PushNamespace,
-    SetEnvironment,
-    SetParameter,
-    SetRemap,
-    Shutdown,
-    Step,
-    Timer,
+from teleopctl import plugins
+from teleopctl.errors import BrokenPluginError, TeleopctlError, did_you_mean
+from teleopctl.launch.frontends.yaml.tree import load
+from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
+from teleopctl.launch.model.descriptions import Condition
+from teleopctl.launch.model.element import Element
+
+_UNSUPPORTED = dict.fromkeys(
+    ("node_container", "load_composable_node"),
+    "composable nodes are C++ libraries loaded into one process; use 'node' for each of them",
 )
 
 
@@ -71,126 +51,38 @@ def _step(element: Element) -> Step:
             hint="What belongs to an action is indented below its name.",
         )
     name, content = next(iter(fields.items()))
-    canonical = name.replace("-", "_")
-    if canonical in _UNSUPPORTED:
-        raise content.error(_UNSUPPORTED[canonical])
-    if canonical not in _ACTIONS:
-        raise content.error(
-            f"unknown action '{name}', expected one of {', '.join(sorted(_ACTIONS))}",
-            hint=did_you_mean(name, _ACTIONS),
-        )
-    if canonical == "group" and isinstance(content.value, list):
+    action = _action_class(name, content)
+    if name == "group" and isinstance(content.value, list):
         # The short form: a list of children and nothing else.
-        return Step(content.place, (), Group(scoped=True, steps=_steps(content)))
-    keys, read = _ACTIONS[canonical]
-    entry = Entry(content, (*keys, "if", "unless"))
-    return Step(content.place, tuple(_conditions(entry)), read(entry))
-
-
-def _conditions(entry: Entry) -> Iterator[Condition]:
-    for key, expected in (("if", True), ("unless", False)):
-        text = entry.optional(key)
-        if text is not None:
-            yield Condition(text, expected)
-
-
-def _declare_argument(entry: Entry) -> DeclareArgument:
-    choices = entry.element("choice")
-    description = entry.element("description")
-    return DeclareArgument(
-        name=entry.required_text("name"),
-        default=entry.optional("default"),
-        description=None if description is None else description.text(),
-        choices=tuple(
-            Entry(item, ("value",)).required_text("value")
-            for item in (choices.items("a list of 'value: …'") if choices else ())
-        ),
+        content = Element({"children": content}, content.place, content.path)
+    entity = Entity(content, (*action.keys, "if", "unless"), _steps)
+    conditions = tuple(
+        Condition(text, expected)
+        for key, expected in (("if", True), ("unless", False))
+        if (text := entity.optional(key)) is not None
     )
+    try:
+        return Step(content.place, conditions, action.parse(entity))
+    except TeleopctlError:
+        raise
+    except Exception as error:
+        raise content.error(
+            f"{action.__name__} cannot be read: {type(error).__name__}: {error}"
+        ) from error
 
 
-def _let(entry: Entry) -> Let:
-    return Let(name=entry.required("name"), value=entry.required("value"))
-
-
-def _set_environment(entry: Entry) -> SetEnvironment:
-    return SetEnvironment(name=entry.required("name"), value=entry.required("value"))
-
-
-def _append_environment(entry: Entry) -> SetEnvironment:
-    return replace(_set_environment(entry), append=True)
-
-
-def _unset_environment(entry: Entry) -> SetEnvironment:
-    return SetEnvironment(name=entry.required("name"), value=None)
-
-
-def _include(entry: Entry) -> Include:
-    return Include(
-        file=entry.required("file"),
-        arguments=(
-            *pairs(entry.element("arg"), "name", "value"),
-            *pairs(entry.element("let"), "name", "value"),
-        ),
-    )
-
-
-def _group(entry: Entry) -> Group:
-    scoped = entry.element("scoped")
-    if scoped is not None and not isinstance(scoped.value, bool):
-        raise scoped.error(f"expected true or false, got {scoped.describe()}")
-    return Group(
-        scoped=scoped is None or scoped.value is True,
-        steps=_steps(entry.required_element("children")),
-    )
-
-
-def _timer(entry: Entry) -> Timer:
-    return Timer(period=entry.required("period"), steps=_steps(entry.required_element("children")))
-
-
-def _push_namespace(entry: Entry) -> PushNamespace:
-    return PushNamespace(namespace=entry.required("namespace"))
-
-
-def _set_parameter(entry: Entry) -> SetParameter:
-    return SetParameter(parameter=parameter(entry))
-
-
-def _set_remap(entry: Entry) -> SetRemap:
-    return SetRemap(source=entry.required("from"), target=entry.required("to"))
-
-
-def _log(entry: Entry) -> Log:
-    return Log(
-        level=entry.optional("level") or template.literal("INFO"),
-        message=entry.required("message"),
-    )
-
-
-def _shutdown(entry: Entry) -> Shutdown:
-    return Shutdown(reason=entry.required("reason"))
-
-
-# Name → its keys, besides the conditions that every action may have, and who reads them.
-_ACTIONS: dict[str, tuple[tuple[str, ...], Callable[[Entry], Action]]] = {
-    "append_env": (("name", "value"), _append_environment),
-    "arg": (("name", "default", "description", "choice"), _declare_argument),
-    "executable": (EXECUTABLE_KEYS, read_executable),
-    "group": (("children", "scoped"), _group),
-    "include": (("file", "arg", "let"), _include),
-    "let": (("name", "value"), _let),
-    "log": (("level", "message"), _log),
-    "node": (NODE_KEYS, read_node),
-    "push_ros_namespace": (("namespace",), _push_namespace),
-    "set_env": (("name", "value"), _set_environment),
-    "set_parameter": (("name", "value", "type"), _set_parameter),
-    "set_remap": (("from", "to"), _set_remap),
-    "shutdown": (("reason",), _shutdown),
-    "timer": (("period", "children"), _timer),
-    "unset_env": (("name",), _unset_environment),
-}
-
-_UNSUPPORTED = dict.fromkeys(
-    ("node_container", "load_composable_node"),
-    "composable nodes are C++ libraries loaded into one process; use 'node' for each of them",
-)
+def _action_class(name: str, content: Element) -> type[Action]:
+    canonical = name.replace("-", "_")
+    if plugins.find(plugins.LAUNCH_ACTIONS, canonical) is None:
+        if canonical in _UNSUPPORTED:
+            raise content.error(_UNSUPPORTED[canonical])
+        known = sorted(plugins.available(plugins.LAUNCH_ACTIONS))
+        raise content.error(
+            f"unknown action '{name}', expected one of {', '.join(known)}",
+            hint=did_you_mean(name, known),
+        )
+    try:
+        found: type[Action] = plugins.load(plugins.LAUNCH_ACTIONS, canonical)
+    except BrokenPluginError as error:
+        raise content.error(error.message) from error
+    return found

@@ -2,93 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from teleopctl import ros_yaml
-from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.model import template
+from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import Place
+from teleopctl.launch.model.element import Element
 from teleopctl.text_file import read_text
 
 _MAX_DEPTH = 50
-
-
-@dataclass(frozen=True, slots=True)
-class Element:
-    """A value of a YAML file and where it stands.
-
-    Attributes:
-        value: A scalar, a list of elements, or a dictionary of elements by key.
-        place: File and line.
-        path: The keys that lead to it, for messages.
-    """
-
-    value: Any
-    place: Place
-    path: str
-
-    def error(self, message: str, hint: str | None = None) -> TeleopctlError:
-        """Return an error that begins with file, line and key."""
-        where = f" '{self.path}':" if self.path else ""
-        return LaunchError(f"{self.place}:{where} {message}", hint=hint)
-
-    def mapping(self, what: str) -> dict[str, Element]:
-        """Return the value as a mapping.
-
-        Raises:
-            TeleopctlError: When it is something else.
-        """
-        if not isinstance(self.value, dict):
-            raise self.error(f"expected {what}, got {self.describe()}")
-        return self.value
-
-    def items(self, what: str) -> Iterator[Element]:
-        """Iterate over the value as a list.
-
-        Raises:
-            TeleopctlError: When it is something else.
-        """
-        if not isinstance(self.value, list):
-            raise self.error(f"expected {what}, got {self.describe()}")
-        yield from self.value
-
-    def text(self) -> str:
-        """Return a scalar as text; booleans as ``true`` and ``false``.
-
-        Raises:
-            TeleopctlError: When it is a list or a mapping.
-        """
-        if isinstance(self.value, bool):
-            return "true" if self.value else "false"
-        if isinstance(self.value, str | int | float):
-            return str(self.value)
-        raise self.error(f"expected a text, got {self.describe()}")
-
-    def template(self) -> template.Template:
-        """Return a scalar as a text with substitutions.
-
-        Raises:
-            TeleopctlError: When it is no scalar or its substitutions are malformed.
-        """
-        if not isinstance(self.value, str):
-            return template.literal(self.text())
-        try:
-            return template.parse(self.value)
-        except template.TemplateError as error:
-            raise self.error(str(error)) from error
-
-    def describe(self) -> str:
-        """Return what the value is, for messages."""
-        if isinstance(self.value, dict):
-            return "a mapping with " + (", ".join(self.value) or "nothing in it")
-        if isinstance(self.value, list):
-            return f"a list of {len(self.value)}"
-        return "nothing" if self.value is None else repr(self.value)
 
 
 def load(path: Path) -> Element:

@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from teleopctl.errors import LaunchError
+from teleopctl.errors import LaunchError, TeleopctlError
+
+
+@contextmanager
+def at_key(key: str) -> Iterator[None]:
+    """Put a key before the message of an error raised in the block."""
+    try:
+        yield
+    except TeleopctlError as error:
+        raise LaunchError(f"'{key}': {error.message}", hint=error.hint) from error
 
 
 def flag(text: str) -> bool:

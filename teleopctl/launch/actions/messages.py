@@ -1,0 +1,63 @@
+"""``log`` and ``shutdown``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from teleopctl.errors import LaunchError
+from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.template import Template, literal
+
+_INFO = literal("INFO")
+_LOG_LEVELS = {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Log(Action):
+    """``log``: a line for the person in front of the terminal."""
+
+    keys = ("level", "message")
+
+    message: Template
+    level: Template = _INFO
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``log``."""
+        level = entity.optional("level") or _INFO
+        return cls(level=level, message=entity.required("message"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Say it."""
+        level = launch.text(self.level).upper()
+        if level == "WARN":
+            level = "WARNING"
+        if level not in _LOG_LEVELS:
+            raise LaunchError(
+                f"'level': expected one of {', '.join(sorted(_LOG_LEVELS))}, got '{level}'"
+            )
+        launch.say(level, launch.text(self.message))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shutdown(Action):
+    """``shutdown``: the launch ends before it has started anything."""
+
+    keys = ("reason",)
+
+    reason: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``shutdown``."""
+        return cls(reason=entity.required("reason"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """End the launch with its reason."""
+        if launch.start_delay > 0:
+            raise LaunchError("'shutdown' cannot stand in a timer")
+        reason = LaunchError(launch.text(self.reason))
+        # Whoever wrote the file knows better than its line number what the person has to know.
+        reason.place = ""
+        raise reason

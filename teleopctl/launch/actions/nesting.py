@@ -1,0 +1,101 @@
+"""Actions that hold other actions: ``group``, ``timer`` and ``include``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from teleopctl.launch.model import values
+from teleopctl.launch.model.action import Action, Entity, Launch, Step
+from teleopctl.launch.model.template import Template
+from teleopctl.packages import resolve_uri
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group(Action):
+    """``group``: steps under one condition and, where scoped, with settings of their own."""
+
+    keys = ("children", "scoped")
+
+    scoped: bool
+    steps: tuple[Step, ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``group``."""
+        scoped = entity.element("scoped")
+        if scoped is not None and not isinstance(scoped.value, bool):
+            raise scoped.error(f"expected true or false, got {scoped.describe()}")
+        return cls(scoped=scoped is None or scoped.value, steps=entity.steps("children"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Run the steps."""
+        if not self.scoped:
+            launch.run(self.steps)
+            return
+        with launch.scoped():
+            launch.run(self.steps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timer(Action):
+    """``timer``: steps that are taken later.
+
+    Attributes:
+        period: Seconds after the start of the launch.
+    """
+
+    keys = ("period", "children")
+
+    period: Template
+    steps: tuple[Step, ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``timer``."""
+        return cls(period=entity.required("period"), steps=entity.steps("children"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Run the steps with a later start."""
+        with values.at_key("period"):
+            seconds = values.number(launch.text(self.period))
+        with launch.delayed(seconds):
+            launch.run(self.steps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Include(Action):
+    """``include``: another launch file, with arguments."""
+
+    keys = ("file", "arg", "let")
+
+    file: Template
+    arguments: tuple[tuple[Template, Template], ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read an ``include``."""
+        return cls(
+            file=entity.required("file"),
+            arguments=(
+                *entity.pairs("arg", "name", "value"),
+                *entity.pairs("let", "name", "value"),
+            ),
+        )
+
+    def evaluate(self, launch: Launch) -> None:
+        """Evaluate the file."""
+        path = included_path(launch.text(self.file), launch.file)
+        for name, value in self.arguments:
+            launch.scope.variables[launch.text(name)] = launch.text(value)
+        launch.include(path)
+
+
+def included_path(text: str, including: Path) -> Path:
+    """Return the file that an ``include`` names: a path, or a file beside the including one."""
+    path = resolve_uri(text)
+    if path.is_absolute():
+        return path
+    beside = including.parent / path
+    return beside if beside.is_file() else path.absolute()

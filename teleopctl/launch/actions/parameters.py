@@ -1,0 +1,63 @@
+"""Parameters of nodes, as ``node`` and ``set_parameter`` have them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from teleopctl.launch.model.action import Entity
+from teleopctl.launch.model.descriptions import Parameter, ParameterFile, ParameterTree
+from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.template import parse
+
+PARAMETER_TYPES = frozenset(
+    {
+        "bool",
+        "int",
+        "float",
+        "str",
+        "list_of_bool",
+        "list_of_int",
+        "list_of_float",
+        "list_of_str",
+    }
+)
+
+
+def parameter(entity: Entity, prefix: str = "") -> Parameter:
+    """Read a parameter with ``name``, ``value`` and perhaps ``type``."""
+    type_element = entity.element("type")
+    type_name = None if type_element is None else type_element.text()
+    if type_element is not None and type_name not in PARAMETER_TYPES:
+        raise type_element.error(
+            f"unknown type '{type_name}', expected one of {', '.join(sorted(PARAMETER_TYPES))}"
+        )
+    name = entity.required("name")
+    return Parameter(
+        name=parse(f"{prefix}{name.source}") if prefix else name,
+        value=_parameter_value(entity.required_element("value")),
+        type_name=type_name,
+    )
+
+
+def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter | ParameterFile]:
+    """Read a list of parameters and parameter files; nothing where there is none."""
+    if element is None:
+        return
+    for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):
+        entity = Entity(item, ("name", "value", "type", "param", "from"))
+        if entity.element("from") is not None:
+            yield ParameterFile(entity.required("from"))
+        elif entity.element("param") is not None:
+            yield from parameters(
+                entity.element("param"), f"{prefix}{entity.required_text('name')}."
+            )
+        else:
+            yield parameter(entity, prefix)
+
+
+def _parameter_value(element: Element) -> ParameterTree:
+    if isinstance(element.value, list):
+        return [_parameter_value(item) for item in element.value]
+    if isinstance(element.value, bool | int | float):
+        return element.value
+    return element.template()

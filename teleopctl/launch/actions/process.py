@@ -1,0 +1,121 @@
+"""``node`` and ``executable``."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from teleopctl.launch.actions.parameters import parameters
+from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.descriptions import NodePart, Process
+from teleopctl.launch.model.template import Template, literal
+
+_PROCESS_KEYS = (
+    "args",
+    "cwd",
+    "emulate_tty",  # output reaches us unbuffered with and without it
+    "env",
+    "launch-prefix",
+    "on_exit",
+    "output",
+    "required",
+    "respawn",
+    "respawn_delay",
+    "respawn_max_retries",
+    "sigkill_timeout",
+    "sigterm_timeout",
+)
+
+
+class StartProcess(Process, Action):
+    """What ``node`` and ``executable`` share."""
+
+    __slots__ = ()
+
+    def evaluate(self, launch: Launch) -> None:
+        """Add the process."""
+        launch.start(self)
+
+    @classmethod
+    def _parse(
+        cls,
+        entity: Entity,
+        *,
+        process_name: Template | None,
+        node: NodePart | None = None,
+        command: Template | None = None,
+        shell: Template | None = None,
+    ) -> Self:
+        return cls(
+            node=node,
+            command=command,
+            shell=shell,
+            process_name=process_name,
+            arguments=entity.optional("args"),
+            working_directory=entity.optional("cwd"),
+            environment=entity.pairs("env", "name", "value"),
+            prefix=entity.optional("launch-prefix"),
+            output=entity.optional("output"),
+            respawn=entity.optional("respawn"),
+            respawn_delay=entity.optional("respawn_delay"),
+            respawn_max_retries=entity.optional("respawn_max_retries"),
+            shutdown_on_exit=_shutdown_on_exit(entity),
+            sigterm_timeout=entity.optional("sigterm_timeout"),
+            sigkill_timeout=entity.optional("sigkill_timeout"),
+        )
+
+
+class Node(StartProcess):
+    """``node``: a program of a package, as a ROS node."""
+
+    __slots__ = ()
+    keys = (
+        "pkg",
+        "exec",
+        "name",
+        "namespace",
+        "exec_name",
+        "param",
+        "remap",
+        "ros_args",
+        *_PROCESS_KEYS,
+    )
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``node``."""
+        node = NodePart(
+            package=entity.required("pkg"),
+            executable=entity.required("exec"),
+            name=entity.optional("name"),
+            namespace=entity.optional("namespace"),
+            parameters=tuple(parameters(entity.element("param"))),
+            remaps=entity.pairs("remap", "from", "to"),
+            ros_arguments=entity.optional("ros_args"),
+        )
+        return cls._parse(entity, process_name=entity.optional("exec_name"), node=node)
+
+
+class Executable(StartProcess):
+    """``executable``: a command line."""
+
+    __slots__ = ()
+    keys = ("cmd", "name", "shell", *_PROCESS_KEYS)
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read an ``executable``."""
+        return cls._parse(
+            entity,
+            process_name=entity.optional("name"),
+            command=entity.required("cmd"),
+            shell=entity.optional("shell"),
+        )
+
+
+def _shutdown_on_exit(entity: Entity) -> Template | None:
+    on_exit = entity.element("on_exit")
+    if on_exit is None:
+        return entity.optional("required")
+    if on_exit.value != "shutdown":
+        raise on_exit.error(f"expected 'shutdown', got {on_exit.describe()}")
+    return literal("true")

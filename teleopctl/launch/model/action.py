@@ -1,0 +1,197 @@
+"""What an entry of a launch file does, and what it may do that with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Protocol, Self
+
+from teleopctl.errors import did_you_mean
+from teleopctl.launch.model.descriptions import Condition, Place, Process
+from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.scope import Scope
+from teleopctl.launch.model.template import Template
+
+
+class Entity:
+    """What stands below the name of an action: a mapping with known keys.
+
+    Args:
+        element: The mapping.
+        known: The keys that may stand in it, with hyphens or with underscores.
+        read_steps: How the front end reads a list of actions; None where there can be none.
+
+    Raises:
+        TeleopctlError: When the element is no mapping, or has another key.
+    """
+
+    def __init__(
+        self,
+        element: Element,
+        known: Iterable[str],
+        read_steps: Callable[[Element], tuple[Step, ...]] | None = None,
+    ) -> None:
+        self._element = element
+        self._read_steps = read_steps
+        self._fields: dict[str, Element] = {}
+        keys = tuple(known)
+        canonical = {key.replace("-", "_"): key for key in keys}
+        for key, value in element.mapping(f"a mapping with {', '.join(keys)}").items():
+            name = canonical.get(key.replace("-", "_"))
+            if name is None:
+                raise value.error(
+                    f"unknown key '{key}', expected one of {', '.join(keys)}",
+                    hint=did_you_mean(key, keys),
+                )
+            self._fields[name] = value
+
+    def element(self, key: str) -> Element | None:
+        """Return what stands under a key, or None."""
+        return self._fields.get(key)
+
+    def required_element(self, key: str) -> Element:
+        """Return what stands under a key.
+
+        Raises:
+            TeleopctlError: When the key is missing.
+        """
+        if key not in self._fields:
+            raise self._element.error(f"'{key}' is missing")
+        return self._fields[key]
+
+    def required(self, key: str) -> Template:
+        """Return the text under a key; missing or malformed text is a TeleopctlError."""
+        return self.required_element(key).template()
+
+    def required_text(self, key: str) -> str:
+        """Return the text under a key as it stands, without substitutions."""
+        return self.required_element(key).text()
+
+    def optional(self, key: str) -> Template | None:
+        """Return the text under a key, or None where the key is missing."""
+        element = self._fields.get(key)
+        return None if element is None else element.template()
+
+    def pairs(self, key: str, first: str, second: str) -> tuple[tuple[Template, Template], ...]:
+        """Return a list of mappings that have two keys each; empty where the key is missing."""
+        element = self._fields.get(key)
+        if element is None:
+            return ()
+        entities = (
+            Entity(item, (first, second))
+            for item in element.items(f"a list of mappings with '{first}' and '{second}'")
+        )
+        return tuple((entity.required(first), entity.required(second)) for entity in entities)
+
+    def steps(self, key: str) -> tuple[Step, ...]:
+        """Return the actions under a key; a missing key is a TeleopctlError."""
+        assert self._read_steps is not None
+        return self._read_steps(self.required_element(key))
+
+
+class Action:
+    """What an entry of a launch file does; there is a subclass for each kind.
+
+    An action is plain data with unevaluated texts. A text front end reads it by `parse`, a Python
+    launch file makes it by its constructor; neither is known to `evaluate`.
+
+    Attributes:
+        keys: What may stand below its name in a launch file, besides ``if`` and ``unless``.
+    """
+
+    __slots__ = ()
+    keys: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read the action from what stands below its name.
+
+        Raises:
+            LaunchError: A key is missing, or a value is not what it should be; `entity` makes
+                such errors, with file and line.
+        """
+        raise NotImplementedError
+
+    def evaluate(self, launch: Launch) -> Iterable[Action] | None:
+        """Do it: change what the following steps see, add processes, run further steps.
+
+        Returns:
+            Actions to evaluate in its place, or None.
+
+        Raises:
+            TeleopctlError: It cannot be done; file and line are put in front of the message.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One entry of a launch file.
+
+    Attributes:
+        place: Where it stands.
+        conditions: All have to hold.
+        action: What it does then.
+    """
+
+    place: Place
+    conditions: tuple[Condition, ...]
+    action: Action
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFile:
+    """A launch file.
+
+    Attributes:
+        path: The file.
+        steps: Its entries in order.
+    """
+
+    path: Path
+    steps: tuple[Step, ...]
+
+
+class Launch(Protocol):
+    """A launch while it is being evaluated: what an action has to work with."""
+
+    @property
+    def scope(self) -> Scope:
+        """Launch variables, environment, namespace and so on, as the next step sees them."""
+
+    @property
+    def file(self) -> Path:
+        """The launch file that is being evaluated."""
+
+    @property
+    def start_delay(self) -> float:
+        """Seconds from the start of the launch to that of the next process."""
+
+    def text(self, text: Template) -> str:
+        """Evaluate the substitutions of a text."""
+
+    def environment_value(self, name: str) -> str | None:
+        """An environment variable as the processes will see it, or None."""
+
+    def run(self, steps: tuple[Step, ...]) -> None:
+        """Evaluate further steps."""
+
+    def scoped(self) -> AbstractContextManager[None]:
+        """Restore variables, environment, namespace and so on at the end of the block."""
+
+    def delayed(self, seconds: float) -> AbstractContextManager[None]:
+        """Start the block's processes later."""
+
+    def include(self, path: Path) -> None:
+        """Evaluate another launch file."""
+
+    def declare(self, name: str) -> None:
+        """Make a launch argument known."""
+
+    def say(self, level: str, message: str) -> None:
+        """Show a line to the person in front of the terminal when the launch starts."""
+
+    def start(self, process: Process) -> None:
+        """Add the process of a ``node`` or an ``executable``."""
