@@ -328,3 +328,21 @@ LAUNCH_ACTIONS = Kind(
     bases=("teleopctl.launch.model.action:Action",),
 )
 """Entries of launch files, by the names that stand there (with underscores)."""
+
+_SUBSTITUTIONS = (
+    "all and anon any command dirname env equals eval file-param filename find-exec "
+    "find-pkg-share first-file if launch_log_dir log_dir node-exists not not-equals "
+    "optenv or var xacro"
+)
+
+LAUNCH_SUBSTITUTIONS = Kind(
+    "substitution",
+    "teleopctl.launch_substitutions",
+    {
+        name: f"teleopctl.launch.evaluation.substitutions:{name.upper().replace('-', '_')}"
+        for name in _SUBSTITUTIONS.split()
+    },
+    bases=("teleopctl.launch.evaluation.substitution:Substitution",),
+    classes=False,
+)
+"""What may stand behind ``$(`` in a launch file."""

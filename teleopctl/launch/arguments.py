@@ -9,7 +9,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.nesting import Group, Include, Timer, included_path
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Template

@@ -13,7 +13,7 @@ from pathlib import Path
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.processes import ProcessBuilder
-from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, LaunchFile, Step

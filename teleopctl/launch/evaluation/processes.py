@@ -12,7 +12,7 @@ from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
-from teleopctl.launch.evaluation.substitutions import render
+from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import (
     NodePart,

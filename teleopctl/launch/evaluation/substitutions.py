@@ -1,65 +1,43 @@
-"""What the substitutions of a launch file mean: ``$(var x)``, ``$(find-pkg-share p)`` and so on.
+"""Our substitutions: what ``$(var x)``, ``$(find-pkg-share p)`` and so on mean.
 
 ROS 2's own, and some of ours: ``$(xacro FILE name:=value …)`` is the robot description, expanded
 in this process, ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first
 of some files that exists, and ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file
-says about a node.
+says about a node. Their names stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
+from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
-from teleopctl.launch.model.template import Argument, Call, Template
+from teleopctl.launch.model.template import Argument, Call
 from teleopctl.packages import package_share, resolve_uri
 
 _COMMAND_TIMEOUT_S = 60.0
 
 
-def render(template: Template, context: LaunchContext) -> str:
-    """Evaluate a text.
+class _Expression(Substitution):
+    """``$(eval …)``: one quoted argument is the expression, else what stands there."""
 
-    Raises:
-        TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails.
-    """
-    return template.render(lambda call: _substitute(call, context))
-
-
-def _substitute(call: Call, context: LaunchContext) -> str:
-    if call.name == "eval" and call.arguments:
-        return _evaluate(call, context)
-    entry = _FUNCTIONS.get(call.name)
-    if entry is None:
-        raise LaunchError(
-            f"{call.source}: unknown substitution '{call.name}'",
-            hint=did_you_mean(call.name, _FUNCTIONS),
-        )
-    function, least, most = entry
-    count = len(call.arguments)
-    if count < least or (most is not None and count > most):
-        expected = str(least) if least == most else f"{least} to {most}"
-        raise LaunchError(
-            f"{call.source}: expected {expected if most is not None else f'at least {least}'} "
-            f"argument(s), got {count}"
-        )
-    return function([render(argument.template, context) for argument in call.arguments], context)
-
-
-def _evaluate(call: Call, context: LaunchContext) -> str:
-    """Evaluate ``$(eval …)``: one quoted argument is the expression, else what stands there."""
-    try:
+    def arguments(self, call: Call, context: LaunchContext) -> list[str]:
         if len(call.arguments) == 1:
-            return evaluate(render(call.arguments[0].template, context))
-        return evaluate(" ".join(_requoted(argument, context) for argument in call.arguments))
+            return super().arguments(call, context)
+        return [" ".join(_requoted(argument, context) for argument in call.arguments)]
+
+
+def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
+    try:
+        return evaluate(arguments[0])
     except ExpressionError as error:
-        raise LaunchError(f"{call.source}: {error}") from error
+        raise LaunchError(f"$(eval {arguments[0]}): {error}") from error
 
 
 def _requoted(argument: Argument, context: LaunchContext) -> str:
@@ -230,29 +208,27 @@ def _word(value: bool) -> str:
     return "true" if value else "false"
 
 
-# Name → function, least and greatest number of arguments (None: any number).
-_FUNCTIONS: dict[str, tuple[Callable[[Sequence[str], LaunchContext], str], int, int | None]] = {
-    "all": (_all, 1, None),
-    "and": (_all, 2, 2),
-    "anon": (_anonymous, 1, 1),
-    "any": (_any, 1, None),
-    "command": (_command, 1, 2),
-    "dirname": (_dirname, 0, 0),
-    "env": (_env, 1, 2),
-    "equals": (_equals, 2, 2),
-    "file-param": (_file_parameter, 3, 4),
-    "filename": (_filename, 0, 0),
-    "find-exec": (_find_exec, 1, 1),
-    "find-pkg-share": (_find_pkg_share, 1, 1),
-    "first-file": (_first_file, 1, None),
-    "if": (_if, 2, 3),
-    "launch_log_dir": (_log_directory, 0, 0),
-    "log_dir": (_log_directory, 0, 0),
-    "node-exists": (_node_exists, 1, 1),
-    "not": (_not, 1, 1),
-    "not-equals": (_not_equals, 2, 2),
-    "optenv": (_optional_env, 1, 2),
-    "or": (_any, 2, 2),
-    "var": (_var, 1, 2),
-    "xacro": (_xacro, 1, None),
-}
+ALL = Substitution(_all, 1, None)
+AND = Substitution(_all, 2, 2)
+ANON = Substitution(_anonymous, 1, 1)
+ANY = Substitution(_any, 1, None)
+COMMAND = Substitution(_command, 1, 2)
+DIRNAME = Substitution(_dirname, 0, 0)
+ENV = Substitution(_env, 1, 2)
+EQUALS = Substitution(_equals, 2, 2)
+EVAL = _Expression(_eval, 1)
+FILENAME = Substitution(_filename, 0, 0)
+FILE_PARAM = Substitution(_file_parameter, 3, 4)
+FIND_EXEC = Substitution(_find_exec, 1, 1)
+FIND_PKG_SHARE = Substitution(_find_pkg_share, 1, 1)
+FIRST_FILE = Substitution(_first_file, 1, None)
+IF = Substitution(_if, 2, 3)
+LAUNCH_LOG_DIR = Substitution(_log_directory, 0, 0)
+LOG_DIR = Substitution(_log_directory, 0, 0)
+NODE_EXISTS = Substitution(_node_exists, 1, 1)
+NOT = Substitution(_not, 1, 1)
+NOT_EQUALS = Substitution(_not_equals, 2, 2)
+OPTENV = Substitution(_optional_env, 1, 2)
+OR = Substitution(_any, 2, 2)
+VAR = Substitution(_var, 1, 2)
+XACRO = Substitution(_xacro, 1, None)

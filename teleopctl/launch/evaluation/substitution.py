@@ -1,0 +1,78 @@
+"""What ``$(name argument …)`` in a launch file means, whoever brings the substitution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from teleopctl import plugins
+from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.model.template import Call, Template
+
+
+class Substitution:
+    """A substitution.
+
+    Args:
+        function: Makes the text from the evaluated arguments and the launch's context. What it
+            raises ends the launch with the file and line of the substitution.
+        least: Least number of arguments.
+        most: Greatest number of arguments; None for any number.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[Sequence[str], LaunchContext], str],
+        least: int = 0,
+        most: int | None = None,
+    ) -> None:
+        self._function = function
+        self._least = least
+        self._most = most
+
+    def evaluate(self, call: Call, context: LaunchContext) -> str:
+        """Return the text that a substitution stands for.
+
+        Raises:
+            TeleopctlError: It has the wrong number of arguments, or fails.
+        """
+        self._check_count(call)
+        arguments = self.arguments(call, context)
+        try:
+            return self._function(arguments, context)
+        except TeleopctlError:
+            raise
+        except Exception as error:
+            raise LaunchError(f"{call.source}: {type(error).__name__}: {error}") from error
+
+    def arguments(self, call: Call, context: LaunchContext) -> list[str]:
+        """Return what the function is given."""
+        return [render(argument.template, context) for argument in call.arguments]
+
+    def _check_count(self, call: Call) -> None:
+        least, most, count = self._least, self._most, len(call.arguments)
+        if count < least or (most is not None and count > most):
+            expected = str(least) if least == most else f"{least} to {most}"
+            raise LaunchError(
+                f"{call.source}: expected {expected if most is not None else f'at least {least}'} "
+                f"argument(s), got {count}"
+            )
+
+
+def render(template: Template, context: LaunchContext) -> str:
+    """Evaluate a text.
+
+    Raises:
+        TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails.
+    """
+    return template.render(lambda call: _evaluate(call, context))
+
+
+def _evaluate(call: Call, context: LaunchContext) -> str:
+    try:
+        substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, call.name)
+    except UnknownPluginError as error:
+        raise LaunchError(
+            f"{call.source}: unknown substitution '{call.name}'", hint=error.hint
+        ) from error
+    return substitution.evaluate(call, context)

@@ -1,0 +1,96 @@
+"""Actions and substitutions of other distributions in a launch file."""
+
+import pytest
+
+from teleopctl import plugins
+from teleopctl.errors import LaunchError
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from tests.distributions import install
+
+CODE = """
+    from dataclasses import dataclass
+
+    from teleopctl.launch.actions.messages import Log
+    from teleopctl.launch.evaluation.substitution import Substitution
+    from teleopctl.launch.model.action import Action
+    from teleopctl.launch.model.template import literal
+
+    @dataclass(frozen=True)
+    class Twice(Action):
+        keys = ("message", "children")
+        message: object
+        steps: tuple
+
+        @classmethod
+        def parse(cls, entity):
+            return cls(entity.required("message"), entity.steps("children"))
+
+        def evaluate(self, launch):
+            text = launch.text(self.message)
+            launch.run(self.steps)
+            if text == "explode":
+                return 1 / 0
+            return [Log(message=literal(text))] * 2
+
+    UPPER = Substitution(lambda arguments, context: arguments[0].upper(), 1, 1)
+    BAD = Substitution(lambda arguments, context: arguments[7])
+"""
+ENTRIES = {
+    "teleopctl.launch_actions": {"twice": "strange_launch:Twice", "gone": "strange_gone:Gone"},
+    "teleopctl.launch_substitutions": {
+        "upper": "strange_launch:UPPER",
+        "bad": "strange_launch:BAD",
+        "unlike": "strange_launch:Twice",
+    },
+}
+
+
+@pytest.fixture
+def plan(tmp_path, monkeypatch):
+    install(tmp_path, "strange-launch", ENTRIES, {"strange_launch.py": CODE})
+    monkeypatch.syspath_prepend(str(tmp_path))
+    plugins._installed.cache_clear()
+
+    def plan(*lines):
+        file = tmp_path / "file.yaml"
+        file.write_text("\n".join(["launch:", *lines]), encoding="utf-8")
+        return evaluate(parse_file(file), {}, tmp_path / "log")
+
+    yield plan
+    plugins._installed.cache_clear()
+
+
+def test_a_strangers_action_gives_actions_and_runs_its_children(plan):
+    done = plan(
+        "- twice:",
+        "    message: $(upper hello)",
+        "    children:",
+        "    - log: {message: child}",
+        "- twice: {message: no, children: [], if: 'false'}",
+    )
+    assert done.messages == [("INFO", "child"), ("INFO", "HELLO"), ("INFO", "HELLO")]
+
+
+@pytest.mark.parametrize(
+    ("entry", "error"),
+    [
+        ("twice: {children: []}", "'message' is missing"),
+        ("twice: {mesage: x, children: []}", "unknown key 'mesage'"),
+        ("twice: {message: explode, children: []}", "Twice failed: ZeroDivisionError"),
+        ("gone: {}", "launch action 'gone' of strange-launch: .* cannot be imported"),
+        ("log: {message: $(upper)}", "expected 1 argument"),
+        ("log: {message: $(uper x)}", "unknown substitution 'uper'"),
+        ("log: {message: $(bad x)}", r"\$\(bad x\): IndexError"),
+        ("log: {message: $(unlike x)}", "is not an object of .*Substitution"),
+    ],
+)
+def test_what_goes_wrong_in_a_strangers_is_told_with_file_and_line(plan, tmp_path, entry, error):
+    with pytest.raises(Exception, match=error) as told:
+        plan("- log: {message: first}", f"- {entry}")
+    assert str(told.value).startswith(f"{tmp_path / 'file.yaml'}:3:")
+
+
+def test_the_actions_of_strangers_are_listed_with_ours(plan):
+    with pytest.raises(LaunchError, match=r"expected one of append_env, .*gone, .*twice"):
+        plan("- twise: {}")
