@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from teleopctl.errors import UnavailableError
 from teleopctl.interfaces.stamps import from_seconds, set_stamp
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Client, ExternalShutdownException, Node
+from teleopctl.node.endpoints.client import ResponseFuture
+from teleopctl.node.parameter_client import AsyncParameterClient
 from teleopctl.node.values.parameter import Parameter
 
 STRICT = 2
@@ -41,6 +43,7 @@ class ControllerManagerClient:
         self.name = (
             manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
         )
+        self._parameters = AsyncParameterClient(node, self.name)
 
     def _client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
@@ -115,8 +118,11 @@ class ControllerManagerClient:
         full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
         client = self._client(service, full_type)
         request = get_service(full_type).Request(**fields)
+        return self._insist(service, lambda: client.call_async(request))
+
+    def _insist(self, service: str, send: Callable[[], ResponseFuture]) -> Any:
         for attempt in range(1, self._attempts + 1):
-            response = client.call(request, self._call_timeout)
+            response = send().wait_for_response(self._call_timeout)
             if response is not None:
                 return response
             self._node.get_logger().warning(
@@ -173,8 +179,6 @@ class ControllerManagerClient:
 
     def set_parameter(self, name: str, value: object) -> bool:
         """Set a parameter of the manager's node."""
-        parameter = Parameter(name, value=value).to_parameter_msg()
-        response = self.call(
-            "set_parameters", "rcl_interfaces/srv/SetParameters", parameters=[parameter]
-        )
+        wanted = [Parameter(name, value=value)]
+        response = self._insist("set_parameters", lambda: self._parameters.set_parameters(wanted))
         return all(result.successful for result in response.results)

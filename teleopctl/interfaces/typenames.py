@@ -79,6 +79,13 @@ def module_name(type_name: str) -> str:
     package, kind, name = split(type_name)
     if kind != "msg":
         name = name.split("_", 1)[0]
+    return f"{package}.{kind}._{snake_case(name)}"
+
+
+def snake_case(name: str) -> str:
+    """Return a name in capitals and small letters as ROS 2's generators write it in small ones.
+
+    ``GetParameters`` is ``get_parameters``; of ``RGBDImage`` it makes ``rgbd_image``.
+    """
     spaced = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
-    snake = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", spaced).lower()
-    return f"{package}.{kind}._{snake}"
+    return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", spaced).lower()

@@ -1,13 +1,16 @@
-"""A client of another node's parameters, with the names of ``rclpy.parameter_client``."""
+"""Other nodes' parameters: of one with the names of ``rclpy.parameter_client``, of many at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces.store import get_service
-from teleopctl.node.endpoints.client import Client
+from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.interfaces.typenames import snake_case
+from teleopctl.node.endpoints.client import Client, ResponseFuture
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.parameter_file import parameter_messages
@@ -19,6 +22,16 @@ if TYPE_CHECKING:
 
 # Called with the future of the response.
 DoneCallback = Callable[["Future"], object]
+
+PARAMETER_SERVICES = (
+    "DescribeParameters",
+    "GetParameters",
+    "GetParameterTypes",
+    "ListParameters",
+    "SetParameters",
+    "SetParametersAtomically",
+)
+"""The services of every node, in the order in which rclpy offers them: types of rcl_interfaces."""
 
 _UNLIMITED_DEPTH = 0
 
@@ -45,32 +58,24 @@ class AsyncParameterClient:
     ) -> None:
         self.remote_node_name = remote_node_name
         self._node = node
+        self._qos_profile = qos_profile
+        self._callback_group = callback_group
+        self._by_type: dict[str, Client] = {}
 
-        def client(type_: str, service: str) -> Client:
-            return node.create_client(
+    def _client(self, type_: str) -> Client:
+        # Made when first used: each is in the graph, and most users need one of the six.
+        if type_ not in self._by_type:
+            self._by_type[type_] = self._node.create_client(
                 get_service(f"rcl_interfaces/srv/{type_}"),
-                f"{remote_node_name}/{service}",
-                qos_profile=qos_profile,
-                callback_group=callback_group,
+                f"{self.remote_node_name}/{snake_case(type_)}",
+                qos_profile=self._qos_profile,
+                callback_group=self._callback_group,
             )
-
-        self._list = client("ListParameters", "list_parameters")
-        self._get = client("GetParameters", "get_parameters")
-        self._get_types = client("GetParameterTypes", "get_parameter_types")
-        self._describe = client("DescribeParameters", "describe_parameters")
-        self._set = client("SetParameters", "set_parameters")
-        self._set_together = client("SetParametersAtomically", "set_parameters_atomically")
+        return self._by_type[type_]
 
     @property
-    def _clients(self) -> tuple[Client, ...]:
-        return (
-            self._list,
-            self._get,
-            self._get_types,
-            self._describe,
-            self._set,
-            self._set_together,
-        )
+    def _clients(self) -> list[Client]:
+        return [self._client(type_) for type_ in PARAMETER_SERVICES]
 
     def services_are_ready(self) -> bool:
         """Tell whether the other node offers all of its parameter services."""
@@ -78,8 +83,6 @@ class AsyncParameterClient:
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
         """Wait for the services; False when the time, in seconds for all of them, ran out."""
-        import time
-
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         for client in self._clients:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
@@ -92,45 +95,48 @@ class AsyncParameterClient:
         prefixes: Sequence[str] | None = None,
         depth: int | None = None,
         callback: DoneCallback | None = None,
-    ) -> Future:
+    ) -> ResponseFuture:
         """Ask for the names below prefixes, down to a depth (None: without limit)."""
-        request = self._list.srv_type.Request(depth=depth or _UNLIMITED_DEPTH)
-        request.prefixes = list(prefixes or ())
-        return _send(self._list, request, callback)
+        return self._send(
+            "ListParameters",
+            callback,
+            prefixes=list(prefixes or ()),
+            depth=depth or _UNLIMITED_DEPTH,
+        )
 
-    def get_parameters(self, names: Sequence[str], callback: DoneCallback | None = None) -> Future:
+    def get_parameters(
+        self, names: Sequence[str], callback: DoneCallback | None = None
+    ) -> ResponseFuture:
         """Ask for values."""
-        return _send(self._get, self._get.srv_type.Request(names=list(names)), callback)
+        return self._send("GetParameters", callback, names=list(names))
 
     def get_parameter_types(
         self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> Future:
+    ) -> ResponseFuture:
         """Ask for types."""
-        return _send(self._get_types, self._get_types.srv_type.Request(names=list(names)), callback)
+        return self._send("GetParameterTypes", callback, names=list(names))
 
     def describe_parameters(
         self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> Future:
+    ) -> ResponseFuture:
         """Ask for descriptors."""
-        return _send(self._describe, self._describe.srv_type.Request(names=list(names)), callback)
+        return self._send("DescribeParameters", callback, names=list(names))
 
     def set_parameters(
         self, parameters: Sequence[Any], callback: DoneCallback | None = None
-    ) -> Future:
+    ) -> ResponseFuture:
         """Set parameters one by one; each is a :class:`Parameter` or its message."""
-        request = self._set.srv_type.Request(parameters=_messages(parameters))
-        return _send(self._set, request, callback)
+        return self._send("SetParameters", callback, parameters=_messages(parameters))
 
     def set_parameters_atomically(
         self, parameters: Sequence[Any], callback: DoneCallback | None = None
-    ) -> Future:
+    ) -> ResponseFuture:
         """Set all parameters or none; each is a :class:`Parameter` or its message."""
-        request = self._set_together.srv_type.Request(parameters=_messages(parameters))
-        return _send(self._set_together, request, callback)
+        return self._send("SetParametersAtomically", callback, parameters=_messages(parameters))
 
     def delete_parameters(
         self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> Future:
+    ) -> ResponseFuture:
         """Take the values of parameters away, which only dynamically typed ones let happen."""
         return self.set_parameters([Parameter(name) for name in names], callback)
 
@@ -139,7 +145,7 @@ class AsyncParameterClient:
         parameter_file: str | Path,
         use_wildcard: bool = False,
         callback: DoneCallback | None = None,
-    ) -> Future:
+    ) -> ResponseFuture:
         """Set what a parameter file holds, one by one; see :func:`parameter_messages`."""
         return self.set_parameters(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
@@ -150,7 +156,7 @@ class AsyncParameterClient:
         parameter_file: str | Path,
         use_wildcard: bool = False,
         callback: DoneCallback | None = None,
-    ) -> Future:
+    ) -> ResponseFuture:
         """Set all that a parameter file holds, or nothing; see :func:`parameter_messages`."""
         return self.set_parameters_atomically(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
@@ -163,8 +169,6 @@ class AsyncParameterClient:
         callback_group: CallbackGroup | None = None,
     ) -> Any:
         """Subscribe to the changes of all nodes' parameters; returns the subscription."""
-        from teleopctl.interfaces.store import get_message
-
         return self._node.create_subscription(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",
@@ -173,12 +177,51 @@ class AsyncParameterClient:
             callback_group=callback_group,
         )
 
+    def _send(self, type_: str, callback: DoneCallback | None, **fields: object) -> ResponseFuture:
+        client = self._client(type_)
+        future = client.call_async(client.srv_type.Request(**fields))
+        if callback is not None:
+            future.add_done_callback(callback)
+        return future
 
-def _send(client: Client, request: Any, callback: DoneCallback | None) -> Future:
-    future = client.call_async(request)
-    if callback is not None:
-        future.add_done_callback(callback)
-    return future
+
+def ask_nodes(
+    node: NodeEndpoints,
+    remote_node_names: Iterable[str],
+    question: Callable[[AsyncParameterClient], ResponseFuture],
+    timeout_sec: float,
+) -> dict[str, Any]:
+    """Ask many nodes at once and wait until each has answered or the time is up.
+
+    Example:
+        ``ask_nodes(node, ["/arm", "/base"], lambda remote: remote.list_parameters(), 5.0)``
+
+    Args:
+        node: The node that asks; it needs no executor for this.
+        remote_node_names: Names of the nodes whose parameters they are.
+        question: Sends a request to one of them.
+        timeout_sec: Longest wait for all of them together, in seconds of wall time.
+
+    Returns:
+        For each node its response, or an `UnavailableError` where it did not answer. What the
+        response is depends on the question.
+
+    Raises:
+        ExternalShutdownException: The context was shut down meanwhile.
+    """
+    futures = {name: question(AsyncParameterClient(node, name)) for name in remote_node_names}
+    deadline = time.monotonic() + timeout_sec
+    return {name: _outcome(name, future, deadline, timeout_sec) for name, future in futures.items()}
+
+
+def _outcome(name: str, future: ResponseFuture, deadline: float, timeout_sec: float) -> object:
+    try:
+        response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
+    except TeleopctlError as error:
+        return UnavailableError(f"Node '{name}' did not answer: {error.message}")
+    if response is None:
+        return UnavailableError(f"Node '{name}' did not answer within {timeout_sec:g} s")
+    return response
 
 
 def _messages(parameters: Sequence[Any]) -> list[Any]:

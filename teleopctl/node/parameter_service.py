@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.interfaces.typenames import snake_case
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.parameter_store import ParameterStore, result
@@ -35,10 +36,9 @@ class ParameterService:
             ("SetParametersAtomically", self._set_atomically),
         )
         for type_, handler in handlers:
-            snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in type_).lstrip("_")
             node.create_service(
                 get_service(f"rcl_interfaces/srv/{type_}"),
-                f"~/{snake}",
+                f"~/{snake_case(type_)}",
                 handler,
                 qos_profile=qos_profile_parameters,
             )

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.typenames import from_dds, module_name, normalize, to_dds
+from teleopctl.interfaces.typenames import from_dds, module_name, normalize, snake_case, to_dds
 
 PAIRS = [
     ("std_msgs/msg/String", "std_msgs::msg::dds_::String_"),
@@ -62,3 +62,18 @@ def test_what_is_no_type_name_is_refused(text):
 )
 def test_modules_are_named_as_the_generator_of_ros_names_them(type_name, module):
     assert module_name(type_name) == module
+
+
+@pytest.mark.parametrize(
+    ("name", "small"),
+    [
+        ("GetParameters", "get_parameters"),
+        ("GetParameterTypes", "get_parameter_types"),
+        ("SetParametersAtomically", "set_parameters_atomically"),
+        ("RGBDImage", "rgbd_image"),
+        ("Int8MultiArray", "int8_multi_array"),
+        ("Empty", "empty"),
+    ],
+)
+def test_capitals_become_small_letters_as_in_ros(name, small):
+    assert snake_case(name) == small

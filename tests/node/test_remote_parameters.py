@@ -1,12 +1,15 @@
 """Other nodes' parameters: the client, the handler of events, files, and QoS overrides."""
 
+import threading
+import time
+
 import pytest
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces.store import get_message
-from teleopctl.node import Parameter, QoSProfile, ReliabilityPolicy
+from teleopctl.node import Node, Parameter, QoSProfile, ReliabilityPolicy
 from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
-from teleopctl.node.parameter_client import AsyncParameterClient
+from teleopctl.node.parameter_client import AsyncParameterClient, ask_nodes
 from teleopctl.node.parameter_events import ParameterEventHandler
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter import parameter_value_to_python
@@ -60,6 +63,42 @@ def test_a_client_sets_and_takes_away(ask, robot):
 
 def test_a_client_waits_no_longer_than_it_is_told(make_node):
     assert not AsyncParameterClient(make_node(), "nobody").wait_for_services(0.0)
+
+
+def test_many_nodes_are_asked_at_once_and_each_answers_for_itself(context, make_node, executor):
+    make_node("left").declare_parameter("side", "l")
+    make_node("right").declare_parameter("side", "r")
+    asker = Node("asker", context=context)
+    hanging = [Node(f"hanging_{number}", context=context) for number in range(3)]
+    spinner = threading.Thread(target=executor.spin)
+    spinner.start()
+    names = ["/left", "/right", "/nobody", *(node.get_fully_qualified_name() for node in hanging)]
+    began = time.monotonic()
+    answers = ask_nodes(asker, names, lambda remote: remote.get_parameters(["side"]), 1.0)
+    # One deadline for all: three that hang do not take three seconds.
+    assert time.monotonic() - began < 2.5
+    assert list(answers) == names
+    sides = [parameter_value_to_python(answers[name].values[0]) for name in names[:2]]
+    assert sides == ["l", "r"]
+    assert all(isinstance(answers[name], UnavailableError) for name in names[2:])
+    assert "no server" in answers["/nobody"].message
+    assert answers["/hanging_0"].message == "Node '/hanging_0' did not answer within 1 s"
+    context.shutdown()
+    spinner.join(10.0)
+
+
+def test_a_client_has_no_more_in_the_graph_than_it_uses(context, make_node):
+    asker = make_node("asker")
+    client = AsyncParameterClient(asker, "robot")
+
+    def asked():
+        return {token.name for token in asker.graph().endpoints if token.kind.name == "SC"}
+
+    assert asked() == set()
+    client.get_parameters(["x"])
+    assert asked() == {"/robot/get_parameters"}
+    client.services_are_ready()
+    assert len(asked()) == 6
 
 
 def test_a_file_is_set_with_and_without_the_section_for_every_node(ask, robot, tmp_path):

@@ -94,7 +94,7 @@ def test_describe_dump_and_load(ros, node, tmp_path):
 
 def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, monkeypatch, capsys):
     asked = threading.Event()
-    monkeypatch.setattr("teleopctl.cli.verbs.param.client.LONGEST_WAIT_S", 0.5)
+    monkeypatch.setattr("teleopctl.cli.verbs.param.graph_parameters.LONGEST_WAIT_S", 0.5)
     init(args=[])
     try:
         with Node("hanging", enable_rosout=False, start_parameter_services=False) as hanging:

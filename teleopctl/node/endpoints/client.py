@@ -34,7 +34,7 @@ def _look_again() -> None:
     """Do nothing; whoever spins comes back from it."""
 
 
-class _Answer(Future):
+class ResponseFuture(Future):
     """The future of a response: what waits for it is called back by the executor of the node."""
 
     def __init__(self, client: Client) -> None:
@@ -43,6 +43,30 @@ class _Answer(Future):
 
     def _call(self, callback: Callable[[Future], object]) -> None:
         self._client.call_back(functools.partial(callback, self))
+
+    def wait_for_response(self, timeout_sec: float | None = None) -> Any:
+        """Block this thread until the response is there (ours).
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+
+        Returns:
+            The response, None when the time ran out: the request is given up then.
+
+        Raises:
+            ServiceUnavailableError: No server answers.
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        context = self._client.node.context
+        context.on_shutdown(self.cancel)
+        try:
+            answered = context.ok() and self.wait(timeout_sec)
+        finally:
+            context.forget_on_shutdown(self.cancel)
+            self._client.remove_pending_request(self)
+        if self.cancelled() and not context.ok():
+            raise ExternalShutdownException
+        return self.result() if answered else None
 
 
 class Client(Endpoint, Waitable):
@@ -99,7 +123,7 @@ class Client(Endpoint, Waitable):
         """
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
-    def call_async(self, request: Any) -> Future:
+    def call_async(self, request: Any) -> ResponseFuture:
         """Send a request.
 
         Returns:
@@ -113,7 +137,7 @@ class Client(Endpoint, Waitable):
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
         payload = cdr.serialize(request)
-        future = _Answer(self)
+        future = ResponseFuture(self)
         future.on_end(self._tell_of_answer)
         with self._lock:
             self._pending.add(future)
@@ -150,17 +174,7 @@ class Client(Endpoint, Waitable):
             ServiceUnavailableError: No server answers.
             ExternalShutdownException: The context was shut down meanwhile.
         """
-        future = self.call_async(request)
-        context = self.node.context
-        context.on_shutdown(future.cancel)
-        try:
-            answered = context.ok() and future.wait(timeout_sec)
-        finally:
-            context.forget_on_shutdown(future.cancel)
-            self.remove_pending_request(future)
-        if future.cancelled() and not context.ok():
-            raise ExternalShutdownException
-        return future.result() if answered else None
+        return self.call_async(request).wait_for_response(timeout_sec)
 
     def call_back(self, callback: Callable[[], Any]) -> None:
         """Have the executor of the node call a function, now or when the node gets one."""

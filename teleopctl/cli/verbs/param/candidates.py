@@ -9,10 +9,10 @@ from teleopctl.errors import TeleopctlError
 
 def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
     """Names of the parameters of the node that stands on the line."""
-    from teleopctl.cli.verbs.param.client import parameter_client
+    from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 
     try:
-        with parameter_client() as client:
+        with open_parameters() as client:
             names = client.names(client.find(context.params.get("node_name") or ""))
     except TeleopctlError:
         return []

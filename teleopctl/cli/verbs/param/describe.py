@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
-from teleopctl.cli.verbs.param.client import parameter_client
+from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import NotFoundError
 from teleopctl.interfaces.yaml import message_to_dict
@@ -20,9 +20,11 @@ def describe_parameters(
     as_json: AsJson = False,
 ) -> None:
     """Explain parameters."""
-    with parameter_client() as client:
-        node = client.find(node_name)
-        descriptors = client.ask(node, "DescribeParameters", names=parameter_names).descriptors
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        descriptors = parameters.ask(
+            node, lambda remote: remote.describe_parameters(parameter_names)
+        ).descriptors
     if len(descriptors) != len(parameter_names):
         raise NotFoundError(
             "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is."

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
-from teleopctl.cli.verbs.param.client import parameter_client
+from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 from teleopctl.cli.verbs.param.text import python_value
 from teleopctl.errors import NotFoundError
 from teleopctl.node.values.parameter import Parameter
@@ -21,10 +21,10 @@ def dump_parameters(
 
     It is what --params-file and `teleopctl param load` read.
     """
-    with parameter_client() as client:
-        node = client.find(node_name)
-        names = client.names(node)
-        values = client.ask(node, "GetParameters", names=names).values
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        names = parameters.names(node)
+        values = parameters.ask(node, lambda remote: remote.get_parameters(names)).values
     tree: dict[str, Any] = {}
     for name, value in zip(names, values, strict=False):
         _put(tree, name.split("."), python_value(value))
@@ -46,15 +46,12 @@ def load_parameters(
     Of the file's sections, those count whose name fits the node.
     """
     wanted = read_parameter_file(Path(parameter_file))
-    with parameter_client() as client:
-        node = client.find(node_name)
-        values = {
-            name: Parameter(name, value=value).get_parameter_value()
-            for name, value in wanted.for_node(node).items()
-        }
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        values = [Parameter(name, value=value) for name, value in wanted.for_node(node).items()]
         if not values:
             raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
-        results = client.set(node, values)
+        results = parameters.set(node, values)
     failed = False
     for name, result in results.items():
         reason = f": {result.reason}" if result.reason else ""

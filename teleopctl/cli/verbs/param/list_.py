@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
+from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import TeleopctlError, UsageError
 
@@ -30,17 +30,21 @@ def list_parameters(
 ) -> int:
     """List parameters."""
     wanted = _pattern(name_filter)
-    with parameter_client() as client:
+    with open_parameters() as parameters:
         nodes = (
-            [client.find(node_name)] if node_name else client.nodes(include_hidden=include_hidden)
+            [parameters.find(node_name)]
+            if node_name
+            else parameters.nodes(include_hidden=include_hidden)
         )
-        answers = client.ask_all(nodes, "ListParameters")
+        answers = parameters.ask_all(nodes, lambda remote: remote.list_parameters())
         names = {
             node: sorted(name for name in answer.result.names if wanted.search(name))
             for node, answer in answers.items()
             if not isinstance(answer, TeleopctlError)
         }
-        types = {node: _types(client, node, names[node]) for node in names} if show_types else {}
+        types = (
+            {node: _types(parameters, node, names[node]) for node in names} if show_types else {}
+        )
     if as_json:
         console.out_json({node: types.get(node) or names[node] for node in names})
     else:
@@ -61,8 +65,8 @@ def _lines(names: Sequence[str], types: dict[str, str]) -> list[str]:
     return [f"  {name} (type: {types[name]})" if name in types else f"  {name}" for name in names]
 
 
-def _types(client: ParameterClient, node: str, names: list[str]) -> dict[str, str]:
-    response: Any = client.ask(node, "GetParameterTypes", names=names)
+def _types(parameters: Parameters, node: str, names: list[str]) -> dict[str, str]:
+    response: Any = parameters.ask(node, lambda remote: remote.get_parameter_types(names))
     return dict(zip(names, map(type_name, response.types), strict=False))
 
 

@@ -5,11 +5,12 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.param.client import ParameterClient, parameter_client
+from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
 from teleopctl.cli.verbs.param.text import python_value, type_name, value_label
 from teleopctl.errors import NotFoundError, RefusedError, did_you_mean
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values.parameter import (
+    Parameter,
     ParameterType,
     parameter_value_from_yaml,
     parameter_value_to_python,
@@ -25,9 +26,9 @@ def get_parameter(
     as_json: AsJson = False,
 ) -> None:
     """Print the value of a parameter."""
-    with parameter_client() as client:
-        node = client.find(node_name)
-        value = _value(client, node, parameter_name)
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        value = _value(parameters, node, parameter_name)
     if as_json:
         console.out_json(
             {"name": parameter_name, "type": type_name(value.type), "value": python_value(value)}
@@ -47,10 +48,12 @@ def set_parameter(
     The value is YAML: 1 is an integer, 1.0 a double, true a boolean, "1" a string, [1, 2] an
     array.
     """
-    with parameter_client() as client:
-        node = client.find(node_name)
-        wanted = {parameter_name: parameter_value_from_yaml(value)}
-        result = client.set(node, wanted)[parameter_name]
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        wanted = get_message("rcl_interfaces/msg/Parameter")(
+            name=parameter_name, value=parameter_value_from_yaml(value)
+        )
+        result = parameters.set(node, [wanted])[parameter_name]
     if not result.successful:
         raise RefusedError(_with_reason("Setting parameter failed", result.reason))
     console.out(_with_reason("Set parameter successful", result.reason))
@@ -58,18 +61,18 @@ def set_parameter(
 
 def delete_parameter(node_name: NodeName, parameter_name: ParameterName) -> None:
     """Delete a parameter."""
-    unset = get_message("rcl_interfaces/msg/ParameterValue")(type=int(ParameterType.NOT_SET))
-    with parameter_client() as client:
-        result = client.set(client.find(node_name), {parameter_name: unset})[parameter_name]
+    with open_parameters() as parameters:
+        node = parameters.find(node_name)
+        result = parameters.set(node, [Parameter(parameter_name)])[parameter_name]
     if not result.successful:
         raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
     console.out(_with_reason("Deleted parameter successfully", result.reason))
 
 
-def _value(client: ParameterClient, node: str, name: str) -> Any:
-    values = client.ask(node, "GetParameters", names=[name]).values
+def _value(parameters: Parameters, node: str, name: str) -> Any:
+    values = parameters.ask(node, lambda remote: remote.get_parameters([name])).values
     if not values or values[0].type == ParameterType.NOT_SET:
-        hint = did_you_mean(name, client.names(node))
+        hint = did_you_mean(name, parameters.names(node))
         raise NotFoundError(
             "Parameter not set", hint=hint or f"`teleopctl param list {node}` lists what there is."
         )

@@ -1,0 +1,102 @@
+"""Which nodes a verb asks about their parameters, and for how long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.errors import NotFoundError, TeleopctlError, did_you_mean
+from teleopctl.node.parameter_client import AsyncParameterClient, ask_nodes
+from teleopctl.wire.graph import query_graph
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.node.endpoints.client import ResponseFuture
+
+    Question = Callable[[AsyncParameterClient], ResponseFuture]
+
+LONGEST_WAIT_S = 5.0
+
+
+class Parameters:
+    """The parameters of the graph's nodes, as a verb asks for them.
+
+    Args:
+        node: The node that asks.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._graph = query_graph(node.context.session)
+
+    def nodes(self, *, include_hidden: bool = False) -> list[str]:
+        """Full names of the nodes that offer parameters, sorted."""
+        return [
+            name
+            for name in dict.fromkeys(self._graph.node_names(include_hidden))
+            if self._graph.servers(f"{name}/list_parameters")
+        ]
+
+    def find(self, node_name: str) -> str:
+        """The full name of a node that offers parameters.
+
+        Raises:
+            NotFoundError: There is no such node, or it offers none.
+        """
+        name = absolute_name(node_name)
+        if self._graph.find_node(name) is None:
+            known = self._graph.node_names(include_hidden=True)
+            raise NotFoundError("Node not found", hint=did_you_mean(name, known))
+        if not self._graph.servers(f"{name}/list_parameters"):
+            raise NotFoundError(f"Node '{name}' offers no parameters")
+        return name
+
+    def ask(self, node_name: str, question: Question) -> Any:
+        """Send a request to one node and return its response, whatever the question was.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        answer = self.ask_all([node_name], question)[node_name]
+        if isinstance(answer, TeleopctlError):
+            raise answer
+        return answer
+
+    def ask_all(self, node_names: Iterable[str], question: Question) -> Mapping[str, Any]:
+        """Ask many nodes at once; the response of each, or the error where it did not answer."""
+        return ask_nodes(self._node, node_names, question, LONGEST_WAIT_S)
+
+    def names(self, node_name: str) -> list[str]:
+        """Names of all parameters of a node, sorted.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        return sorted(self.ask(node_name, lambda remote: remote.list_parameters()).result.names)
+
+    def set(self, node_name: str, parameters: Sequence[Any]) -> Mapping[str, Any]:
+        """Set parameters, each for itself; a ``SetParametersResult`` for each name.
+
+        Args:
+            node_name: Full name of the node.
+            parameters: Each is a `Parameter` or its message.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        results = self.ask(node_name, lambda remote: remote.set_parameters(parameters)).results
+        return dict(zip((each.name for each in parameters), results, strict=False))
+
+
+@contextmanager
+def open_parameters() -> Iterator[Parameters]:
+    """The parameters of the graph, through a session of its own.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    with command_node(session_mode="client") as node:
+        yield Parameters(node)
