@@ -1,4 +1,4 @@
-"""Asking a controller manager, from another process."""
+"""Client of a controller manager's services, for other processes."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class ControllerManagerClient:
         return bool(self.call("configure_controller", "ConfigureController", name=name).ok)
 
     def cleanup_controller(self, name: str) -> bool:
-        """Clean a controller up."""
+        """Clean up a controller."""
         return bool(self.call("cleanup_controller", "CleanupController", name=name).ok)
 
     def unload_controller(self, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""What parameter files say of a controller, for those who ask a manager to load it."""
+"""Parameters in files that a controller manager needs before it loads a controller."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dic
         its own section or in the manager's.
 
     Raises:
-        TeleopctlError: A file is missing, is no parameter file, or names the controller only
+        InvalidFileError: A file is missing, is no parameter file, or names the controller only
             outside of its namespace.
     """
     if not files:

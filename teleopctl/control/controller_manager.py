@@ -1,10 +1,9 @@
 """Controller life cycle, without ROS: which controllers there are and in what state.
 
-``services`` offers it to the graph, ``cycle`` runs it. Requests come
-from service threads, one at a time; the control loop runs in another thread. What both touch, the
-tuple of active controllers and the ownership of interfaces, changes only under ``cycle_lock``,
-which the loop holds during a cycle. So a switch happens between two cycles, also when no cycle is
-due because the simulation is paused.
+``services`` offers it to the graph, ``cycle`` runs it. Requests come from service threads, one at a
+time; the control loop runs in another thread. What both use, the tuple of active controllers and
+the ownership of interfaces, changes only under ``cycle_lock``, which the loop holds during a cycle.
+So a switch happens between two cycles, also when no cycle is due because the simulation is paused.
 """
 
 from __future__ import annotations
@@ -264,7 +263,7 @@ class ControllerManager:
         return CallbackReturn.FAILURE
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
-        """Take in which interfaces are available now, for a controller that needs all of them."""
+        """Update which interfaces a controller needs, where it needs all that are available."""
         resources = self.resource_manager
         spec.required_command_interfaces = _required(
             spec.command_interface_configuration, resources.command_interfaces
@@ -274,7 +273,7 @@ class ControllerManager:
         )
 
     def _set_rate(self, controller: ControllerInterface) -> bool:
-        """Take the controller's own update rate over; False when it is none."""
+        """Set the controller's own update rate from its parameter; False when that is invalid."""
         try:
             wanted = controller.auto_declare("update_rate", self.update_rate)
             if controller.auto_declare("is_async", False):

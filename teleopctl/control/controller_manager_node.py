@@ -20,7 +20,7 @@ from teleopctl.robot.description import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
 # Part of a period by which states may come early or late before it is worth a warning.
-_BEAT_TOLERANCE = 0.01
+_RATE_TOLERANCE = 0.01
 
 
 class ControllerManagerNode:
@@ -54,8 +54,8 @@ class ControllerManagerNode:
         self._cycle = Cycle(self.manager, self._publish_queue)
         self._loop: WallClockLoop | None = None
         self._lockstep = False
-        self._beat_ns: int | None = None
-        self._beat_compared = False
+        self._last_state_ns: int | None = None
+        self._rate_compared = False
         self._services: ControllerManagerServices | None = None
         self._description: RobotDescription | None = None
         self._activity = node.create_publisher(
@@ -165,7 +165,7 @@ class ControllerManagerNode:
             return
         self._description = description
         self._node.destroy_timer(self._reminder)
-        self._find_beat()
+        self._find_lockstep_hardware()
         self._start_hardware()
         self._logger.info(
             "Resource Manager has been successfully initialized. Starting Controller Manager "
@@ -184,30 +184,30 @@ class ControllerManagerNode:
         for component in self._resource_manager.components.values():
             component.change_state(initial.get(component.name, State.ACTIVE))
 
-    def _find_beat(self) -> None:
+    def _find_lockstep_hardware(self) -> None:
         """Let hardware that works in lockstep run the cycles, before it is started."""
         for component in self._resource_manager.components.values():
             if component.hardware.drives_cycle:
-                # One component's states are the beat; the others are read and written in its time.
+                # One component's states time the cycles; the others are read and written with it.
                 self._lockstep = True
-                component.hardware.set_cycle(self._beat)
+                component.hardware.set_cycle(self._run_lockstep_cycle)
                 self._logger.info(
                     f"In lockstep with hardware '{component.name}': one cycle for each state"
                 )
                 return
 
-    def _beat(self, time_ns: int) -> None:
+    def _run_lockstep_cycle(self, time_ns: int) -> None:
         """Run the cycle that a state of this time asks for."""
-        if not self._beat_compared and self._beat_ns is not None and time_ns > self._beat_ns:
-            self._beat_compared = True
-            self._compare_beat((time_ns - self._beat_ns) * 1e-9)
-        self._beat_ns = time_ns
+        last_ns, self._last_state_ns = self._last_state_ns, time_ns
+        if not self._rate_compared and last_ns is not None and time_ns > last_ns:
+            self._rate_compared = True
+            self._compare_rate((time_ns - last_ns) * 1e-9)
         self._cycle.run(time_ns)
 
-    def _compare_beat(self, period: float) -> None:
+    def _compare_rate(self, period: float) -> None:
         """Say when states do not come at the update rate, on which controllers rely."""
         rate = self.manager.update_rate
-        if abs(period * rate - 1.0) > _BEAT_TOLERANCE:
+        if abs(period * rate - 1.0) > _RATE_TOLERANCE:
             self._cycle.report(
                 f"States come every {period:g} s, but 'update_rate' is {rate} Hz, a cycle every "
                 f"{1.0 / rate:g} s: give the simulator and the controller manager the same rate"

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # New objects after which the slack of a cycle is used to collect garbage.
 _GARBAGE = 2000
-# New objects after which it is collected though there is no slack: memory has an end.
+# New objects after which it is collected though there is no slack, so that memory stays bounded.
 _MUCH_GARBAGE = 200_000
 # Real-time priority of the loop's thread, as ros2_control has it.
 _PRIORITY = 50
@@ -170,7 +170,7 @@ class WallClockLoop:
         self._last_failure = 0.0
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
@@ -180,7 +180,7 @@ class WallClockLoop:
             self._thread.join(timeout=2.0)
 
     def _run(self) -> None:
-        _prefer_this_thread(self._logger)
+        _request_realtime_scheduling(self._logger)
         period = 1.0 / self._rate
         deadline = time.monotonic()
         # Collection happens in the slack after a cycle, never in the middle of one.
@@ -231,8 +231,8 @@ class WallClockLoop:
         )
 
 
-def _prefer_this_thread(logger: RcutilsLogger) -> None:
-    """Ask for real-time scheduling, which the system grants to those who are entitled to it."""
+def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
+    """Ask for real-time scheduling, which needs a permission of the system."""
     if not hasattr(os, "sched_setscheduler"):
         return
     try:

@@ -1,4 +1,4 @@
-"""Where the values of joints live between hardware and controllers.
+"""State and command interfaces: the values that hardware and controllers share.
 
 An interface is one float with a name. Hardware and controllers hold the same object and read and
 write its ``value``: one attribute access, no lookup, no lock (there is one control thread).

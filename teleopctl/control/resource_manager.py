@@ -71,7 +71,8 @@ class ResourceManager:
         """Make every hardware component of a robot.
 
         Raises:
-            TeleopctlError: A plug-in is missing or fails; nothing has been loaded then.
+            HardwareError: A plug-in is missing or fails; nothing has been loaded then.
+            InvalidDescriptionError: The description has no ``<ros2_control>``.
         """
         infos = description.require_ros2_control()
         components = {info.name: self._make(info) for info in infos}
@@ -250,7 +251,7 @@ class ResourceManager:
             limiter.enforce(period)
 
     def restart(self) -> None:
-        """Forget what was commanded before time began anew: the joints may stand anywhere now."""
+        """Forget what was commanded, since time has been reset and the joints may have moved."""
         for limiter in self._limiters:
             limiter.restart()
         for command in self.command_interfaces.values():
@@ -258,7 +259,7 @@ class ResourceManager:
                 command.value = math.nan
 
     def shutdown_components(self) -> None:
-        """Bring all components to rest and let go of them."""
+        """Deactivate and finalize all components."""
         for component in self.components.values():
             if component.lifecycle_state is State.ACTIVE:
                 component.change_state(State.INACTIVE)

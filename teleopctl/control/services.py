@@ -73,7 +73,7 @@ def hardware_component_state(manager: ControllerManager, component: HardwareComp
 
 
 class ControllerManagerServices:
-    """Offers a controller manager to the graph.
+    """The services of a controller manager.
 
     Args:
         node: The manager's node.
@@ -111,7 +111,7 @@ class ControllerManagerServices:
         ]
 
     def _guarded(self, name: str, serve: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-        """Answer with a failure where serving raises: robots are moved by what lives on."""
+        """Answer with a failure where a callback raises, so that the manager goes on running."""
 
         def answer(request: Any, response: Any) -> Any:
             try:

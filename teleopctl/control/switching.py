@@ -52,7 +52,7 @@ NOT_INITIALIZED = (
 
 
 def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tuple[bool, str]:
-    """Carry a request out.
+    """Deactivate and activate controllers.
 
     Args:
         manager: The controller manager.

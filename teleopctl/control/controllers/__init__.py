@@ -1,1 +1,1 @@
-"""Controllers: small classes that turn states and goals into commands."""
+"""Controllers: they compute commands from states and goals."""

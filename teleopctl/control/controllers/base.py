@@ -1,4 +1,4 @@
-"""The class that every controller derives from."""
+"""Base class of controllers, and what it exchanges with the controller manager."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class ControllerInterface:
             read_only: Whether it can only be set at the start.
 
         Raises:
-            TeleopctlError: A file or a person has given it a value of another type.
+            InvalidParameterError: Its value is of another type than the default.
         """
         node = self.get_node()
         if not node.has_parameter(name):
@@ -145,7 +145,7 @@ class ControllerInterface:
         """Undo ``on_configure``."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Let go of everything; the controller is being unloaded."""
+        """Release everything; the controller is being unloaded."""
 
     def on_error(self) -> CallbackReturn | None:
         """Recover from an error; success means unconfigured, failure means finalized."""

@@ -1,4 +1,4 @@
-"""Writes what it is told at once: the forward command controller and its relatives."""
+"""Forward command controllers: each received command is written at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Publishes what is measured: ``/joint_states`` and ``dynamic_joint_states``."""
+"""Publishes state interfaces as ``/joint_states`` and ``dynamic_joint_states``."""
 
 from __future__ import annotations
 

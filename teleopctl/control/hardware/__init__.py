@@ -1,1 +1,1 @@
-"""Hardware components: what stands between controllers and motors."""
+"""Hardware components: what reads states from a robot and writes commands to it."""

@@ -1,4 +1,4 @@
-"""The class that every hardware plug-in derives from."""
+"""Base class of hardware components."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class HardwareComponentInterface:
         """Disconnect."""
 
     def on_shutdown(self) -> CallbackReturn | None:
-        """Let go of everything; nothing is called afterwards."""
+        """Release everything; nothing is called afterwards."""
 
     def on_error(self) -> CallbackReturn | None:
         """Recover from an error; success means unconfigured, failure means finalized."""

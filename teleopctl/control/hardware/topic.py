@@ -59,7 +59,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._cycle = cycle
 
     def on_configure(self) -> None:
-        """Listen to the states; what has been measured before counts no more."""
+        """Subscribe to the states, and forget those from before."""
         from teleopctl.interfaces.store import get_message
 
         self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
@@ -88,7 +88,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self.get_node().destroy_publisher(publisher)
 
     def on_cleanup(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         self.get_node().destroy_subscription(self._subscription)
 
     def on_error(self) -> None:
@@ -100,7 +100,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> None:
-        """A joint that is commanded in a new way forgets the commands of the old one."""
+        """Clear the other commands of joints whose commanded interface changes."""
         joints = {self.command_interfaces[name].prefix_name for name in start_interfaces}
         for name, command in self.command_interfaces.items():
             given_up = command.owner is None or name in stop_interfaces

@@ -1,1 +1,1 @@
-"""``joint_trajectory_controller/JointTrajectoryController`` and what it alone is made of."""
+"""``joint_trajectory_controller/JointTrajectoryController`` and the parts that only it uses."""

@@ -1,4 +1,4 @@
-"""The topics and the service through which a trajectory controller is told what to do."""
+"""Subscriptions and the service of a trajectory controller."""
 
 from __future__ import annotations
 

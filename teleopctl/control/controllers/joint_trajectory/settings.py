@@ -1,4 +1,4 @@
-"""What a joint trajectory controller is told by its parameters."""
+"""Parameters of the joint trajectory controller."""
 
 from __future__ import annotations
 

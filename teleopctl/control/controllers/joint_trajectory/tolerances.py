@@ -1,4 +1,4 @@
-"""How far a joint may stray from its trajectory."""
+"""Allowed errors of joints that follow a trajectory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is this trajectory one that the controller can follow?"""
+"""Checks of a received trajectory, and its conversion to points."""
 
 from __future__ import annotations
 
