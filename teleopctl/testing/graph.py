@@ -7,15 +7,32 @@ import shlex
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing.process import LONGEST_WAIT_S, Process
 
+if TYPE_CHECKING:
+    from teleopctl.node import Node, QoSProfile
+    from teleopctl.testing.launched import LaunchedSystem
+    from teleopctl.testing.observer import Observer
+
+M = TypeVar("M")
+
 # Prefixes of variables that would tie a process to somebody else's graph or settings.
 _FOREIGN = ("ROS_", "RMW_", "ZENOH_", "TELEOPCTL_", "AMENT_", "RUST_LOG", "PYTHONUNBUFFERED")
+
+_RUNTIME = "runtime"
+_LOG = "log"
+
+LONGEST_LAUNCH_S = 60.0
+"""Deadline of a launch: twice that of ``teleopctl launch``, which says more when it fails."""
+
+# Of each log, in the report of a failure.
+_REPORTED_LINES = 100
 
 # Two tests may be given the same free port; the second one asks for another.
 _START_ATTEMPTS = 3
@@ -33,7 +50,7 @@ class RosGraph:
     too.
 
         with RosGraph(folder) as graph:
-            talker = graph.spawn("run demo_nodes_py talker")
+            talker = graph.spawn("run teleop_py_pkg simple_publisher")
             talker.wait_for_line("Publishing")
 
     Args:
@@ -52,6 +69,7 @@ class RosGraph:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._processes: list[Process] = []
+        self._observer: Observer | None = None
         self._leave: Callable[[], None] | None = None
         self._use_port(free_port())
 
@@ -62,8 +80,8 @@ class RosGraph:
         self.variables = {
             "TELEOPCTL_ROUTER": self.router,
             "ROS_DOMAIN_ID": str(self.domain),
-            "TELEOPCTL_RUNTIME_DIR": str(self.folder / "runtime"),
-            "ROS_LOG_DIR": str(self.folder / "log"),
+            "TELEOPCTL_RUNTIME_DIR": str(self.folder / _RUNTIME),
+            "ROS_LOG_DIR": str(self.folder / _LOG),
         }
         self.env = dict(os.environ)
         self.join(self.env)
@@ -162,6 +180,95 @@ class RosGraph:
         self._processes.append(process)
         return process
 
+    def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
+        """Bring a launch file up: ``teleopctl launch --detach WORDS``, until everything is up.
+
+        It is ended with the graph, or by :meth:`LaunchedSystem.stop`.
+
+        Args:
+            words: As on the command line: ``[PACKAGE] FILE [NAME:=VALUE]…``.
+            timeout_s: Upper bound in seconds.
+
+        Raises:
+            AssertionError: Something died or did not come up; the message has the output.
+        """
+        from teleopctl.testing.launched import LaunchedSystem
+
+        before = {record.file for record in self._launches()}
+        done = self.run(["launch", "--detach", *words], timeout_s)
+        if done.returncode != 0:
+            raise AssertionError(
+                f"teleopctl launch {shlex.join(words)}: exit status {done.returncode}\n"
+                f"{done.stdout}{done.stderr}"
+            )
+        (record,) = [record for record in self._launches() if record.file not in before]
+        return LaunchedSystem(record)
+
+    def _launches(self) -> list[background.ProcessRecord]:
+        """The launches whose record stands, running or not."""
+        folder = self.folder / _RUNTIME
+        records = background.records(folder) + background.ended_launches(folder)
+        return [record for record in records if record.kind == background.LAUNCH]
+
+    @property
+    def node(self) -> Node:
+        """A node of the test's own, for publishers and clients; its callbacks are served."""
+        return self._observing().node
+
+    def wait_for_nodes(self, *names: str, timeout_s: float = LONGEST_WAIT_S) -> None:
+        """Wait until nodes of these full names stand in the graph.
+
+        Raises:
+            AssertionError: The time is up; the message lists the nodes that are there.
+        """
+        self._observing().wait_for_nodes(names, timeout_s)
+
+    def wait_for_message(
+        self,
+        message_type: type[M],
+        topic: str,
+        matching: Callable[[M], object] | None = None,
+        *,
+        qos: QoSProfile | int = 10,
+        timeout_s: float = LONGEST_WAIT_S,
+    ) -> M:
+        """Wait for the next message of a topic, or the next one that satisfies a predicate.
+
+        Args:
+            message_type: A message class.
+            topic: Its name.
+            matching: Told each message; by default the first one will do.
+            qos: Of the subscription; ``qos_profile_latched`` also hears what was sent before.
+            timeout_s: Upper bound in seconds.
+
+        Raises:
+            AssertionError: The time is up; the message has the last one that came.
+        """
+        return self._observing().wait_for_message(
+            message_type, topic, matching, qos=qos, timeout_s=timeout_s
+        )
+
+    def _observing(self) -> Observer:
+        if self._observer is None:
+            from teleopctl.testing.observer import Observer
+
+            if os.environ.get("TELEOPCTL_ROUTER") != self.router:
+                raise RuntimeError(
+                    "This process is not in the graph: use it as a context manager, or the "
+                    "fixture ros_graph."
+                )
+            self._observer = Observer()
+        return self._observer
+
+    def reports(self) -> Iterator[tuple[str, str]]:
+        """What ran here and what it wrote, as titles and texts, for the report of a failure."""
+        for process in self._processes:
+            yield f"process {process.pid}", process.report()
+        for log_file in sorted((self.folder / _LOG).glob("*.log")):
+            text = log_file.read_text(encoding="utf-8", errors="replace")
+            if text:
+                yield log_file.name, "".join(text.splitlines(keepends=True)[-_REPORTED_LINES:])
+
     def close(self) -> None:
         """End every process that was started here, in the background too.
 
@@ -170,10 +277,15 @@ class RosGraph:
         # Not needed before, and more than half of what this module would import.
         from teleopctl.launch.execution.running import running
 
-        for process in self._processes:
-            process.kill()
-        for entry in running(self.folder / "runtime"):
-            background.stop(entry.record, patience_s=_PATIENCE_S)
+        observer, self._observer = self._observer, None
+        try:
+            if observer is not None:
+                observer.close()
+        finally:
+            for process in self._processes:
+                process.kill()
+            for entry in running(self.folder / _RUNTIME):
+                background.stop(entry.record, patience_s=_PATIENCE_S)
 
 
 def free_port() -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ import pytest
 
 if TYPE_CHECKING:
     from teleopctl.testing.graph import RosGraph
+    from teleopctl.testing.launched import LaunchedSystem
 
 
 @pytest.fixture
@@ -33,6 +34,25 @@ def shared_ros_graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGr
         for graph in _graph(tmp_path_factory.mktemp("ros_graph"), monkeypatch):
             graph.start_router()
             yield graph
+
+
+@pytest.fixture
+def ros_launch(ros_graph: RosGraph) -> Callable[..., LaunchedSystem]:
+    """Bring a launch file up in ``ros_graph`` and wait until it is up; see `RosGraph.launch`."""
+    return ros_graph.launch
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item,
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Put what ran in a test's graph into the report of its failure."""
+    report = yield
+    if report.failed:
+        graph = getattr(item, "funcargs", {}).get("ros_graph_without_router")
+        if graph is not None:
+            report.sections.extend((f"ROS graph: {name}", text) for name, text in graph.reports())
+    return report
 
 
 def _graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:

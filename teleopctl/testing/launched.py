@@ -1,0 +1,73 @@
+"""A launch file that was brought up in a graph of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+
+from teleopctl import background
+from teleopctl.background import ProcessRecord
+from teleopctl.launch.execution import running
+from teleopctl.testing.process import LONGEST_WAIT_S, eventually
+
+
+class LaunchedSystem:
+    """What a launch file started, once everything is up; see `RosGraph.launch`.
+
+    Args:
+        record: The launch as a background process.
+
+    Attributes:
+        name: What ``teleopctl ps``, ``logs`` and ``stop`` call it.
+        log_file: The output of its processes, each line behind the process's name.
+    """
+
+    def __init__(self, record: ProcessRecord) -> None:
+        self.name = record.name
+        self.log_file: Path = record.log_file
+        self._record = record
+        self._searched = 0
+
+    @property
+    def output(self) -> str:
+        """What its processes have written so far."""
+        return self.log_file.read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the launch still watches its processes."""
+        return background.is_alive(self._record)
+
+    def wait_for_line(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:
+        """Wait for a line that a pattern is found in, behind the line found last.
+
+        Raises:
+            AssertionError: The time is up, or everything ended without such a line; the message
+                has the whole output.
+        """
+        regex = re.compile(pattern)
+        found: list[re.Match[str]] = []
+
+        def search() -> bool:
+            # Asked first: what was written before the end is still read.
+            ended = not self.is_running
+            for line in self.output.splitlines(keepends=True)[self._searched :]:
+                if not line.endswith("\n") and not ended:
+                    break
+                self._searched += 1
+                match = regex.search(line.rstrip("\n"))
+                if match:
+                    found.append(match)
+                    return True
+            return ended
+
+        with contextlib.suppress(AssertionError):
+            eventually(search, timeout_s)
+        if not found:
+            raise AssertionError(f"no line matches {pattern!r}\n{self.output}")
+        return found[0]
+
+    def stop(self) -> None:
+        """End everything, as ``teleopctl stop`` does; what has ended already is no error."""
+        running.stop(self._record)

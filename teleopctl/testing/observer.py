@@ -1,0 +1,120 @@
+"""The test's own node in a graph: messages and nodes are waited for through it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection
+from typing import TypeVar
+
+from teleopctl.node import Context, Node, QoSProfile, SingleThreadedExecutor
+from teleopctl.node.values.signals import SignalHandlerOptions
+from teleopctl.testing.process import LONGEST_WAIT_S
+
+M = TypeVar("M")
+
+
+class Observer:
+    """A node of this process, whose callbacks run on a thread of their own.
+
+    Attributes:
+        node: The node, for publishers, clients and whatever else a test needs. What a callback
+            raises is raised again by the next wait, or at the end.
+    """
+
+    def __init__(self) -> None:
+        self._context = Context()
+        # Ctrl-C is for pytest.
+        self._context.init([], signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node("test", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._failure: Exception | None = None
+        self._changed = threading.Condition()
+        self._thread = threading.Thread(target=self._spin, name="ros_graph", daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except Exception as error:  # noqa: BLE001 (the test's callback, whatever it raises)
+            with self._changed:
+                self._failure = error
+                self._changed.notify_all()
+
+    def wait_for_nodes(self, names: Collection[str], timeout_s: float = LONGEST_WAIT_S) -> None:
+        """Wait until nodes stand in the graph.
+
+        Args:
+            names: Full names, ``/ns/node``.
+            timeout_s: Upper bound in seconds.
+
+        Raises:
+            AssertionError: The time is up; the message lists the nodes that are there.
+        """
+        if not self._context.wait_for_graph(
+            lambda graph: all(graph.find_node(name) for name in names), timeout_s
+        ):
+            present = self.node.graph().node_names(include_hidden=True)
+            missing = ", ".join(sorted(set(names) - set(present)))
+            raise AssertionError(
+                f"no node {missing} within {timeout_s:g} s; there are {', '.join(present)}"
+            )
+
+    def wait_for_message(
+        self,
+        message_type: type[M],
+        topic: str,
+        matching: Callable[[M], object] | None = None,
+        *,
+        qos: QoSProfile | int = 10,
+        timeout_s: float = LONGEST_WAIT_S,
+    ) -> M:
+        """Wait for the next message of a topic, or the next one that satisfies a predicate.
+
+        Args:
+            message_type: A message class.
+            topic: Its name.
+            matching: Told each message; by default the first one will do.
+            qos: Of the subscription; ``qos_profile_latched`` also hears what was sent before.
+            timeout_s: Upper bound in seconds.
+
+        Raises:
+            AssertionError: The time is up; the message has the last one that came.
+        """
+        found: list[M] = []
+        last: list[M] = []
+
+        def hear(message: M) -> None:
+            last[:] = [message]
+            if not found and (matching is None or matching(message)):
+                with self._changed:
+                    found.append(message)
+                    self._changed.notify_all()
+
+        subscription = self.node.create_subscription(message_type, topic, hear, qos)
+        try:
+            with self._changed:
+                self._changed.wait_for(lambda: found or self._failure, timeout_s)
+        finally:
+            self.node.destroy_subscription(subscription)
+        self._raise_failure()
+        if not found:
+            heard = f"the last one was {last[0]}" if last else "none came"
+            raise AssertionError(f"no message on {topic} within {timeout_s:g} s: {heard}")
+        return found[0]
+
+    def close(self) -> None:
+        """Leave the graph.
+
+        Raises:
+            Exception: What a callback raised and no wait has raised again.
+        """
+        self._executor.shutdown()
+        self._context.try_shutdown()
+        self._thread.join()
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
