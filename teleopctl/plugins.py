@@ -174,6 +174,7 @@ def _warn(text: str) -> None:
 
 _VERBS = {
     "run": ("run:VERB", "Start one node."),
+    "python": ("python:VERB", "Start Python with rclpy to import."),
     "launch": ("launch:VERB", "Start many nodes from a launch file."),
     "ps": ("ps:VERB", "List what runs in the background."),
     "logs": ("logs:VERB", "Show the output of a background process."),

@@ -36,6 +36,8 @@ def parse(
     }
     positional: list[str] = []
     remaining = iter(words)
+    if verb.passes_everything_on and words[:1] not in (["-h"], ["--help"]):
+        positional, remaining = list(words), iter(())
     for word in remaining:
         if (
             not word.startswith("-")

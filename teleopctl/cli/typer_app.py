@@ -195,7 +195,7 @@ def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., i
         epilog=_epilog(verb.examples),
         context_settings={
             "help_option_names": ["-h", "--help"],
-            "ignore_unknown_options": verb.negative_numbers,
+            "ignore_unknown_options": verb.negative_numbers or verb.passes_everything_on,
             "allow_interspersed_args": not verb.passes_on,
         },
     )(function)

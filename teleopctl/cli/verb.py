@@ -68,10 +68,18 @@ class Verb:
         help: One line for the list of verbs.
         negative_numbers: Whether ``-1`` may be an argument, rather than a misspelled option.
         passes_on: Whether all that follows the first argument is arguments, to be passed on.
+        passes_everything_on: Whether the whole line is arguments, but for ``--help`` at its start.
         examples: Command lines to end ``--help`` with.
     """
 
-    __slots__ = ("examples", "help", "negative_numbers", "passes_on", "target")
+    __slots__ = (
+        "examples",
+        "help",
+        "negative_numbers",
+        "passes_everything_on",
+        "passes_on",
+        "target",
+    )
 
     def __init__(
         self,
@@ -80,12 +88,14 @@ class Verb:
         *,
         negative_numbers: bool = False,
         passes_on: bool = False,
+        passes_everything_on: bool = False,
         examples: tuple[str, ...] = (),
     ) -> None:
         self.target = target
         self.help = help
         self.negative_numbers = negative_numbers
-        self.passes_on = passes_on
+        self.passes_on = passes_on or passes_everything_on
+        self.passes_everything_on = passes_everything_on
         self.examples = examples
 
     def load(self) -> Callable[..., int | None]:

@@ -1,23 +1,18 @@
-"""Import names of ROS 2 for programs that run under teleopctl.
+"""Finds the message packages of ROS 2 that are not installed.
 
-``install`` lets Python find
+``install`` lets Python import ``<package>.msg``, ``<package>.srv`` and ``<package>.action`` of each
+package whose interface definitions are known, with classes made when they are first used. What is
+really installed always wins.
 
-- ``<package>.msg``, ``<package>.srv`` and ``<package>.action`` of every package whose interface
-  definitions are known, with classes made when they are first used, and
-- ``rclpy``, ``tf2_ros``, ``ament_index_python`` and the like, which are modules of teleopctl.
-
-What is really installed always wins. Nothing is written anywhere, and no other process sees it.
+Every Python that is started with ``rclpy`` at hand imports this module, so that it does without
+``typing``, ``collections`` and ``importlib.abc``, which would be nearly all of its cost.
 """
 
 from __future__ import annotations
 
 import sys
-import threading
-from collections.abc import Sequence
-from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
+from _thread import get_ident
 from importlib.machinery import ModuleSpec, PathFinder
-from importlib.util import find_spec
 from types import ModuleType
 
 from teleopctl.compat.interface_modules import (
@@ -29,46 +24,20 @@ from teleopctl.compat.interface_modules import (
     unknown_name,
 )
 
-# Import name → the module that serves it. Submodules follow unless they have an entry.
-_ALIASES = {
-    "rclpy": "teleopctl.compat.rclpy",
-    "cv_bridge": "teleopctl.compat.cv_bridge",
-    "sensor_msgs_py": "teleopctl.compat.sensor_msgs_py",
-    "tf_transformations": "teleopctl.compat.tf_transformations",
-    "tf2_geometry_msgs": "teleopctl.compat.tf2_geometry_msgs",
-    "tf2_geometry_msgs.tf2_geometry_msgs": "teleopctl.compat.tf2_geometry_msgs",
-    "tf2_py": "teleopctl.compat.tf2_py",
-    "tf2_ros": "teleopctl.compat.tf2_ros",
-    "tf2_ros.buffer": "teleopctl.tf.buffer",
-    "tf2_ros.buffer_interface": "teleopctl.tf.conversions",
-    "tf2_ros.static_transform_broadcaster": "teleopctl.tf.broadcaster",
-    "tf2_ros.transform_broadcaster": "teleopctl.tf.broadcaster",
-    "tf2_ros.transform_listener": "teleopctl.tf.listener",
-    "ament_index_python": "teleopctl.compat.ament_index_python",
-    "ament_index_python.packages": "teleopctl.compat.ament_index_python",
-}
+TYPE_CHECKING = False  # typing's constant, as type checkers know it by its name
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-_searching = threading.local()
+_LOOKED_FOR_AT_START = ("sitecustomize", "usercustomize")
+"""By each Python, which would look through all definitions for nothing."""
+
+_USUAL_ENDINGS = ("_msgs", "_srvs", "_interfaces")
+
+_searching: set[int] = set()
+"""The threads that look for definitions, by their identifiers."""
 
 
-class _AliasLoader(Loader):
-    """Puts an existing module under a second name."""
-
-    def __init__(self, target: str) -> None:
-        self._target = target
-
-    def create_module(self, spec: ModuleSpec) -> None:
-        """Leave the making to Python: the module is replaced when it is executed."""
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Put the module that serves the name in the place of the empty one."""
-        served = import_module(self._target)
-        if module.__name__ in _ALIASES and not hasattr(served, "__path__"):
-            served.__path__ = []
-        sys.modules[module.__name__] = served
-
-
-class _InterfaceLoader(Loader):
+class _Loader:
     """Makes the modules of a package that has interface definitions."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
@@ -79,24 +48,49 @@ class _InterfaceLoader(Loader):
         """Do nothing: the classes come when they are asked for."""
 
 
-class _FirstFinder(MetaPathFinder):
-    """Serves what Python's own finders would look for in the wrong place.
+class _PackageFinder:
+    """Serves ``<package>`` when nothing else does; it stands behind Python's own finders."""
 
-    The submodules of an alias must not be loaded a second time from the alias' folder, and a
-    source package without ``__init__.py`` must not hide its own interfaces.
+    def find_spec(
+        self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find a package with interface definitions.
+
+        Raises:
+            ModuleNotFoundError: The definitions cannot be looked through, and a message package is
+                what the name means.
+        """
+        if "." in fullname or fullname in _LOOKED_FOR_AT_START:
+            return None
+        from teleopctl.errors import TeleopctlError
+
+        try:
+            return _interface_spec(fullname)
+        except TeleopctlError as error:
+            # Imports of anything else are none of its business.
+            if not fullname.endswith(_USUAL_ENDINGS):
+                return None
+            raise ModuleNotFoundError(
+                f"No module named {fullname!r}: {error.message}", name=fullname
+            ) from error
+
+
+class _KindFinder:
+    """Serves ``<package>.msg`` and what is below it.
+
+    It stands in front, and asks Python's own finder itself: to that one, the folder ``msg/`` with
+    the definitions of a source package is a package as well, an empty one.
     """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find the module of an alias, or the ``msg``, ``srv`` or ``action`` of a package.
+        """Find the ``msg``, ``srv`` or ``action`` of a package.
 
         Raises:
             ImportError: A package that is served here has no class of that name.
         """
         top, _, rest = fullname.partition(".")
-        if top in _ALIASES:
-            return _alias_spec(fullname)
         if rest.split(".", 1)[0] not in KINDS or rest.count(".") > 1:
             return None
         if isinstance(sys.modules.get(top), PackageModule) or not _is_installed(fullname, path):
@@ -104,49 +98,26 @@ class _FirstFinder(MetaPathFinder):
         return None
 
 
-class _LastFinder(MetaPathFinder):
-    """Serves the package itself when nothing else does."""
-
-    def find_spec(
-        self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        """Find a package with interface definitions."""
-        return None if "." in fullname else _interface_spec(fullname)
-
-
 def install() -> None:
-    """Let this process import the Python packages of ROS 2; once is enough, more does no harm."""
-    if not any(isinstance(finder, _FirstFinder) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _FirstFinder())
-        sys.meta_path.append(_LastFinder())
-
-
-def _alias_spec(fullname: str) -> ModuleSpec | None:
-    top, _, rest = fullname.partition(".")
-    if rest:
-        served = sys.modules.get(top)
-        if served is None or served.__name__ != _ALIASES[top]:
-            return None
-    elif _is_installed(top, None):
-        return None
-    target = _ALIASES.get(fullname) or f"{_ALIASES[top]}.{rest}"
-    if find_spec(target) is None:
-        return None
-    return ModuleSpec(fullname, _AliasLoader(target), is_package=True)
+    """Let this process import message packages. Idempotent."""
+    if not any(isinstance(finder, _KindFinder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _KindFinder())
+        sys.meta_path.append(_PackageFinder())
 
 
 def _interface_spec(fullname: str) -> ModuleSpec | None:
     # Looking for definitions imports modules, some of which try optional imports of their own.
-    if getattr(_searching, "active", False):
+    thread = get_ident()
+    if thread in _searching:
         return None
-    _searching.active = True
+    _searching.add(thread)
     try:
         known = _is_interface_module(fullname)
     finally:
-        _searching.active = False
+        _searching.remove(thread)
     if not known:
         return None
-    return ModuleSpec(fullname, _InterfaceLoader(), is_package=True)
+    return ModuleSpec(fullname, _Loader(), is_package=True)  # type: ignore[arg-type]  # by methods
 
 
 def _is_interface_module(fullname: str) -> bool:

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 from types import ModuleType
-from typing import Any
 
 KINDS = ("msg", "srv", "action")
-
-_CLASS = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
-_PACKAGE = re.compile(r"[a-z][a-z0-9_]*\Z")
 
 
 class PackageModule(ModuleType):
@@ -27,7 +21,7 @@ class InterfaceModule(ModuleType):
 
     __path__: list[str]
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name == "__all__":
             return self.__dir__()
         from teleopctl.interfaces.store import catalog, get_class
@@ -36,7 +30,7 @@ class InterfaceModule(ModuleType):
         type_name = f"{package}/{kind}/{name}"
         # A package of the user's may add to one that is known; the list of names leaves that out.
         if name not in self.__dir__() and (
-            not _CLASS.match(name) or catalog().find(type_name) is None
+            not _may_be_class(name) or catalog().find(type_name) is None
         ):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         found = get_class(type_name)
@@ -69,7 +63,7 @@ def class_names(module: str) -> list[str]:
 
 def has_package(package: str, kind: str | None = None) -> bool:
     """Tell whether a package defines interfaces, or interfaces of one kind."""
-    if not _PACKAGE.match(package):
+    if not _may_be_package(package):
         return False
     from teleopctl.interfaces.store import catalog
 
@@ -78,6 +72,16 @@ def has_package(package: str, kind: str | None = None) -> bool:
 
 def unknown_name(name: str, module: str) -> str:
     """Return the text of the error about a class that an interface module does not have."""
+    import difflib
+
     close = difflib.get_close_matches(name, class_names(module), n=3)
     also = f"; did you mean {' or '.join(close)}?" if close else ""
     return f"cannot import name {name!r} from {module!r}{also}"
+
+
+def _may_be_class(name: str) -> bool:
+    return name[:1].isupper() and name.isascii() and name.isalnum()
+
+
+def _may_be_package(name: str) -> bool:
+    return name[:1].islower() and name.islower() and name.isascii() and name.isidentifier()

@@ -1,8 +1,8 @@
 """Run one executable in this process, as ``ros2 run`` would run it.
 
 The program may be one of ours, a user's installed entry point, a program of a source package that
-was never built, or a plain file. It may import ``rclpy`` and message packages: a meta-path finder
-serves them where the real ones are not installed.
+was never built, or a plain file. It may import ``rclpy`` and message packages, and so may the
+Python programs that it starts itself.
 """
 
 import importlib
@@ -37,9 +37,10 @@ def run_executable(package: str | None, executable: str, args: Sequence[str]) ->
 
 def execute(executable: Executable, args: Sequence[str]) -> int:
     """Run a program that was found, see :func:`run_executable`."""
-    from teleopctl.compat import finder
+    from teleopctl.compat import activation
 
-    finder.install()
+    activation.activate()
+    activation.activate_children()
     if executable.import_root is not None:
         root = str(executable.import_root)
         sys.path.insert(0, root)

@@ -15,8 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from xml.parsers.expat import ExpatError, errors
 
-from teleopctl.compat import ament_index_python
-from teleopctl.errors import InvalidDescriptionError, TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
+from teleopctl.packages import package_share
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
@@ -51,8 +51,11 @@ def expand(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
         TeleopctlError: When the file is missing, is not XML, or cannot be expanded.
     """
     import xacro
+    from xacro import substitution_args
 
-    ament_index_python.register()
+    # $(find PACKAGE), which xacro itself resolves only where ament_index_python is installed; it
+    # has no other way in.
+    substitution_args._eval_find = _find_package  # noqa: SLF001
     arguments = {name: str(value) for name, value in (mappings or {}).items()}
     printed = io.StringIO()
     with _lock, contextlib.redirect_stderr(printed), contextlib.redirect_stdout(printed):
@@ -72,6 +75,22 @@ def expand(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
     return text
+
+
+def _find_package(name: str) -> str:
+    """Return the folder of a package's files, as the index of an installed ROS 2 knows it, or we.
+
+    Raises:
+        NotFoundError: The package is unknown.
+    """
+    try:
+        from ament_index_python.packages import get_package_share_directory
+    except ModuleNotFoundError:
+        return str(package_share(name))
+    try:
+        return get_package_share_directory(name)
+    except KeyError as error:  # its PackageNotFoundError
+        raise NotFoundError(str(error.args[0])) from error
 
 
 def _syntax_error(xacro: ModuleType, error: ExpatError) -> TeleopctlError:
@@ -98,8 +117,8 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
             f"{_place(xacro, path, None)}: files or macros include each other without end"
         )
     reason = str(error)
-    if isinstance(cause, ament_index_python.PackageNotFoundError):
-        reason = str(cause)
+    if isinstance(cause, NotFoundError):
+        reason = cause.message
     elif isinstance(cause, Exception) and reason.startswith("<class "):
         reason = f"{type(cause).__name__}: {cause}"
     expression = _EXPRESSION.search(reason)

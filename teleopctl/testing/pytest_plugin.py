@@ -1,4 +1,10 @@
-"""Fixtures of pytest; nothing of teleopctl is imported before one of them is used."""
+"""The pytest plug-in: fixtures, and ``rclpy`` and message packages for tests to import.
+
+pytest loads it wherever teleopctl is installed. So it puts one more entry at the end of the module
+search path, behind all that is installed, and imports nothing else of teleopctl before a fixture
+is used. ``teleopctl_imports = false`` in pytest's configuration leaves the entry out,
+``-p no:teleopctl`` the whole plug-in.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +18,25 @@ import pytest
 if TYPE_CHECKING:
     from teleopctl.testing.graph import RosGraph
     from teleopctl.testing.launched import LaunchedSystem
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the plug-in's setting."""
+    parser.addini(
+        "teleopctl_imports",
+        "Let tests import rclpy and message packages from teleopctl where they are not installed.",
+        type="bool",
+        default=True,
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
+    """Make the packages importable before the first ``conftest.py`` is read."""
+    if early_config.getini("teleopctl_imports"):
+        from teleopctl.compat import activation
+
+        activation.activate()
 
 
 @pytest.fixture

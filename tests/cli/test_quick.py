@@ -90,6 +90,12 @@ def test_what_it_passes_on_typer_passes_on_alike(words):
         assert values == typer_reading(program, words, passes_on=True)
 
 
+@given(st.lists(st.sampled_from(["-d", "-x", "--help", "a", "-1", "--", ""]), max_size=5))
+def test_a_verb_that_passes_everything_on_sees_every_word(words):
+    values = quick_reading(several, words, passes_everything_on=True)
+    assert values == (None if words[:1] == ["--help"] else {"names": words or None})
+
+
 def test_options_behind_the_first_argument_are_passed_on():
     line = ["-d", "talker", "--ros-args", "-p", "rate:=5", "-d"]
     assert quick_reading(program, line, passes_on=True) == {"detach": True, "words": line[1:]}

@@ -1,30 +1,8 @@
-"""The import names of ROS 2, each case in a process of its own."""
-
-import os
-import subprocess
-import sys
-from pathlib import Path
+"""Message packages that are not installed, each case in a process of its own."""
 
 import pytest
 
-HEAD = "from teleopctl.compat import finder\nfinder.install()\n"
-
-
-def run(code: str, *path: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", HEAD + code],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, path)), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-
-
-def output(code: str, *path: Path, **environment: str) -> str:
-    done = run(code, *path, **environment)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+from tests.compat.activated import output, run
 
 
 def test_every_way_of_importing_a_message_gives_the_same_class():
@@ -87,13 +65,14 @@ def test_what_does_not_exist_is_an_ordinary_import_error(code, error):
     assert error in done.stderr.splitlines()[-1]
 
 
-def test_installing_twice_changes_nothing():
-    assert (
-        output(
-            "import sys\nn = len(sys.meta_path)\nfinder.install()\nprint(len(sys.meta_path) - n)"
-        )
-        == "0"
-    )
+def test_only_message_packages_come_from_a_finder():
+    code = """
+import rclpy, std_msgs.msg, tf2_ros
+for module in (rclpy, tf2_ros, std_msgs, std_msgs.msg):
+    print(type(module.__spec__.loader).__module__)
+"""
+    python, ours = "_frozen_importlib_external", "teleopctl.compat.finder"
+    assert output(code).split() == [python, python, ours, ours]
 
 
 def test_what_is_really_installed_wins(tmp_path):
@@ -101,10 +80,8 @@ def test_what_is_really_installed_wins(tmp_path):
     (package / "msg").mkdir(parents=True)
     (package / "__init__.py").touch()
     (package / "msg" / "__init__.py").write_text("String = 'the real one'\n")
-    (tmp_path / "rclpy.py").write_text("ok = 'the real one'\n")
-    assert output(
-        "import rclpy\nfrom std_msgs.msg import String\nprint(String, rclpy.ok)", tmp_path
-    ) == ("the real one the real one")
+    code = "from std_msgs.msg import String\nfrom std_srvs.srv import Empty\nprint(String, Empty)"
+    assert output(code, tmp_path) == "the real one <class 'std_srvs.srv._empty.Empty'>"
 
 
 def test_a_source_package_does_not_hide_its_own_interfaces(tmp_path):
@@ -134,56 +111,16 @@ def test_a_package_of_the_user_adds_to_one_that_is_known(tmp_path):
     ) == ("std_msgs.msg.Gadget(label='a') std_msgs.msg.String(data='b') 1.0")
 
 
-def test_a_folder_of_sources_does_not_hide_what_is_served(tmp_path):
-    (tmp_path / "tf2_ros" / "src").mkdir(parents=True)
-    (tmp_path / "rclpy" / "rclpy").mkdir(parents=True)
-    assert output(
-        "import rclpy, tf2_ros\nprint(rclpy.ok(), tf2_ros.Buffer.__name__)", tmp_path
-    ) == ("False Buffer")
-
-
-@pytest.mark.parametrize(
-    "code",
-    [
-        "from tf2_ros.buffer import Buffer",
-        "from tf2_ros.buffer_interface import BufferInterface, TypeException",
-        "from tf2_ros.transform_listener import TransformListener",
-        "from tf2_ros.transform_broadcaster import TransformBroadcaster",
-        "from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster",
-        "from tf2_geometry_msgs import do_transform_pose_stamped, do_transform_point",
-        "from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_vector3",
-        "from tf2_py import BufferCore, LookupException",
-        "from rclpy.event_handler import QoSPublisherMatchedInfo, PublisherEventCallbacks",
-        "from rclpy.qos_event import QoSMessageLostInfo",
-        "from rclpy.parameter_client import AsyncParameterClient",
-        "from rclpy.parameter_event_handler import ParameterEventHandler",
-        "from rclpy.parameter import parameter_dict_from_yaml_file, get_parameter_value",
-        "from rclpy.qos_overriding_options import QosCallbackResult, QoSOverridingOptions",
-        "from rclpy.exceptions import NoTypeSupportImportedException",
-        "from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden",
-        "from rclpy.logging import get_logging_directory",
-        "from cv_bridge import CvBridge, CvBridgeError",
-        "from sensor_msgs_py import point_cloud2",
-        "import sensor_msgs_py.point_cloud2 as pc2",
-        "from tf_transformations import euler_from_quaternion, quaternion_from_euler",
-    ],
-)
-def test_programs_find_the_names_where_ros_2_has_them(code):
-    assert output(code) == ""
-
-
-def test_submodules_of_an_alias_are_loaded_once():
-    assert output(
-        "import rclpy.node\n"
-        "from rclpy.node import Node\n"
-        "import teleopctl.compat.rclpy.node as ours\n"
-        "print(rclpy.node is ours, Node is ours.Node)"
-    ) == ("True True")
-
-
 def test_other_imports_are_left_alone():
     code = "import json, xml.dom.minidom\ntry: import org.python\nexcept ImportError: print('no')"
     assert output(code) == "no"
+
+
+def test_a_distribution_that_is_not_known_is_named_where_messages_are_wanted():
+    done = run("import std_msgs.msg", ROS_DISTRO="noetic")
+    assert "No module named 'std_msgs': ROS_DISTRO is 'noetic'" in done.stderr.splitlines()[-1]
+    code = "from importlib.util import find_spec\nprint(find_spec('not_there'))"
+    assert output(code, ROS_DISTRO="noetic") == "None"
 
 
 def test_asking_for_a_missing_attribute_is_an_ordinary_question():

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+import tf_transformations as tft
+from cv_bridge import CvBridge, CvBridgeError
+from sensor_msgs_py import point_cloud2
 
-from teleopctl.compat import tf_transformations as tft
-from teleopctl.compat.cv_bridge import CvBridge, CvBridgeError
-from teleopctl.compat.sensor_msgs_py import point_cloud2
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
 

@@ -1,6 +1,8 @@
 """A xacro file is expanded, or one error says where and why not."""
 
 import logging
+import sys
+from types import ModuleType
 
 import pytest
 
@@ -45,6 +47,28 @@ def test_plain_urdf_passes(write):
 def test_find_resolves_packages(write):
     path = write('<link name="$(find teleop_description)"/>')
     assert "teleop_description" not in expand(path)
+
+
+def test_find_needs_no_ament_index(write, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ament_index_python", None)
+    assert "teleop_description" not in expand(write('<link name="$(find teleop_description)"/>'))
+    path = write('<link name="$(find no_such_package)"/>')
+    assert failure(path).message == f"{path}: Package 'no_such_package' not found"
+
+
+def test_find_asks_the_ament_index_where_it_is_installed(write, monkeypatch):
+    def get_package_share_directory(name):
+        if name == "known":
+            return "/opt/known"
+        raise KeyError(f"package {name} not found, searching: []")
+
+    installed = ModuleType("ament_index_python.packages")
+    installed.get_package_share_directory = get_package_share_directory
+    monkeypatch.setitem(sys.modules, "ament_index_python", ModuleType("ament_index_python"))
+    monkeypatch.setitem(sys.modules, installed.__name__, installed)
+    assert '"/opt/known"' in expand(write('<link name="$(find known)"/>'))
+    path = write('<link name="$(find other)"/>')
+    assert failure(path).message == f"{path}: package other not found, searching: []"
 
 
 def test_a_missing_file_is_named(tmp_path):

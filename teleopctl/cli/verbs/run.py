@@ -1,6 +1,5 @@
 """``teleopctl run``: one node, in this process."""
 
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from typing import Annotated
 from teleopctl import packages
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import NotFoundError, SystemFailureError, UsageError, did_you_mean
+from teleopctl.errors import NotFoundError, UsageError, did_you_mean
 from teleopctl.packages import Executable
 
 VERB = Verb(
@@ -54,7 +53,9 @@ def run(
     command = [*_words(prefix or ""), *_command(executable, arguments)]
     if detach:
         return _start_in_background(executable, command)
-    return _replace_this_process(command)
+    from teleopctl.cli.replacing import replace_this_process
+
+    return replace_this_process(command)
 
 
 def find(words: Sequence[str]) -> tuple[Executable, list[str]]:
@@ -100,19 +101,6 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
     if executable.file is None:
         program = [executable.package, executable.name]
     return [sys.executable, "-P", "-m", "teleopctl.nodes", *program, *arguments]
-
-
-def _replace_this_process(command: list[str]) -> int:
-    if os.name == "nt":
-        # Windows has no exec: a process that calls it ends at once, before the program does.
-        import subprocess
-
-        return subprocess.run(command, check=False).returncode
-    sys.stdout.flush()
-    try:
-        os.execvp(command[0], command)  # noqa: S606 -- --prefix is the user's own command
-    except OSError as error:
-        raise SystemFailureError(f"Cannot run {command[0]}: {error.strerror}") from error
 
 
 def _start_in_background(executable: Executable, command: list[str]) -> int:

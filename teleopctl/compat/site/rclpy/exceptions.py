@@ -1,6 +1,6 @@
 """``rclpy.exceptions``. Exceptions."""
 
-from teleopctl.compat.rclpy.type_support import NoTypeSupportImportedException
+from rclpy.type_support import NoTypeSupportImportedException
 from teleopctl.node.values.exceptions import (
     InvalidHandle,
     InvalidNamespaceException,

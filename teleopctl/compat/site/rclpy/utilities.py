@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from teleopctl.compat.rclpy import get_rmw_implementation_identifier
+from rclpy import get_rmw_implementation_identifier
 from teleopctl.interfaces.stamps import from_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown

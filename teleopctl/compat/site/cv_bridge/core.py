@@ -1,4 +1,4 @@
-"""``cv_bridge``: images as numpy arrays and back.
+"""``cv_bridge.core``: images as numpy arrays and back.
 
 Conversions between colours, grey and transparency need numpy only; Bayer and YUV images and
 compressed ones need OpenCV (``cv2``), which a program that asks for them has installed.

@@ -1,16 +1,17 @@
-"""``ament_index_python`` for programs that ask where the files of a package lie.
+"""``ament_index_python.packages``. Packages are found as everywhere in teleopctl."""
 
-Serves as the package and as its only submodule, ``ament_index_python.packages``.
-"""
-
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import NotFoundError
 from teleopctl.packages import list_packages, package_share
 
-_NAMES = ("ament_index_python", "ament_index_python.packages")
+__all__ = [
+    "PackageNotFoundError",
+    "get_package_prefix",
+    "get_package_share_directory",
+    "get_package_share_path",
+    "get_packages_with_prefixes",
+]
 
 
 class PackageNotFoundError(KeyError):
@@ -25,11 +26,11 @@ def get_package_share_directory(package_name: str, print_warning: bool = True) -
     """Return the folder that holds the files of a package.
 
     Raises:
-        PackageNotFoundError: When the package is unknown.
+        PackageNotFoundError: The package is unknown.
     """
     try:
         return str(package_share(package_name))
-    except TeleopctlError as error:
+    except NotFoundError as error:
         raise PackageNotFoundError(error.message) from error
 
 
@@ -37,7 +38,7 @@ def get_package_share_path(package_name: str, print_warning: bool = True) -> Pat
     """Return the folder that holds the files of a package, as a path.
 
     Raises:
-        PackageNotFoundError: When the package is unknown.
+        PackageNotFoundError: The package is unknown.
     """
     return Path(get_package_share_directory(package_name, print_warning))
 
@@ -48,7 +49,7 @@ def get_package_prefix(package_name: str) -> str:
     Packages are used where they lie and not installed, so this is the folder of its files.
 
     Raises:
-        PackageNotFoundError: When the package is unknown.
+        PackageNotFoundError: The package is unknown.
     """
     return get_package_share_directory(package_name)
 
@@ -56,14 +57,3 @@ def get_package_prefix(package_name: str) -> str:
 def get_packages_with_prefixes() -> dict[str, str]:
     """Return every known package with its folder."""
     return {package.name: str(package.share) for package in list_packages()}
-
-
-def register() -> None:
-    """Let ``import ament_index_python`` find this module where the real one is not installed."""
-    if _NAMES[0] in sys.modules or find_spec(_NAMES[0]) is not None:
-        return
-    for name in _NAMES:
-        sys.modules[name] = sys.modules[__name__]
-
-
-packages = sys.modules[__name__]

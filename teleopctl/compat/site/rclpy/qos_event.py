@@ -1,6 +1,6 @@
 """``rclpy.qos_event``. The earlier name of :mod:`rclpy.event_handler`."""
 
-from teleopctl.compat.rclpy.event_handler import (
+from rclpy.event_handler import (
     PublisherEventCallbacks,
     QoSMessageLostInfo,
     SubscriptionEventCallbacks,

@@ -1,0 +1,43 @@
+"""Makes ROS 2's Python packages importable: in this process, and in those that it starts.
+
+Two things are put in place: the folder ``site`` at the end of ``sys.path``, and the finder of
+message packages at the end of ``sys.meta_path``. So a package that is really installed wins, each
+as a whole: from a sourced ROS 2, a virtual environment, or the current folder.
+
+Processes of the same Python inherit this through ``PYTHONPATH``, which names a folder with nothing
+but a ``sitecustomize``. It cannot name ``site`` itself: what stands there comes before all that is
+installed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+_HERE = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 -- no Path at start-up
+
+SITE = os.path.join(_HERE, "site")  # noqa: PTH118
+"""The folder of ``rclpy``, ``tf2_ros`` and the like."""
+
+START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
+"""The folder of the ``sitecustomize`` that activates each Python started with it."""
+
+
+def activate() -> None:
+    """Let this process import ROS 2's Python packages. Idempotent."""
+    from teleopctl.compat import finder
+
+    if SITE not in sys.path:
+        sys.path.append(SITE)
+    finder.install()
+
+
+def activate_children() -> None:
+    """Let every Python that this process starts do the same. Idempotent.
+
+    The interpreters among them that have no teleopctl are left as they are.
+    """
+    inherited = os.environ.get("PYTHONPATH", "")
+    if START_HOOK not in inherited.split(os.pathsep):
+        # In front of any other sitecustomize, which ours runs when it is done.
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (START_HOOK, inherited)))

@@ -1,0 +1,24 @@
+"""``tf2_geometry_msgs.tf2_geometry_msgs``. Importing it lets buffers transform these messages."""
+
+from teleopctl.tf.geometry import (
+    do_transform_point,
+    do_transform_polygon_stamped,
+    do_transform_pose,
+    do_transform_pose_stamped,
+    do_transform_pose_with_covariance_stamped,
+    do_transform_vector3,
+    register,
+    transform_covariance,
+)
+
+__all__ = [
+    "do_transform_point",
+    "do_transform_polygon_stamped",
+    "do_transform_pose",
+    "do_transform_pose_stamped",
+    "do_transform_pose_with_covariance_stamped",
+    "do_transform_vector3",
+    "transform_covariance",
+]
+
+register()

@@ -1,0 +1,34 @@
+"""Python imports this as it starts, because ``PYTHONPATH`` names the folder.
+
+Whatever Python a process starts inherits the variable; one that has no teleopctl stays as it is.
+The ``sitecustomize`` that this one hides, if there is one, comes first.
+"""
+
+import os
+import sys
+from importlib import import_module
+
+
+def _run_the_hidden_one() -> None:
+    sys.path.remove(os.path.dirname(__file__))  # noqa: PTH120 -- no Path at start-up
+    this = sys.modules.pop(__name__)
+    try:
+        import_module(__name__)
+    except ModuleNotFoundError as error:
+        if error.name != __name__:
+            raise
+        sys.modules[__name__] = this
+
+
+def _activate() -> None:
+    try:
+        from teleopctl.compat.activation import activate
+    except ModuleNotFoundError:
+        return
+    activate()
+
+
+try:
+    _run_the_hidden_one()
+finally:
+    _activate()

@@ -1,0 +1,106 @@
+"""The packages of ``compat/site``: what there is, and where programs find it."""
+
+import ast
+import pkgutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from teleopctl.compat.activation import SITE
+from tests.compat.activated import output
+
+PACKAGES = """
+ament_index_python cv_bridge rclpy sensor_msgs_py tf2_geometry_msgs tf2_py tf2_ros
+tf_transformations
+"""
+
+RCLPY = """
+rclpy.action rclpy.callback_groups rclpy.client rclpy.clock rclpy.clock_type rclpy.constants
+rclpy.context rclpy.duration rclpy.event_handler rclpy.exceptions rclpy.executors
+rclpy.expand_topic_name rclpy.experimental rclpy.experimental.events_executor
+rclpy.guard_condition rclpy.impl rclpy.impl.logging_severity rclpy.impl.rcutils_logger
+rclpy.lifecycle rclpy.logging rclpy.node rclpy.parameter rclpy.parameter_client
+rclpy.parameter_event_handler rclpy.publisher rclpy.qos rclpy.qos_event
+rclpy.qos_overriding_options rclpy.serialization rclpy.service rclpy.signals rclpy.subscription
+rclpy.task rclpy.time rclpy.timer rclpy.topic_endpoint_info rclpy.topic_or_service_is_hidden
+rclpy.type_support rclpy.utilities rclpy.validate_full_topic_name rclpy.validate_namespace
+rclpy.validate_node_name rclpy.validate_topic_name rclpy.wait_for_message
+"""
+
+
+def test_the_packages_are_those_of_the_list():
+    found = {module.name for module in pkgutil.iter_modules([SITE]) if module.ispkg}
+    assert found == set(PACKAGES.split())
+
+
+def test_the_public_modules_of_rclpy_are_those_of_the_list():
+    modules = pkgutil.walk_packages([str(Path(SITE, "rclpy"))], "rclpy.")
+    assert {module.name for module in modules} == set(RCLPY.split())
+
+
+def test_the_packages_know_each_other_by_their_public_names():
+    allowed = {*PACKAGES.split(), *sys.stdlib_module_names, "teleopctl", "numpy"}
+    for file in Path(SITE).rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                assert node.level == 0, file
+                names = [node.module or ""]
+            for name in names:
+                assert name.partition(".")[0] in allowed, file
+                assert not name.startswith("teleopctl.compat"), file
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "from tf2_ros.buffer import Buffer",
+        "from tf2_ros.buffer_interface import BufferInterface, TypeException",
+        "from tf2_ros.transform_listener import TransformListener",
+        "from tf2_ros.transform_broadcaster import TransformBroadcaster",
+        "from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster",
+        "from tf2_geometry_msgs import do_transform_pose_stamped, do_transform_point",
+        "from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_vector3",
+        "from tf2_py import BufferCore, LookupException",
+        "from rclpy.event_handler import QoSPublisherMatchedInfo, PublisherEventCallbacks",
+        "from rclpy.qos_event import QoSMessageLostInfo",
+        "from rclpy.parameter_client import AsyncParameterClient",
+        "from rclpy.parameter_event_handler import ParameterEventHandler",
+        "from rclpy.parameter import parameter_dict_from_yaml_file, get_parameter_value",
+        "from rclpy.qos_overriding_options import QosCallbackResult, QoSOverridingOptions",
+        "from rclpy.exceptions import NoTypeSupportImportedException",
+        "from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden",
+        "from rclpy.logging import get_logging_directory",
+        "from cv_bridge import CvBridge, CvBridgeError",
+        "from cv_bridge.core import CvBridge",
+        "from ament_index_python import get_package_share_directory",
+        "from ament_index_python.packages import PackageNotFoundError, get_package_share_path",
+        "from sensor_msgs_py import point_cloud2",
+        "import sensor_msgs_py.point_cloud2 as pc2",
+        "from tf_transformations import euler_from_quaternion, quaternion_from_euler",
+    ],
+)
+def test_programs_find_the_names_where_ros_2_has_them(code):
+    assert output(code) == ""
+
+
+def test_a_package_that_is_really_installed_is_used_as_a_whole(tmp_path):
+    (tmp_path / "rclpy").mkdir()
+    (tmp_path / "rclpy" / "__init__.py").write_text("ok = 'the real one'\n")
+    code = """
+import rclpy, tf2_ros
+try:
+    import rclpy.node
+except ModuleNotFoundError as error:
+    print(rclpy.ok, error.name, tf2_ros.Buffer.__module__)
+"""
+    assert output(code, tmp_path) == "the real one rclpy.node teleopctl.tf.buffer"
+
+
+def test_a_folder_of_sources_does_not_hide_what_is_served(tmp_path):
+    (tmp_path / "tf2_ros" / "src").mkdir(parents=True)
+    (tmp_path / "rclpy" / "rclpy").mkdir(parents=True)
+    assert output(
+        "import rclpy, tf2_ros\nprint(rclpy.ok(), tf2_ros.Buffer.__name__)", tmp_path
+    ) == ("False Buffer")
