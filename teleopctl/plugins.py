@@ -347,3 +347,11 @@ LAUNCH_SUBSTITUTIONS = Kind(
     classes=False,
 )
 """What may stand behind ``$(`` in a launch file."""
+
+SENSORS = Kind(
+    "sensor type",
+    "teleopctl.sensors",
+    {"imu": "teleopctl.sim.sensors.imu:Imu"},
+    bases=("teleopctl.sim.sensors.base:Sensor",),
+)
+"""Simulated sensors, by the names that ``<sensor type="…">`` has."""

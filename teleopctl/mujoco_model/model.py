@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -57,11 +58,14 @@ class RobotModel:
         )
 
 
-def build_model(description: RobotDescription) -> RobotModel:
+def build_model(
+    description: RobotDescription, extend: Callable[[Any], None] | None = None
+) -> RobotModel:
     """Build the model of a robot standing on a plane.
 
     Args:
         description: The robot.
+        extend: Adds to the ``mujoco.MjSpec`` what is not of the robot, such as sensors.
 
     Returns:
         The compiled model; two calls with the same description give identical ones.
@@ -81,6 +85,8 @@ def build_model(description: RobotDescription) -> RobotModel:
     prepare_joints(spec, joints)
     exclude_adjacent(spec)
     ground = add_scene(spec)
+    if extend is not None:
+        extend(spec)
 
     bare = _compile(spec)
     overlapping = overlapping_pairs(bare, initial_positions(bare, joints), ground)

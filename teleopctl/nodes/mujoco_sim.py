@@ -1,9 +1,9 @@
 """``mujoco_sim``: physics of the robot, driven by the wall clock and by a controller in lockstep.
 
 Topics out: ``/clock``, ``/robot_joint_states`` (each control tick), ``/mujoco_sim/joint_states``
-(for viewers, while somebody subscribes). In: ``/robot_description`` unless the parameter of that
-name is given, ``/robot_joint_commands``. Services: ``~/set_pause``, ``~/step_simulation``,
-``~/reset_world``.
+(for viewers, while somebody subscribes), and those of the description's sensors. In:
+``/robot_description`` unless the parameter of that name is given, ``/robot_joint_commands``.
+Services: ``~/set_pause``, ``~/step_simulation``, ``~/reset_world``.
 
 Parameters: ``robot_description``, ``update_rate`` (Hz of control), ``timestep`` (s of physics, at
 most), ``real_time_factor`` (0: as fast as possible; can be set while running), ``paused``,

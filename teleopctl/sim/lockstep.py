@@ -64,6 +64,16 @@ class Ports(Protocol):
         """Physics broke down and was set back to its initial state."""
 
 
+class Sampler(Protocol):
+    """What measures at times of its own. Called on the loop's thread."""
+
+    def next_ns(self) -> int | None:
+        """The simulated time of the next measurement, or None while there is none to come."""
+
+    def sample(self, time_ns: int) -> None:
+        """Measure what is due at this time."""
+
+
 class LockstepLoop:
     """Runs a simulation until it is stopped; all methods may be called from any thread.
 
@@ -74,6 +84,7 @@ class LockstepLoop:
         lockstep_timeout_s: How long to wait for a command, in wall time.
         view_rate_hz: How often at most `Ports.publish_view` is called, in simulated time.
         paused: Whether time stands still at first.
+        sampler: What measures besides, or None.
     """
 
     def __init__(
@@ -85,8 +96,10 @@ class LockstepLoop:
         lockstep_timeout_s: float = 1.0,
         view_rate_hz: float = 60.0,
         paused: bool = False,
+        sampler: Sampler | None = None,
     ) -> None:
         self._simulation = simulation
+        self._sampler = sampler
         self._ports = ports
         self._timeout_s = lockstep_timeout_s
         self._pacer = Pacer(real_time_factor)
@@ -309,6 +322,8 @@ class LockstepLoop:
         count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
         if self._viewed:
             count = min(count, simulation.steps_until(self._view_beat.next_ns) or 1)
+        if self._sampler is not None and (due_ns := self._sampler.next_ns()) is not None:
+            count = min(count, simulation.steps_until(due_ns) or 1)
         if self._steps_asked > 0:
             count = min(count, self._steps_asked)
         return count
@@ -330,3 +345,5 @@ class LockstepLoop:
         if self._viewed and (self._view_beat.take(now) or force):
             self._simulation.read()
             self._ports.publish_view(now)
+        if self._sampler is not None:
+            self._sampler.sample(now)

@@ -19,6 +19,7 @@ from teleopctl.node import (
 from teleopctl.robot.description import RobotDescription
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.ports import TopicPorts
+from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
 from teleopctl.wire.tokens import EntityKind
 
@@ -135,7 +136,8 @@ class MujocoSim(Node):
         logger.info("Received the robot description, parsing...")
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
-        model = build_model(description)
+        sensors = make_sensors(description.gazebo.sensors, logger.warning)
+        model = build_model(description, lambda spec: add_sensors(spec, sensors, logger.warning))
         for warning in model.warnings:
             logger.warning(warning)
         for first, second in model.excluded:
@@ -156,6 +158,7 @@ class MujocoSim(Node):
                 f"period ({step_s:g} s)."
             )
         ports = TopicPorts(self, simulation, str(self.get_parameter("joint_states_topic").value))
+        self._sensors = SensorPublisher(self, simulation, sensors)
         self._loop = LockstepLoop(
             simulation,
             ports,
@@ -163,6 +166,7 @@ class MujocoSim(Node):
             lockstep_timeout_s=self._number("lockstep_timeout"),
             view_rate_hz=self._number("state_rate"),
             paused=bool(self.get_parameter("paused").value),
+            sampler=self._sensors,
         )
         self._simulation = simulation
         self._commands = self.create_subscription(
@@ -225,6 +229,7 @@ class MujocoSim(Node):
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
         self._loop.set_viewed(self._ports.is_viewed())
+        self._sensors.look()
         if self._commanders > max(before, 1):
             topic = self._commands.topic_name
             names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))

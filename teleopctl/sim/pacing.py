@@ -78,3 +78,7 @@ class Beat:
             return False
         self._count = now_ns // self._period_ns + 1
         return True
+
+    def skip_to(self, now_ns: int) -> None:
+        """Leave out what was due before ``now_ns``."""
+        self._count = -(-now_ns // self._period_ns)

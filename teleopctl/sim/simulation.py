@@ -57,7 +57,10 @@ class Simulation:
         # Gains and gravity compensation change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
         self._m.opt.timestep = control_period_ns * 1e-9 / self.steps_per_period
+        # Sensors are computed when they are read, on a copy: who looks changes nothing.
+        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         self._d: Any = mujoco.MjData(self._m)
+        self._observed: Any = None
 
         joints = model.joints
         self.joint_names = tuple(joint.name for joint in joints)
@@ -301,6 +304,20 @@ class Simulation:
         np.take(self._d.qpos, self._qpos, out=self.positions)
         np.take(self._d.qvel, self._dof, out=self.velocities)
         np.take(self._d.qfrc_actuator, self._dof, out=self.efforts)
+
+    def observe(self) -> tuple[Any, Any]:
+        """MuJoCo's model, and a copy of its data with what its sensors measure at this time.
+
+        Both are of MuJoCo's own types, which have no static ones. They are good until the next
+        step.
+        """
+        if self._observed is None:
+            self._observed = mujoco.MjData(self._m)
+        mujoco.mj_copyData(self._observed, self._m, self._d)
+        self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        mujoco.mj_forward(self._m, self._observed)
+        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        return self._m, self._observed
 
     def link_position(self, link: str) -> Array:
         """Where a link's frame is in the world, in metres."""

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from teleopctl.interfaces.store import get_message
 from teleopctl.testing import Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -241,3 +242,53 @@ def test_what_drawing_lacks_does_not_keep_physics_from_running(
     ros.env["MUJOCO_GL"] = "bogus"
     sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
     sim.wait_for_line("Simulation is running")
+
+
+IMU = (
+    '<gazebo reference="horizontal_arm"><sensor name="imu" type="imu"><update_rate>30</update_rate>'
+    "</sensor><sensor name='ear' type='microphone'/></gazebo></robot>"
+)
+
+
+def test_an_imu_is_published_on_its_own_beat_and_changes_nothing_of_the_run(
+    ros: RosGraph, urdf: str
+) -> None:
+    runs = []
+    heard: list[tuple[int, str, float]] = []
+    for text in (urdf, urdf.replace("</robot>", IMU)):
+        partner = Partner(text)
+        if text is not urdf:
+            imu = get_message("sensor_msgs/msg/Imu")
+            partner.create_subscription(
+                imu,
+                "/imu",
+                lambda m: heard.append(
+                    (stamp_ns(m), m.header.frame_id, math.dist((0, 0, 0), xyz(m)))
+                ),
+                100,
+                immediate=True,
+            )
+        runs.append(run_lockstep(ros, partner, 30))
+        partner.close()
+
+    assert runs[0] == runs[1]
+    period_ns = round(1e9 / 30)
+    # A millisecond is the physics step: the first one at or after each beat.
+    assert len(heard) > 80
+    assert all(stamp % period_ns < 1_000_000 for stamp, _, _ in heard)
+    assert {frame for _, frame, _ in heard} == {"horizontal_arm"}
+    assert heard[-1][2] == pytest.approx(9.81, abs=0.05), "the arm has come to rest"
+
+
+def test_a_sensor_that_nothing_simulates_is_told_at_the_start(ros: RosGraph, urdf: str) -> None:
+    partner = Partner(urdf.replace("</robot>", IMU))
+    sim = start(ros)
+    sim.wait_for_line(
+        "Sensor 'ear' on link 'horizontal_arm' is left out: nothing simulates the type"
+    )
+    partner.close()
+
+
+def xyz(message) -> tuple[float, float, float]:
+    acceleration = message.linear_acceleration
+    return acceleration.x, acceleration.y, acceleration.z

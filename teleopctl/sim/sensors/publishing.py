@@ -1,0 +1,130 @@
+"""A robot's sensors: made from its description, read when they are due, published."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl import plugins
+from teleopctl.errors import TeleopctlError, UnknownPluginError
+from teleopctl.interfaces.stamps import set_stamp
+from teleopctl.interfaces.store import get_message
+from teleopctl.sim.pacing import Beat
+from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.robot.gazebo_tag import Sensor as Description
+
+# The camera node renders these, in a process of its own.
+_RENDERED_ELSEWHERE = frozenset({"camera"})
+
+
+def make_sensors(
+    descriptions: tuple[Description, ...], warn: Callable[[str], object]
+) -> list[Sensor]:
+    """Make the sensors of a robot; of those that cannot be made, say why.
+
+    Args:
+        descriptions: The ``<sensor>`` tags.
+        warn: Takes one sentence for each sensor that is left out.
+    """
+    sensors: list[Sensor] = []
+    for description in descriptions:
+        if description.type in _RENDERED_ELSEWHERE:
+            continue
+        where = f"Sensor '{description.name}' on link '{description.link}' is left out"
+        try:
+            sensors.append(plugins.load(plugins.SENSORS, description.type)(description))
+        except UnknownPluginError:
+            known = ", ".join(sorted((*_RENDERED_ELSEWHERE, *plugins.available(plugins.SENSORS))))
+            warn(f"{where}: nothing simulates the type '{description.type}', only {known}")
+        except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+            warn(f"{where}: {_text_of(error)}")
+    return sensors
+
+
+def add_sensors(spec: Any, sensors: list[Sensor], warn: Callable[[str], object]) -> None:
+    """Add the sensors to a robot's ``mujoco.MjSpec``; one that fails leaves the list."""
+    for sensor in list(sensors):
+        try:
+            sensor.add_to(spec)
+        except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+            sensors.remove(sensor)
+            warn(f"Sensor '{sensor.description.name}' is left out: {_text_of(error)}")
+
+
+class SensorPublisher:
+    """Reads and publishes sensors; implements `teleopctl.sim.lockstep.Sampler`.
+
+    Args:
+        node: Who publishes.
+        simulation: What is measured.
+        sensors: What measures; added to the simulation's model.
+    """
+
+    def __init__(self, node: Node, simulation: Simulation, sensors: list[Sensor]) -> None:
+        self._simulation = simulation
+        self._logger = node.get_logger()
+        self._channels = [
+            _Channel(node, sensor, 1e9 / simulation.control_period_ns) for sensor in sensors
+        ]
+
+    def look(self) -> None:
+        """See which sensors somebody listens to; called when the graph has changed."""
+        for channel in self._channels:
+            channel.watched = channel.publisher.get_subscription_count() > 0
+
+    def next_ns(self) -> int | None:
+        """When the next sensor is due, or None while nobody listens to any."""
+        return min((c.beat.next_ns for c in self._channels if c.running), default=None)
+
+    def sample(self, time_ns: int) -> None:
+        """Read and publish what is due at this time."""
+        due = [channel for channel in self._channels if channel.is_due(time_ns)]
+        if not due:
+            return
+        model, data = self._simulation.observe()
+        for channel in due:
+            try:
+                channel.publish(model, data, time_ns)
+            except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+                self._channels.remove(channel)
+                name = channel.sensor.description.name
+                self._logger.error(f"Sensor '{name}' is read no more: {_text_of(error)}")
+
+
+class _Channel:
+    """One sensor and its publisher."""
+
+    def __init__(self, node: Node, sensor: Sensor, default_rate_hz: float) -> None:
+        message_class = get_message(sensor.message_type)
+        self.sensor = sensor
+        self.publisher = node.create_publisher(message_class, sensor.topic, 10)
+        self.beat = Beat(sensor.description.update_rate or default_rate_hz)
+        self.watched = False
+        self.running = False
+        self._message: Any = message_class()
+        self._header: Any = getattr(self._message, "header", None)
+        if self._header is not None:
+            self._header.frame_id = sensor.frame_id
+
+    def is_due(self, time_ns: int) -> bool:
+        """Whether to read it now; who begins to listen changes nothing about the times."""
+        if self.watched and not self.running:
+            self.beat.skip_to(time_ns)
+        self.running = self.watched
+        return self.running and self.beat.take(time_ns)
+
+    def publish(self, model: Any, data: Any, time_ns: int) -> None:
+        if self._header is not None:
+            set_stamp(self._header.stamp, time_ns)
+        self.sensor.read(model, data, self._message)
+        self.publisher.publish(self._message)
+
+
+def _text_of(error: Exception) -> str:
+    if isinstance(error, TeleopctlError):
+        return error.message
+    return f"{type(error).__name__}: {error}"
