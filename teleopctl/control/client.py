@@ -39,13 +39,13 @@ class ControllerManagerClient:
         self._node = node
         self._call_timeout = call_timeout
         self._attempts = attempts
-        self._clients: dict[str, Client] = {}
+        self._clients: dict[str, Client[Any, Any]] = {}
         self.name = (
             manager if manager.startswith("/") else f"{node.get_namespace().rstrip('/')}/{manager}"
         )
         self._parameters = AsyncParameterClient(node, self.name)
 
-    def _client(self, service: str, type_name: str) -> Client:
+    def _client(self, service: str, type_name: str) -> Client[Any, Any]:
         if service not in self._clients:
             self._clients[service] = self._node.create_client(
                 get_service(type_name), f"{self.name}/{service}"
@@ -120,7 +120,7 @@ class ControllerManagerClient:
         request = get_service(full_type).Request(**fields)
         return self._insist(service, lambda: client.call_async(request))
 
-    def _insist(self, service: str, send: Callable[[], ResponseFuture]) -> Any:
+    def _insist(self, service: str, send: Callable[[], ResponseFuture[Any]]) -> Any:
         for attempt in range(1, self._attempts + 1):
             response = send().wait_for_response(self._call_timeout)
             if response is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 from collections.abc import Callable
 from types import MemberDescriptorType
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, TypeVar
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
 from teleopctl.interfaces.convert import converter
@@ -23,6 +23,10 @@ from teleopctl.interfaces.definition import (
 from teleopctl.interfaces.typenames import module_name, split
 
 ClassLookup = Callable[[str], type["Message"]]
+# What publishers, subscriptions, clients and services are generic over.
+MessageT = TypeVar("MessageT", bound="Message")
+RequestT = TypeVar("RequestT", bound="Message")
+ResponseT = TypeVar("ResponseT", bound="Message")
 Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
 """How a field gets its default: the function that stores, and the one that makes the value."""
 

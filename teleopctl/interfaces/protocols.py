@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
 from teleopctl.interfaces.message import Message
 
@@ -13,6 +13,8 @@ Response_co = TypeVar("Response_co", bound=Message, covariant=True)
 
 class ServiceType(Protocol[Request_co, Response_co]):
     """A service class: what ``create_client`` and ``create_service`` take as ``type[...]``."""
+
+    TYPE_NAME: ClassVar[str]
 
     @property
     def Request(self) -> type[Request_co]:  # noqa: N802 (the name of the nested class)

@@ -15,13 +15,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ShutdownException
-from teleopctl.node.values.future import Future, Task
+from teleopctl.node.values.future import Future, ResultT, Task
 from teleopctl.node.values.scheduler import Schedulable
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Executor(abc.ABC):
             self._queued.add(waitable)
             self._queue.put(waitable)
 
-    def enqueue(self, work: Callable[[], Any]) -> None:
+    def enqueue(self, work: Callable[[], object]) -> None:
         """Have something done by whoever spins; any thread may call this."""
         self._queue.put(work)
 
@@ -129,10 +129,11 @@ class Executor(abc.ABC):
 
     def create_task(
         self,
-        callback: Callable[..., Any] | Coroutine[Any, Any, Any],
-        *args: Any,
-        **kwargs: Any,
-    ) -> Task:
+        callback: Callable[..., Coroutine[object, None, ResultT] | ResultT]
+        | Coroutine[object, None, ResultT],
+        *args: object,
+        **kwargs: object,
+    ) -> Task[ResultT]:
         """Run a function or coroutine in the executor; returns its future."""
         task = Task(self, callback, args, kwargs)
         self.enqueue(task.step)
@@ -163,7 +164,7 @@ class Executor(abc.ABC):
         self._raise_if_ended_by_signal()
 
     def spin_once_until_future_complete(
-        self, future: Future, timeout_sec: float | None = None
+        self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
         """Wait for one callback and run it, or until a future has ended or the time is over."""
         future.on_end(self.wake)
@@ -173,7 +174,9 @@ class Executor(abc.ABC):
             future.forget_on_end(self.wake)
         self._raise_if_ended_by_signal()
 
-    def spin_until_future_complete(self, future: Future, timeout_sec: float | None = None) -> None:
+    def spin_until_future_complete(
+        self, future: Future[ResultT], timeout_sec: float | None = None
+    ) -> None:
         """Run callbacks until a future has ended or the time is over.
 
         A time of 0 still runs one callback that is ready.
@@ -202,7 +205,7 @@ class Executor(abc.ABC):
         if self._context.ended_by_signal:
             raise ExternalShutdownException
 
-    def _spin_once(self, deadline: float | None, future: Future | None) -> None:
+    def _spin_once(self, deadline: float | None, future: Future[ResultT] | None) -> None:
         """Run one callback; return without one at the deadline and when something ends."""
         while self._context.ok() and not self._is_shutdown:
             if future is not None and future.done():
@@ -259,7 +262,7 @@ class Executor(abc.ABC):
         self._run(item)
         return True
 
-    def _take(self, waitable: Waitable) -> Callable[[], Any] | None:
+    def _take(self, waitable: Waitable) -> Callable[[], object] | None:
         """Take one arrival; what has more comes again, after all others that wait."""
         self._queued.discard(waitable)
         if waitable.node not in self._nodes:
@@ -278,13 +281,13 @@ class Executor(abc.ABC):
         """Run the callback of a timer that is due."""
 
     @abc.abstractmethod
-    def _run(self, work: Callable[[], Any]) -> None:
+    def _run(self, work: Callable[[], object]) -> None:
         """Run what belongs to no callback group."""
 
-    def _finish(self, outcome: Any) -> None:
+    def _finish(self, outcome: object) -> None:
         """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
         if outcome is not None and hasattr(outcome, "send") and hasattr(outcome, "throw"):
-            Task(self, outcome).step()
+            Task(self, cast("Coroutine[object, None, object]", outcome)).step()
 
     def __enter__(self) -> Executor:
         return self
@@ -307,7 +310,7 @@ class SingleThreadedExecutor(Executor):
         if (callback := timer.take()) is not None:
             self._finish(callback())
 
-    def _run(self, work: Callable[[], Any]) -> None:
+    def _run(self, work: Callable[[], object]) -> None:
         self._finish(work())
 
 
@@ -330,7 +333,7 @@ class MultiThreadedExecutor(Executor):
         )
 
     def _run_waitable(self, waitable: Waitable) -> bool:
-        def take_and_call() -> Any:
+        def take_and_call() -> object:
             handler = self._take(waitable)
             return None if handler is None else handler()
 
@@ -346,7 +349,7 @@ class MultiThreadedExecutor(Executor):
         return True
 
     def _run_timer(self, timer: Timer) -> None:
-        def call() -> Any:
+        def call() -> object:
             self._queued.discard(timer)
             callback = timer.take()
             # Whoever spins left the timer out while it was on its way here.
@@ -356,13 +359,13 @@ class MultiThreadedExecutor(Executor):
         self._queued.add(timer)
         self._run_in_group(call, timer.callback_group)
 
-    def _run(self, work: Callable[[], Any]) -> None:
+    def _run(self, work: Callable[[], object]) -> None:
         self._submit(functools.partial(self._work, work))
 
-    def _run_in_group(self, work: Callable[[], Any], group: CallbackGroup) -> None:
+    def _run_in_group(self, work: Callable[[], object], group: CallbackGroup) -> None:
         group.run(functools.partial(self._work, work), self._submit)
 
-    def _work(self, work: Callable[[], Any]) -> None:
+    def _work(self, work: Callable[[], object]) -> None:
         """Run a callback in a thread of the pool; whoever spins raises what it raised."""
         if self._is_shutdown:
             return

@@ -13,7 +13,7 @@ from teleopctl.node.values.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:
     from teleopctl.node.node import Node
-    from teleopctl.node.values.future import Future
+    from teleopctl.node.values.future import Future, ResultT
 
 _executor: Executor | None = None
 _executor_lock = threading.RLock()
@@ -126,7 +126,7 @@ def spin_once(
 
 def spin_until_future_complete(
     node: Node,
-    future: Future,
+    future: Future[ResultT],
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import abc
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
+from teleopctl.interfaces.message import MessageT, RequestT, ResponseT
 from teleopctl.interfaces.stamps import from_seconds
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
@@ -15,8 +16,8 @@ from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
 from teleopctl.node.endpoints.guard_condition import GuardCondition
 from teleopctl.node.endpoints.publisher import Publisher
-from teleopctl.node.endpoints.service import Service
-from teleopctl.node.endpoints.subscription import Subscription
+from teleopctl.node.endpoints.service import Service, ServiceCallback
+from teleopctl.node.endpoints.subscription import RawCallback, Subscription, SubscriptionCallback
 from teleopctl.node.endpoints.timer import Rate, Timer
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.node_core import NodeCore
@@ -24,6 +25,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusi
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.protocols import ServiceType
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
@@ -57,15 +59,15 @@ class NodeEndpoints(NodeCore):
 
     def create_publisher(
         self,
-        msg_type: Any,
+        msg_type: type[MessageT],
         topic: str,
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
-        publisher_class: type[Publisher] = Publisher,
-    ) -> Publisher:
+        publisher_class: type[Publisher[MessageT]] = Publisher,
+    ) -> Publisher[MessageT]:
         """Make a publisher; an integer QoS is the depth of the default profile.
 
         Args:
@@ -101,7 +103,10 @@ class NodeEndpoints(NodeCore):
         """Return a profile with what the node's parameters say of it."""
 
     def _watch(
-        self, endpoint: Publisher | Subscription, callbacks: Any, group: CallbackGroup | None
+        self,
+        endpoint: Publisher[MessageT] | Subscription[MessageT],
+        callbacks: Any,
+        group: CallbackGroup | None,
     ) -> None:
         try:
             endpoint.watch(callbacks, group or self._default_callback_group)
@@ -112,11 +117,41 @@ class NodeEndpoints(NodeCore):
             if event.pending():
                 event.tell_executor()
 
+    @overload
     def create_subscription(
         self,
-        msg_type: Any,
+        msg_type: type[MessageT],
         topic: str,
-        callback: Callable[..., Any],
+        callback: SubscriptionCallback[MessageT],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
+        raw: Literal[False] = False,
+        immediate: bool = False,
+    ) -> Subscription[MessageT]: ...
+
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: RawCallback,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
+        raw: bool,
+        immediate: bool = False,
+    ) -> Subscription[MessageT]: ...
+
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: SubscriptionCallback[MessageT] | RawCallback,
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
@@ -124,7 +159,7 @@ class NodeEndpoints(NodeCore):
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
         immediate: bool = False,
-    ) -> Subscription:
+    ) -> Subscription[MessageT]:
         """Make a subscription; see :class:`Subscription` for the callback and ``immediate``.
 
         Raises:
@@ -153,14 +188,14 @@ class NodeEndpoints(NodeCore):
 
     def create_service(
         self,
-        srv_type: Any,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
-        callback: Callable[[Any, Any], Any],
+        callback: ServiceCallback[RequestT, ResponseT],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
         immediate: bool = False,
-    ) -> Service:
+    ) -> Service[RequestT, ResponseT]:
         """Make a service server: ``callback(request, response) -> response``.
 
         Raises:
@@ -180,12 +215,12 @@ class NodeEndpoints(NodeCore):
 
     def create_client(
         self,
-        srv_type: Any,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Client:
+    ) -> Client[RequestT, ResponseT]:
         """Make a service client.
 
         Raises:
@@ -198,7 +233,7 @@ class NodeEndpoints(NodeCore):
     def create_timer(
         self,
         timer_period_sec: float,
-        callback: Callable[[], Any] | None,
+        callback: Callable[[], object] | None,
         callback_group: CallbackGroup | None = None,
         clock: Clock | None = None,
         autostart: bool = True,
@@ -240,7 +275,7 @@ class NodeEndpoints(NodeCore):
         return Rate(timer, self._context)
 
     def create_guard_condition(
-        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+        self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
@@ -279,23 +314,25 @@ class NodeEndpoints(NodeCore):
         """The node's guard conditions."""
         return list(self._guards)
 
+    # Any: each of them has a type of its own.
+
     @property
-    def publishers(self) -> list[Publisher]:
+    def publishers(self) -> list[Publisher[Any]]:
         """The node's publishers."""
         return self._of_class(Publisher)
 
     @property
-    def subscriptions(self) -> list[Subscription]:
+    def subscriptions(self) -> list[Subscription[Any]]:
         """The node's subscriptions."""
         return self._of_class(Subscription)
 
     @property
-    def services(self) -> list[Service]:
+    def services(self) -> list[Service[Any, Any]]:
         """The node's service servers."""
         return self._of_class(Service)
 
     @property
-    def clients(self) -> list[Client]:
+    def clients(self) -> list[Client[Any, Any]]:
         """The node's service clients."""
         return self._of_class(Client)
 
@@ -309,19 +346,19 @@ class NodeEndpoints(NodeCore):
         endpoint.destroy()
         return True
 
-    def destroy_publisher(self, publisher: Publisher) -> bool:
+    def destroy_publisher(self, publisher: Publisher[MessageT]) -> bool:
         """Destroy a publisher; False when it is not this node's."""
         return self._forget(publisher)
 
-    def destroy_subscription(self, subscription: Subscription) -> bool:
+    def destroy_subscription(self, subscription: Subscription[MessageT]) -> bool:
         """Destroy a subscription; False when it is not this node's."""
         return self._forget(subscription)
 
-    def destroy_service(self, service: Service) -> bool:
+    def destroy_service(self, service: Service[RequestT, ResponseT]) -> bool:
         """Destroy a service server; False when it is not this node's."""
         return self._forget(service)
 
-    def destroy_client(self, client: Client) -> bool:
+    def destroy_client(self, client: Client[RequestT, ResponseT]) -> bool:
         """Destroy a service client; False when it is not this node's."""
         return self._forget(client)
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.interfaces.message import ResponseT
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.interfaces.typenames import snake_case
 from teleopctl.node.endpoints.client import Client, ResponseFuture
@@ -17,11 +18,23 @@ from teleopctl.node.values.parameter_file import parameter_messages
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterEvent
+    from rcl_interfaces.srv import (
+        DescribeParameters,
+        GetParameters,
+        GetParameterTypes,
+        ListParameters,
+        SetParameters,
+        SetParametersAtomically,
+    )
+
+    from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.node.values.future import Future
 
 # Called with the future of the response.
-DoneCallback = Callable[["Future"], object]
+DoneCallback: TypeAlias = Callable[["Future[ResponseT]"], object]
 
 PARAMETER_SERVICES = (
     "DescribeParameters",
@@ -60,9 +73,9 @@ class AsyncParameterClient:
         self._node = node
         self._qos_profile = qos_profile
         self._callback_group = callback_group
-        self._by_type: dict[str, Client] = {}
+        self._by_type: dict[str, Client[Any, Any]] = {}
 
-    def _client(self, type_: str) -> Client:
+    def _client(self, type_: str) -> Client[Any, Any]:
         # Made when first used: each is in the graph, and most users need one of the six.
         if type_ not in self._by_type:
             self._by_type[type_] = self._node.create_client(
@@ -74,7 +87,7 @@ class AsyncParameterClient:
         return self._by_type[type_]
 
     @property
-    def _clients(self) -> list[Client]:
+    def _clients(self) -> list[Client[Any, Any]]:
         return [self._client(type_) for type_ in PARAMETER_SERVICES]
 
     def services_are_ready(self) -> bool:
@@ -94,8 +107,8 @@ class AsyncParameterClient:
         self,
         prefixes: Sequence[str] | None = None,
         depth: int | None = None,
-        callback: DoneCallback | None = None,
-    ) -> ResponseFuture:
+        callback: DoneCallback[ListParameters.Response] | None = None,
+    ) -> ResponseFuture[ListParameters.Response]:
         """Ask for the names below prefixes, down to a depth (None: without limit)."""
         return self._send(
             "ListParameters",
@@ -105,38 +118,44 @@ class AsyncParameterClient:
         )
 
     def get_parameters(
-        self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self, names: Sequence[str], callback: DoneCallback[GetParameters.Response] | None = None
+    ) -> ResponseFuture[GetParameters.Response]:
         """Ask for values."""
         return self._send("GetParameters", callback, names=list(names))
 
     def get_parameter_types(
-        self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self, names: Sequence[str], callback: DoneCallback[GetParameterTypes.Response] | None = None
+    ) -> ResponseFuture[GetParameterTypes.Response]:
         """Ask for types."""
         return self._send("GetParameterTypes", callback, names=list(names))
 
     def describe_parameters(
-        self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self,
+        names: Sequence[str],
+        callback: DoneCallback[DescribeParameters.Response] | None = None,
+    ) -> ResponseFuture[DescribeParameters.Response]:
         """Ask for descriptors."""
         return self._send("DescribeParameters", callback, names=list(names))
 
     def set_parameters(
-        self, parameters: Sequence[Any], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self,
+        parameters: Sequence[Parameter | ParameterMessage],
+        callback: DoneCallback[SetParameters.Response] | None = None,
+    ) -> ResponseFuture[SetParameters.Response]:
         """Set parameters one by one; each is a :class:`Parameter` or its message."""
         return self._send("SetParameters", callback, parameters=_messages(parameters))
 
     def set_parameters_atomically(
-        self, parameters: Sequence[Any], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self,
+        parameters: Sequence[Parameter | ParameterMessage],
+        callback: DoneCallback[SetParametersAtomically.Response] | None = None,
+    ) -> ResponseFuture[SetParametersAtomically.Response]:
         """Set all parameters or none; each is a :class:`Parameter` or its message."""
         return self._send("SetParametersAtomically", callback, parameters=_messages(parameters))
 
     def delete_parameters(
-        self, names: Sequence[str], callback: DoneCallback | None = None
-    ) -> ResponseFuture:
+        self, names: Sequence[str], callback: DoneCallback[SetParameters.Response] | None = None
+    ) -> ResponseFuture[SetParameters.Response]:
         """Take the values of parameters away, which only dynamically typed ones let happen."""
         return self.set_parameters([Parameter(name) for name in names], callback)
 
@@ -144,8 +163,8 @@ class AsyncParameterClient:
         self,
         parameter_file: str | Path,
         use_wildcard: bool = False,
-        callback: DoneCallback | None = None,
-    ) -> ResponseFuture:
+        callback: DoneCallback[SetParameters.Response] | None = None,
+    ) -> ResponseFuture[SetParameters.Response]:
         """Set what a parameter file holds, one by one; see :func:`parameter_messages`."""
         return self.set_parameters(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
@@ -155,8 +174,8 @@ class AsyncParameterClient:
         self,
         parameter_file: str | Path,
         use_wildcard: bool = False,
-        callback: DoneCallback | None = None,
-    ) -> ResponseFuture:
+        callback: DoneCallback[SetParametersAtomically.Response] | None = None,
+    ) -> ResponseFuture[SetParametersAtomically.Response]:
         """Set all that a parameter file holds, or nothing; see :func:`parameter_messages`."""
         return self.set_parameters_atomically(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
@@ -164,10 +183,10 @@ class AsyncParameterClient:
 
     def on_parameter_event(
         self,
-        callback: Callable[[Any], Any],
+        callback: Callable[[ParameterEvent], object],
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Any:
+    ) -> Subscription[ParameterEvent]:
         """Subscribe to the changes of all nodes' parameters; returns the subscription."""
         return self._node.create_subscription(
             get_message("rcl_interfaces/msg/ParameterEvent"),
@@ -177,7 +196,9 @@ class AsyncParameterClient:
             callback_group=callback_group,
         )
 
-    def _send(self, type_: str, callback: DoneCallback | None, **fields: object) -> ResponseFuture:
+    def _send(
+        self, type_: str, callback: DoneCallback[ResponseT] | None, **fields: object
+    ) -> ResponseFuture[ResponseT]:
         client = self._client(type_)
         future = client.call_async(client.srv_type.Request(**fields))
         if callback is not None:
@@ -188,9 +209,9 @@ class AsyncParameterClient:
 def ask_nodes(
     node: NodeEndpoints,
     remote_node_names: Iterable[str],
-    question: Callable[[AsyncParameterClient], ResponseFuture],
+    question: Callable[[AsyncParameterClient], ResponseFuture[ResponseT]],
     timeout_sec: float,
-) -> dict[str, Any]:
+) -> dict[str, ResponseT | UnavailableError]:
     """Ask many nodes at once and wait until each has answered or the time is up.
 
     Example:
@@ -203,8 +224,7 @@ def ask_nodes(
         timeout_sec: Longest wait for all of them together, in seconds of wall time.
 
     Returns:
-        For each node its response, or an `UnavailableError` where it did not answer. What the
-        response is depends on the question.
+        For each node its response, or an `UnavailableError` where it did not answer.
 
     Raises:
         ExternalShutdownException: The context was shut down meanwhile.
@@ -214,7 +234,9 @@ def ask_nodes(
     return {name: _outcome(name, future, deadline, timeout_sec) for name, future in futures.items()}
 
 
-def _outcome(name: str, future: ResponseFuture, deadline: float, timeout_sec: float) -> object:
+def _outcome(
+    name: str, future: ResponseFuture[ResponseT], deadline: float, timeout_sec: float
+) -> ResponseT | UnavailableError:
     try:
         response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
     except TeleopctlError as error:
@@ -224,5 +246,5 @@ def _outcome(name: str, future: ResponseFuture, deadline: float, timeout_sec: fl
     return response
 
 
-def _messages(parameters: Sequence[Any]) -> list[Any]:
+def _messages(parameters: Sequence[Parameter | ParameterMessage]) -> list[ParameterMessage]:
     return [p.to_parameter_msg() if isinstance(p, Parameter) else p for p in parameters]

@@ -36,6 +36,8 @@ from teleopctl.sim.gl_backend import check_drawing, choose_backend
 from teleopctl.tf.broadcaster import StaticTransformBroadcaster
 
 if TYPE_CHECKING:
+    from sensor_msgs.msg import JointState
+
     # These import mujoco, which has to wait for the choice of its backend.
     from teleopctl.mujoco_model.cameras import CameraModel
     from teleopctl.mujoco_model.model import RobotModel
@@ -76,7 +78,7 @@ class Camera(Node):
         self._urdf = ""
         self._latest: Any = None
         self._last_ns = 0
-        self._states: Subscription | None = None
+        self._states: Subscription[JointState] | None = None
         self._renderer: CameraRenderer | None = None
         self._drawn_quality = self._quality
         self._image_wanted = False

@@ -9,18 +9,18 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
 from teleopctl.testing.process import LONGEST_WAIT_S, Process
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.message import MessageT
     from teleopctl.node import Node, QoSProfile
     from teleopctl.testing.launched import LaunchedSystem
     from teleopctl.testing.observer import Observer
 
-M = TypeVar("M")
 
 # Prefixes of variables that would tie a process to somebody else's graph or settings.
 _FOREIGN = ("ROS_", "RMW_", "ZENOH_", "TELEOPCTL_", "AMENT_", "RUST_LOG", "PYTHONUNBUFFERED")
@@ -225,13 +225,13 @@ class RosGraph:
 
     def wait_for_message(
         self,
-        message_type: type[M],
+        message_type: type[MessageT],
         topic: str,
-        matching: Callable[[M], object] | None = None,
+        matching: Callable[[MessageT], object] | None = None,
         *,
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
-    ) -> M:
+    ) -> MessageT:
         """Wait for the next message of a topic, or the next one that satisfies a predicate.
 
         Args:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Collection
-from typing import TypeVar
 
+from teleopctl.interfaces.message import MessageT
 from teleopctl.node import Context, Node, QoSProfile, SingleThreadedExecutor
 from teleopctl.node.values.signals import SignalHandlerOptions
 from teleopctl.testing.process import LONGEST_WAIT_S
-
-M = TypeVar("M")
 
 
 class Observer:
@@ -62,13 +60,13 @@ class Observer:
 
     def wait_for_message(
         self,
-        message_type: type[M],
+        message_type: type[MessageT],
         topic: str,
-        matching: Callable[[M], object] | None = None,
+        matching: Callable[[MessageT], object] | None = None,
         *,
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
-    ) -> M:
+    ) -> MessageT:
         """Wait for the next message of a topic, or the next one that satisfies a predicate.
 
         Args:
@@ -81,10 +79,10 @@ class Observer:
         Raises:
             AssertionError: The time is up; the message has the last one that came.
         """
-        found: list[M] = []
-        last: list[M] = []
+        found: list[MessageT] = []
+        last: list[MessageT] = []
 
-        def hear(message: M) -> None:
+        def hear(message: MessageT) -> None:
             last[:] = [message]
             if not found and (matching is None or matching(message)):
                 with self._changed:

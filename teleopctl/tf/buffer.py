@@ -14,6 +14,8 @@ from teleopctl.tf.transforms import Transform
 from teleopctl.tf.tree import FrameTree
 
 if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
     from teleopctl.node import Future, Node
 
 _DEFAULT_CACHE_NS = 10_000_000_000
@@ -39,7 +41,7 @@ class Buffer(BufferInterface):
         self.cache_time_ns = _DEFAULT_CACHE_NS if cache_time is None else stamp_of(cache_time)
         self._tree = FrameTree(self.cache_time_ns)
         self._changed = threading.Condition()
-        self._awaited: list[tuple[Callable[[], Any], Future]] = []
+        self._awaited: list[tuple[Callable[[], Any], Future[TransformStamped]]] = []
         self._listening: Node | None = None
         if node is not None:
             from teleopctl.interfaces.store import get_service
@@ -152,7 +154,9 @@ class Buffer(BufferInterface):
         stamp, transform = self._when_known(answer, timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any) -> "Future":
+    def wait_for_transform_async(
+        self, target_frame: str, source_frame: str, time: Any
+    ) -> "Future[TransformStamped]":
         """Return a future of what ``lookup_transform`` will answer."""
         return self._await(lambda: self.lookup_transform(target_frame, source_frame, time))
 
@@ -167,7 +171,7 @@ class Buffer(BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-    ) -> "Future":
+    ) -> "Future[TransformStamped]":
         """Return a future of what ``lookup_transform_full`` will answer."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._await(lambda: self.lookup_transform_full(*frames))
@@ -185,11 +189,13 @@ class Buffer(BufferInterface):
             target_frame, target_time, source_frame, source_time, fixed_frame
         )
 
-    def _await(self, answer: Callable[[], Any]) -> "Future":
+    def _await(self, answer: Callable[[], Any]) -> "Future[TransformStamped]":
         from teleopctl.node import Future
 
         listening = self._listening
-        future = Future(executor=None if listening is None else listening.executor)
+        future: Future[TransformStamped] = Future(
+            executor=None if listening is None else listening.executor
+        )
         with self._changed:
             self._awaited.append((answer, future))
         self.answer_awaited()

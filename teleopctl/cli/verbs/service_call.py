@@ -1,7 +1,7 @@
 """``teleopctl service call``."""
 
 import time
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -64,7 +64,7 @@ def call(
             time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
 
 
-def _wait_for_server(client: "Client", longest_wait_s: float | None) -> None:
+def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
     name, session = client.service_name, client.node.context.session
     if not query_graph(session).servers(name, client.type_name):
         console.note("waiting for service to become available...")

@@ -12,6 +12,8 @@ from teleopctl.node.values.parameter_store import result
 from teleopctl.node.values.qos import qos_profile_clock
 
 if TYPE_CHECKING:
+    from rosgraph_msgs.msg import Clock
+
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_parameters import NodeParameters
 
@@ -28,7 +30,7 @@ class TimeSource:
 
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
-        self._subscription: Subscription | None = None
+        self._subscription: Subscription[Clock] | None = None
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow)
         parameter = node.declare_parameter(USE_SIM_TIME, False)

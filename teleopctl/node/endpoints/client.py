@@ -8,12 +8,13 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, cast
 
 import zenoh
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import cdr
+from teleopctl.interfaces.message import RequestT, ResponseT
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -24,6 +25,7 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.protocols import ServiceType
     from teleopctl.node.node_core import NodeCore
 
 # Zenoh refuses an infinite timeout; thirty years are enough.
@@ -34,17 +36,17 @@ def _look_again() -> None:
     """Do nothing; whoever spins comes back from it."""
 
 
-class ResponseFuture(Future):
+class ResponseFuture(Future[ResponseT]):
     """The future of a response: what waits for it is called back by the executor of the node."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: Client[RequestT, ResponseT]) -> None:
         super().__init__()
         self._client = client
 
-    def _call(self, callback: Callable[[Future], object]) -> None:
+    def _call(self, callback: Callable[[Future[ResponseT]], object]) -> None:
         self._client.call_back(functools.partial(callback, self))
 
-    def wait_for_response(self, timeout_sec: float | None = None) -> Any:
+    def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
         """Block this thread until the response is there (ours).
 
         Args:
@@ -69,7 +71,7 @@ class ResponseFuture(Future):
         return self.result() if answered else None
 
 
-class Client(Endpoint, Waitable):
+class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     """Sends requests to one service; made by ``Node.create_client``.
 
     Unlike rclpy's, a call to a service that nobody serves, or whose server goes away, ends with
@@ -80,18 +82,19 @@ class Client(Endpoint, Waitable):
     def __init__(
         self,
         node: NodeCore,
-        srv_type: Any,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         name: str,
         callback_group: CallbackGroup,
         qos: QoSProfile,
     ) -> None:
         super().__init__(node, EntityKind.SC, name, srv_type.TYPE_NAME, qos)
-        self.srv_type = srv_type
+        # A class is a value whose attributes are classes.
+        self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
         self.callback_group = callback_group
         self._sequence = itertools.count(1)
         self._lock = threading.Lock()
-        self._pending: set[Future] = set()
-        self._callbacks: collections.deque[Callable[[], Any]] = collections.deque()
+        self._pending: set[Future[ResponseT]] = set()
+        self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
         self._channel: Any = node.context.session.declare_querier(
             self.key,
@@ -123,7 +126,7 @@ class Client(Endpoint, Waitable):
         """
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
-    def call_async(self, request: Any) -> ResponseFuture:
+    def call_async(self, request: RequestT) -> ResponseFuture[ResponseT]:
         """Send a request.
 
         Returns:
@@ -160,7 +163,7 @@ class Client(Endpoint, Waitable):
         )
         return future
 
-    def call(self, request: Any, timeout_sec: float | None = None) -> Any:
+    def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None:
         """Send a request and wait for the response.
 
         Args:
@@ -176,7 +179,7 @@ class Client(Endpoint, Waitable):
         """
         return self.call_async(request).wait_for_response(timeout_sec)
 
-    def call_back(self, callback: Callable[[], Any]) -> None:
+    def call_back(self, callback: Callable[[], object]) -> None:
         """Have the executor of the node call a function, now or when the node gets one."""
         self._callbacks.append(callback)
         self.tell_executor()
@@ -189,7 +192,7 @@ class Client(Endpoint, Waitable):
         """Return how much the executor has to do for answers."""
         return len(self._callbacks) or int(self._news)
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return the oldest callback of an answer.
 
         An answer that calls nobody back is work as well, though there is nothing to do: who spins
@@ -203,13 +206,13 @@ class Client(Endpoint, Waitable):
         except IndexError:
             return _look_again if news else None
 
-    def remove_pending_request(self, future: Future) -> None:
+    def remove_pending_request(self, future: Future[ResponseT]) -> None:
         """Give up a request; its answer will be dropped."""
         with self._lock:
             self._pending.discard(future)
         future.cancel()
 
-    def _receive(self, reply: zenoh.Reply, sequence: int, future: Future) -> None:
+    def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
         """Take the first answer that belongs to the request; further servers' are dropped."""
         sample = reply.ok
         if sample is None or future.done():

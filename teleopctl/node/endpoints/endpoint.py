@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from teleopctl.interfaces.store import type_hash
 from teleopctl.node.endpoints.events import EventHandler
@@ -92,7 +92,7 @@ class Endpoint(abc.ABC):
     def _close(self) -> None:
         """Undeclare what the subclass declared."""
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

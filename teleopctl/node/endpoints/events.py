@@ -125,7 +125,7 @@ class EventHandler(Waitable):
         """Return 1 while there is something to tell."""
         return int(self._changed)
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return the call of the callback; None when it knows everything."""
         with self._lock:
             if not self._changed:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -17,7 +17,7 @@ class GuardCondition(Waitable):
     """Made by ``Node.create_guard_condition``; triggers that come close together are one call."""
 
     def __init__(
-        self, node: NodeCore, callback: Callable[[], Any], callback_group: CallbackGroup
+        self, node: NodeCore, callback: Callable[[], object], callback_group: CallbackGroup
     ) -> None:
         self.node = node
         self.callback = callback
@@ -35,7 +35,7 @@ class GuardCondition(Waitable):
         """Return 1 while a trigger waits."""
         return int(self._triggered)
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return the callback if it was triggered."""
         with self._lock:
             if not self._triggered:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic
 
 import zenoh
 
 from teleopctl.interfaces import cdr
+from teleopctl.interfaces.message import MessageT
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import MatchedHandler, PublisherEventCallbacks, check_supported
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -19,12 +20,15 @@ from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
+    from teleopctl.node.values.time import Duration
 
 
-class Publisher(Endpoint):
+class Publisher(Endpoint, Generic[MessageT]):
     """Sends messages of one type on one topic; made by ``Node.create_publisher``."""
 
-    def __init__(self, node: NodeCore, msg_type: Any, topic: str, qos: QoSProfile) -> None:
+    def __init__(
+        self, node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
+    ) -> None:
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
@@ -81,7 +85,7 @@ class Publisher(Endpoint):
         """The fully qualified name of the topic."""
         return self.name
 
-    def publish(self, msg: Any) -> None:
+    def publish(self, msg: MessageT | bytes | bytearray) -> None:
         """Send a message.
 
         Args:
@@ -111,7 +115,7 @@ class Publisher(Endpoint):
         """Return how many subscriptions the topic has, of the same type."""
         return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
 
-    def wait_for_all_acked(self, timeout: Any = None) -> bool:  # noqa: ARG002 (rclpy's signature)
+    def wait_for_all_acked(self, timeout: Duration | None = None) -> bool:  # noqa: ARG002 (rclpy's)
         """Return True: the transport acknowledges nothing, so there is nothing to wait for."""
         return True
 

@@ -6,13 +6,14 @@ import collections
 import contextlib
 import functools
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
 import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import cdr
+from teleopctl.interfaces.message import RequestT, ResponseT
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -21,10 +22,15 @@ from teleopctl.wire import attachment
 from teleopctl.wire.tokens import EntityKind
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces.protocols import ServiceType
     from teleopctl.node.node_core import NodeCore
 
 
-class Service(Endpoint, Waitable):
+# It fills the response that it is given and returns it, or another one.
+ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
+
+
+class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     """Answers requests on one name; made by ``Node.create_service``.
 
     Args:
@@ -41,16 +47,17 @@ class Service(Endpoint, Waitable):
     def __init__(
         self,
         node: NodeCore,
-        srv_type: Any,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         name: str,
-        callback: Callable[[Any, Any], Any],
+        callback: ServiceCallback[RequestT, ResponseT],
         callback_group: CallbackGroup,
         qos: QoSProfile,
         *,
         immediate: bool = False,
     ) -> None:
         super().__init__(node, EntityKind.SS, name, srv_type.TYPE_NAME, qos)
-        self.srv_type = srv_type
+        # A class is a value whose attributes are classes.
+        self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
         self.callback = callback
         self.callback_group = callback_group
         self._queries: collections.deque[zenoh.Query] = collections.deque()
@@ -74,7 +81,7 @@ class Service(Endpoint, Waitable):
         """Return how many requests wait."""
         return len(self._queries)
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return the handling of the oldest request; None when none waits."""
         try:
             query = self._queries.popleft()

@@ -7,12 +7,13 @@ import functools
 import time
 from collections.abc import Callable
 from types import FunctionType, MethodType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
 
 import zenoh
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import cdr
+from teleopctl.interfaces.message import MessageT
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import (
     MatchedHandler,
@@ -30,7 +31,24 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-class Subscription(Endpoint, Waitable):
+class MessageInfo(TypedDict):
+    """What is known of a message besides its content; times in ns since the epoch."""
+
+    source_timestamp: int
+    received_timestamp: int
+    publication_sequence_number: int
+    reception_sequence_number: None
+    publisher_gid: bytes
+
+
+# Whatever a callback returns is dropped, but for a coroutine, which becomes a task.
+SubscriptionCallback: TypeAlias = (
+    Callable[[MessageT], object] | Callable[[MessageT, MessageInfo], object]
+)
+RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInfo], object]
+
+
+class Subscription(Endpoint, Waitable, Generic[MessageT]):
     """Receives messages of one type on one topic; made by ``Node.create_subscription``.
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
@@ -40,9 +58,7 @@ class Subscription(Endpoint, Waitable):
         node: Owner.
         msg_type: Message class.
         topic: Fully qualified name.
-        callback: ``callback(msg)`` or ``callback(msg, info)``; ``info`` is a mapping with
-            ``source_timestamp`` and ``received_timestamp`` (ns since the epoch),
-            ``publication_sequence_number`` and ``publisher_gid``.
+        callback: ``callback(msg)`` or ``callback(msg, info)`` with a :class:`MessageInfo`.
         callback_group: For multi-threaded executors.
         qos: Quality of service.
         raw: Hand over the CDR bytes instead of a message.
@@ -53,9 +69,9 @@ class Subscription(Endpoint, Waitable):
     def __init__(
         self,
         node: NodeCore,
-        msg_type: Any,
+        msg_type: type[MessageT],
         topic: str,
-        callback: Callable[..., Any],
+        callback: SubscriptionCallback[MessageT] | RawCallback,
         callback_group: CallbackGroup,
         qos: QoSProfile,
         *,
@@ -125,7 +141,7 @@ class Subscription(Endpoint, Waitable):
         """Return how many samples wait."""
         return len(self._samples)
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return the call of the callback with the oldest sample; None when none waits."""
         try:
             sample, received_ns = self._samples.popleft()
@@ -171,7 +187,7 @@ class Subscription(Endpoint, Waitable):
         if meta is None:
             self._report("a sample came without a readable attachment")
             return None
-        info = {
+        info: MessageInfo = {
             "source_timestamp": meta.time_ns,
             "received_timestamp": received_ns,
             "publication_sequence_number": meta.sequence,
@@ -191,7 +207,7 @@ class Subscription(Endpoint, Waitable):
         self._samples.clear()
 
 
-def _accepted(callback: Callable[..., Any]) -> range:
+def _accepted(callback: Callable[..., object]) -> range:
     """Return how many arguments a plain function or method takes; no number for the others."""
     bound = 0
     if isinstance(callback, MethodType):
@@ -205,7 +221,7 @@ def _accepted(callback: Callable[..., Any]) -> range:
     return range(code.co_argcount - optional - bound, code.co_argcount - bound + 1)
 
 
-def _takes_two(callback: Callable[..., Any]) -> bool:
+def _takes_two(callback: Callable[..., object]) -> bool:
     """Tell whether a callback wants the message's information besides the message."""
     accepted = _accepted(callback)  # without inspect, which takes long to import
     if 1 in accepted or 2 in accepted:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.node.clock import Clock, ROSClock
 from teleopctl.node.context import Context
@@ -25,7 +25,7 @@ class Timer:
     def __init__(
         self,
         node: NodeCore,
-        callback: Callable[[], Any] | None,
+        callback: Callable[[], object] | None,
         callback_group: CallbackGroup,
         period_ns: int,
         clock: Clock,
@@ -90,7 +90,7 @@ class Timer:
         """True while only a message on ``/clock`` can make it due, not the passing of time."""
         return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Count as called and schedule the next call; executors do so before they call back.
 
         Returns:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.node.values.callback_groups import CallbackGroup
 
@@ -21,7 +21,7 @@ class Waitable:
     node: NodeCore
     callback_group: CallbackGroup
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return what is to be done for the oldest arrival; None when nothing is left."""
         raise NotImplementedError
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Coroutine, Generator, Mapping
 from types import CoroutineType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
     from teleopctl.node.values.scheduler import Scheduler
 
 
-class Future:
+ResultT = TypeVar("ResultT")
+
+
+class Future(Generic[ResultT]):
     """A value that arrives later.
 
     Args:
@@ -23,9 +26,9 @@ class Future:
         self._lock = threading.Lock()
         self._finished = threading.Event()
         self._cancelled = False
-        self._result: Any = None
+        self._result: ResultT | None = None
         self._exception: BaseException | None = None
-        self._callbacks: list[Callable[[Future], object]] = []
+        self._callbacks: list[Callable[[Future[ResultT]], object]] = []
         self._listeners: list[Callable[[], object]] = []
 
     def done(self) -> bool:
@@ -36,7 +39,7 @@ class Future:
         """Tell whether it was cancelled."""
         return self._cancelled
 
-    def result(self) -> Any:
+    def result(self) -> ResultT | None:
         """Return the value, None while there is none.
 
         Raises:
@@ -50,7 +53,7 @@ class Future:
         """Return the exception that it ended with."""
         return self._exception
 
-    def set_result(self, result: Any) -> None:
+    def set_result(self, result: ResultT) -> None:
         """End with a value."""
         self._finish(result=result)
 
@@ -66,7 +69,7 @@ class Future:
         """Block this thread until it has ended (ours); False when the time ran out."""
         return self._finished.wait(timeout_s)
 
-    def add_done_callback(self, callback: Callable[[Future], object]) -> None:
+    def add_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
         """Call ``callback(self)`` once it has ended; at once if it has."""
         with self._lock:
             if not self._finished.is_set():
@@ -74,7 +77,7 @@ class Future:
                 return
         self._call(callback)
 
-    def remove_done_callback(self, callback: Callable[[Future], object]) -> None:
+    def remove_done_callback(self, callback: Callable[[Future[ResultT]], object]) -> None:
         """Take a callback back; unknown ones are ignored."""
         with self._lock:
             if callback in self._callbacks:
@@ -97,7 +100,7 @@ class Future:
     def _finish(
         self,
         *,
-        result: Any = None,
+        result: ResultT | None = None,
         exception: BaseException | None = None,
         cancelled: bool = False,
     ) -> None:
@@ -115,19 +118,19 @@ class Future:
         for callback in callbacks:
             self._call(callback)
 
-    def _call(self, callback: Callable[[Future], object]) -> None:
+    def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
         if self._executor is None:
             callback(self)
         else:
             self._executor.create_task(callback, self)
 
-    def __await__(self) -> Generator[Future, None, Any]:
+    def __await__(self) -> Generator[Future[ResultT], None, ResultT | None]:
         while not self.done():
             yield self
         return self.result()
 
 
-class Task(Future):
+class Task(Future[ResultT]):
     """A function or coroutine that an executor runs to its end.
 
     Args:
@@ -140,9 +143,10 @@ class Task(Future):
     def __init__(
         self,
         executor: Scheduler,
-        handler: Callable[..., Any] | Coroutine[Any, Any, Any],
-        args: tuple[Any, ...] = (),
-        kwargs: Mapping[str, Any] | None = None,
+        handler: Callable[..., Coroutine[object, None, ResultT] | ResultT]
+        | Coroutine[object, None, ResultT],
+        args: tuple[object, ...] = (),
+        kwargs: Mapping[str, object] | None = None,
     ) -> None:
         super().__init__(executor=executor)
         self._runner = executor
@@ -166,7 +170,7 @@ class Task(Future):
                 assert callable(self._handler)
                 outcome = self._handler(*self._args, **self._kwargs)
                 if not isinstance(outcome, CoroutineType):
-                    self.set_result(outcome)
+                    self.set_result(cast("ResultT", outcome))
                     return
                 self._coroutine = outcome
             awaited = self._coroutine.send(None)

@@ -13,7 +13,7 @@ class Schedulable(Protocol):
 
     callback_group: CallbackGroup
 
-    def take(self) -> Callable[[], Any] | None:
+    def take(self) -> Callable[[], object] | None:
         """Return what is to be done for the oldest arrival; None when nothing is left."""
 
     def pending(self) -> int:
@@ -36,7 +36,7 @@ class Scheduler(Protocol):
     def schedule(self, waitable: Schedulable) -> None:
         """Have the arrivals of something taken by whoever spins."""
 
-    def enqueue(self, work: Callable[[], Any]) -> None:
+    def enqueue(self, work: Callable[[], object]) -> None:
         """Have something done by whoever spins."""
 
     def fail(self, error: BaseException) -> None:
@@ -45,5 +45,7 @@ class Scheduler(Protocol):
     def wake(self) -> None:
         """Have whoever spins look again at timers, shutdown and what it waits for."""
 
-    def create_task(self, callback: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    def create_task(
+        self, callback: Callable[..., object], *args: object, **kwargs: object
+    ) -> object:
         """Run a function or coroutine; returns its future."""

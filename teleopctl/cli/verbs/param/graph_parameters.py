@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
-from teleopctl.errors import NotFoundError, TeleopctlError, did_you_mean
+from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, did_you_mean
 from teleopctl.node.parameter_client import AsyncParameterClient, ask_nodes
 from teleopctl.wire.graph import query_graph
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import SetParametersResult
+
+    from teleopctl.interfaces.message import ResponseT
     from teleopctl.node import Node
     from teleopctl.node.endpoints.client import ResponseFuture
+    from teleopctl.node.values.parameter import Parameter
 
-    Question = Callable[[AsyncParameterClient], ResponseFuture]
+    Question: TypeAlias = Callable[[AsyncParameterClient], ResponseFuture[ResponseT]]
 
 LONGEST_WAIT_S = 5.0
 
@@ -54,7 +59,7 @@ class Parameters:
             raise NotFoundError(f"Node '{name}' offers no parameters")
         return name
 
-    def ask(self, node_name: str, question: Question) -> Any:
+    def ask(self, node_name: str, question: Question[ResponseT]) -> ResponseT:
         """Send a request to one node and return its response, whatever the question was.
 
         Raises:
@@ -65,7 +70,9 @@ class Parameters:
             raise answer
         return answer
 
-    def ask_all(self, node_names: Iterable[str], question: Question) -> Mapping[str, Any]:
+    def ask_all(
+        self, node_names: Iterable[str], question: Question[ResponseT]
+    ) -> Mapping[str, ResponseT | UnavailableError]:
         """Ask many nodes at once; the response of each, or the error where it did not answer."""
         return ask_nodes(self._node, node_names, question, LONGEST_WAIT_S)
 
@@ -77,7 +84,9 @@ class Parameters:
         """
         return sorted(self.ask(node_name, lambda remote: remote.list_parameters()).result.names)
 
-    def set(self, node_name: str, parameters: Sequence[Any]) -> Mapping[str, Any]:
+    def set(
+        self, node_name: str, parameters: Sequence[Parameter | ParameterMessage]
+    ) -> Mapping[str, SetParametersResult]:
         """Set parameters, each for itself; a ``SetParametersResult`` for each name.
 
         Args:

@@ -1,6 +1,6 @@
 """``teleopctl topic echo``."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from teleopctl.cli import console
@@ -21,13 +21,12 @@ from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import UnavailableError
+from teleopctl.node.endpoints.subscription import MessageInfo
 from teleopctl.node.executor import SingleThreadedExecutor
 from teleopctl.node.values.future import Future
 
 _DEPTH = 10
 _TRUNCATE = 128
-
-Info = Mapping[str, Any]
 
 
 def echo(
@@ -94,10 +93,10 @@ def echo(
     )
     write = _writer(style, csv=csv, as_json=as_json, with_info=include_message_info)
     losses = None if no_lost_messages else _LossReport()
-    done = Future()
+    done: Future[None] = Future()
     printed = False
 
-    def receive(message: Any, info: Info) -> None:
+    def receive(message: Any, info: MessageInfo) -> None:
         nonlocal printed
         if done.done():
             return
@@ -122,20 +121,20 @@ def echo(
 
 def _writer(
     style: TextStyle, *, csv: bool, as_json: bool, with_info: bool
-) -> Callable[[Any, Info], None]:
+) -> Callable[[Any, MessageInfo], None]:
     """The function that prints one message, or one field of it, with its information."""
 
-    def write_json(value: Any, info: Info) -> None:
+    def write_json(value: Any, info: MessageInfo) -> None:
         document = json_value(value)
         if with_info:
             document = {"info": _shown(info), "message": document}
         console.out_json(document, compact=True)
 
-    def write_csv(value: Any, info: Info) -> None:
+    def write_csv(value: Any, info: MessageInfo) -> None:
         ahead = f"{','.join(str(entry) for entry in _shown(info).values())}," if with_info else ""
         console.out(ahead + style.csv(value))
 
-    def write_yaml(value: Any, info: Info) -> None:
+    def write_yaml(value: Any, info: MessageInfo) -> None:
         if with_info:
             lines = [f"{key}: {_yaml_scalar(entry)}" for key, entry in sorted(_shown(info).items())]
             console.out_lines([*lines, "---"])
@@ -146,8 +145,8 @@ def _writer(
     return write_csv if csv else write_yaml
 
 
-def _shown(info: Info) -> dict[str, int | None]:
-    return {key: value for key, value in info.items() if not isinstance(value, bytes)}
+def _shown(info: MessageInfo) -> dict[str, int | None]:
+    return {key: value for key, value in info.items() if isinstance(value, int | None)}
 
 
 def _yaml_scalar(value: int | None) -> str:
@@ -161,7 +160,7 @@ class _LossReport:
         self._last: dict[bytes, int] = {}
         self._lost = 0
 
-    def note(self, info: Info) -> None:
+    def note(self, info: MessageInfo) -> None:
         publisher, number = info["publisher_gid"], info["publication_sequence_number"]
         last = self._last.get(publisher)
         self._last[publisher] = number

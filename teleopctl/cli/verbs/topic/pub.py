@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -136,7 +136,7 @@ def _paced(rate: float, count: int) -> Iterator[int]:
 
 
 def _wait_for_subscribers(
-    node: "Node", publisher: "Publisher", count: int, longest_wait_s: float | None
+    node: "Node", publisher: "Publisher[Any]", count: int, longest_wait_s: float | None
 ) -> None:
     topic, type_name = publisher.topic_name, publisher.type_name
     graph = query_graph(node.context.session)

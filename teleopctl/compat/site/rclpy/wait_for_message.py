@@ -1,7 +1,6 @@
 """``rclpy.wait_for_message``. One message, without a subscription of one's own."""
 
-from typing import Any
-
+from teleopctl.interfaces.message import MessageT
 from teleopctl.node.lifetime import spin_until_future_complete
 from teleopctl.node.node import Node
 from teleopctl.node.values.future import Future
@@ -11,13 +10,13 @@ __all__ = ["wait_for_message"]
 
 
 def wait_for_message(
-    msg_type: Any,
+    msg_type: type[MessageT],
     node: Node,
     topic: str,
     *,
     qos_profile: QoSProfile | int = 1,
     time_to_wait: float = -1,
-) -> tuple[bool, Any]:
+) -> tuple[bool, MessageT | None]:
     """Wait for the next message of a topic.
 
     Args:
@@ -30,7 +29,7 @@ def wait_for_message(
     Returns:
         Whether one came, and the message.
     """
-    future = Future()
+    future: Future[MessageT] = Future()
     subscription = node.create_subscription(msg_type, topic, future.set_result, qos_profile)
     try:
         spin_until_future_complete(node, future, timeout_sec=time_to_wait)
