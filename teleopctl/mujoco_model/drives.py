@@ -125,11 +125,13 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
         model: The same spec compiled without actuators, for the joints' inertias.
         joints: The robot's movable joints.
     """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
     for joint in joints:
         if not joint.command_interfaces:
             continue
         element = spec.joint(joint.name)
-        inertia = float(model.dof_M0[model.joint(joint.name).dofadr[0]])
+        inertia = _moved_inertia(model, data, joint.name, joints)
         if not math.isfinite(joint.limits.effort):
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
@@ -142,6 +144,21 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
                 trntype=mujoco.mjtTrn.mjTRN_JOINT,
             )
             motor.set_to_motor()
+
+
+def _moved_inertia(model: Any, data: Any, name: str, joints: list[JointSpec]) -> float:
+    """Inertia that a drive feels: its own joint's and that of all joints that follow.
+
+    With J the velocities of all joints while this one moves at 1 rad/s (or m/s), it is J^T M J.
+    """
+    velocities = np.zeros(model.nv)
+    velocities[model.joint(name).dofadr[0]] = 1.0
+    for joint in joints:
+        if joint.mimic is not None and joint.mimic.joint == name:
+            velocities[model.joint(joint.name).dofadr[0]] = joint.mimic.multiplier
+    momentum = np.zeros(model.nv)
+    mujoco.mj_mulM(model, data, momentum, velocities)
+    return float(velocities @ momentum)
 
 
 def _add_drive(spec: Any, joint: JointSpec, inertia: float) -> None:

@@ -213,6 +213,22 @@ def test_a_joint_that_nothing_drives_swings_freely() -> None:
     assert simulation.positions[0] == pytest.approx(0.3, abs=0.05)
 
 
+def test_a_drive_is_strong_enough_for_the_joints_that_follow_it() -> None:
+    follow = '<mimic joint="lead" multiplier="5"/>'
+    wide = 'lower="-9" upper="9" effort="0" velocity="0"'
+    robot = model(
+        link("base", ""), link("a"), link("b"),
+        joint("lead", "base", "a", limit=wide),
+        joint("follow", "base", "b", limit=wide, content=follow),
+        control(lead="position"),
+    )  # fmt: skip
+    simulation = simulate(robot)
+    run(simulation, 2, ["lead"], position=[0.4])
+
+    # 0.1 s after the set-point has arrived, ten time constants of a drive at 100 rad/s.
+    assert simulation.positions == pytest.approx([0.4, 2.0], abs=1e-2)
+
+
 def test_initial_positions_are_those_of_ros2_control() -> None:
     tag = """<ros2_control name="h" type="system"><hardware><plugin>x/Y</plugin></hardware>
       <joint name="hinge"><command_interface name="position"/>

@@ -124,6 +124,27 @@ def test_each_joint_state_becomes_transforms_with_its_stamp(ros, observer, urdf)
     assert turns["gripper_left"] == pytest.approx(-turns["gripper_right"])
 
 
+def test_a_joint_that_follows_a_follower_moves_with_the_first_joint(ros, observer):
+    joints = "".join(
+        f'<link name="{name}_link"/><joint name="{name}" type="prismatic"><parent link="base"/>'
+        f'<child link="{name}_link"/><limit lower="-1" upper="1"/>{mimic}</joint>'
+        for name, mimic in (
+            ("c", '<mimic joint="b" multiplier="3"/>'),
+            ("b", '<mimic joint="a" multiplier="-2" offset="0.5"/>'),
+            ("a", ""),
+        )
+    )
+    start_states(ros, f'<robot name="chain"><link name="base"/>{joints}</robot>')
+    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    publish_joints(observer, {"a": 0.125}, 1)
+    moved = translations(heard.get(timeout=WAIT_S))
+    assert {link: place.x for link, place in moved.items()} == {
+        "a_link": 0.125,
+        "b_link": 0.25,
+        "c_link": 0.75,
+    }
+
+
 def test_states_that_come_too_fast_are_thinned_to_the_publish_frequency(ros, observer, urdf):
     start_states(ros, urdf, publish_frequency=10.0)
     heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
