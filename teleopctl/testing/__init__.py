@@ -1,7 +1,8 @@
 """Test tools for robot CI and for authors of plug-ins; with pytest, as fixtures.
 
 `RosGraph` is a ROS graph in a box: processes whose lines, nodes and messages are waited for, and
-launch files that are brought up in it. ``pytest_plugin`` offers it as fixtures; without pytest
+launch files that are brought up in it. `ControlStack` runs controllers and hardware components
+cycle by cycle without any of that. ``pytest_plugin`` offers them as fixtures; without pytest
 everything here works as well. See docs/testing.md.
 """
 
@@ -12,18 +13,26 @@ from typing import TYPE_CHECKING
 from teleopctl.lazy import attach
 
 if TYPE_CHECKING:
+    from teleopctl.testing.control_stack import ControlStack as ControlStack
     from teleopctl.testing.graph import RosGraph as RosGraph
     from teleopctl.testing.graph import free_port as free_port
     from teleopctl.testing.launched import LaunchedSystem as LaunchedSystem
     from teleopctl.testing.process import LONGEST_WAIT_S as LONGEST_WAIT_S
     from teleopctl.testing.process import Process as Process
     from teleopctl.testing.process import eventually as eventually
+    from teleopctl.testing.recorded_node import RecordedEndpoint as RecordedEndpoint
+    from teleopctl.testing.recorded_node import RecordedLog as RecordedLog
+    from teleopctl.testing.recorded_node import RecordedNode as RecordedNode
+    from teleopctl.testing.robots import serial_robot as serial_robot
 else:
     __getattr__, __all__ = attach(
         __name__,
         {
+            "control_stack": "ControlStack",
             "graph": "RosGraph free_port",
             "launched": "LaunchedSystem",
             "process": "LONGEST_WAIT_S Process eventually",
+            "recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
+            "robots": "serial_robot",
         },
     )

@@ -12,21 +12,23 @@ TYPE = "tests.control.fakes:Recorder"
 
 
 class Recorder(ControllerInterface):
-    """Counts its updates; ``failing`` names callbacks and what they shall do."""
+    """Counts its updates; its parameter ``failing`` says what a callback does, see below."""
 
     def __init__(self, params):
         super().__init__(params)
         self.calls = []
         self.periods = []
-        self.failing = dict(self.auto_declare("failing", {}))
+        self.failing = self.auto_declare("failing", ["", ""])
         self.shutdowns = 0
 
     def _do(self, name):
         self.calls.append(name)
-        what = self.failing.get(name)
-        if what == "raise":
+        callback, outcome = self.failing
+        if name != callback:
+            return None
+        if outcome == "raise":
             raise RuntimeError(f"{name} on purpose")
-        return what
+        return ReturnType[outcome] if name == "update" else CallbackReturn[outcome]
 
     def on_init(self):
         return self._do("init")
@@ -75,3 +77,8 @@ class Broken(HardwareComponentInterface):
 
 FAILURE, ERROR = CallbackReturn.FAILURE, CallbackReturn.ERROR
 RETURN_ERROR = ReturnType.ERROR
+
+
+def failing(callback, outcome):
+    """The parameter by which a recorder returns something from a callback, or raises there."""
+    return [callback, outcome if outcome == "raise" else outcome.name]

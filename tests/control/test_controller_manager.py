@@ -8,19 +8,19 @@ from teleopctl.control.services import ControllerManagerServices
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_service
-from tests.control.fakes import ERROR, FAILURE, RETURN_ERROR, TYPE
-from tests.control.stack import Stack, urdf
+from teleopctl.testing import ControlStack, serial_robot
+from tests.control.fakes import ERROR, FAILURE, RETURN_ERROR, TYPE, failing
 
 POSITION = "joint1/position"
 
 
 @pytest.fixture
 def stack():
-    return Stack(urdf())
+    return ControlStack(serial_robot())
 
 
 def add(stack, name, *, configured=True, **parameters):
-    controller = stack.add(name, TYPE, **parameters)
+    controller = stack.load_controller(name, TYPE, parameters)
     if configured:
         assert stack.manager.configure_controller(name)
     return controller
@@ -65,7 +65,7 @@ class TestLifeCycle:
         assert stack.log.texts("error") == ["The 'type' param was not defined for 'a'."]
 
     def test_an_unknown_type_lists_the_known_ones(self, stack):
-        stack.node.parameters["a.type"] = "strange/Strange"
+        stack.node.declare_parameter("a.type", "strange/Strange")
         assert not stack.manager.load_controller("a")
         assert "Loader for controller 'a' (type 'strange/Strange') not found." in stack.log.texts()
         assert any(
@@ -75,15 +75,15 @@ class TestLifeCycle:
 
     @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
     def test_a_controller_that_cannot_be_initialised_is_not_loaded(self, stack, how):
-        stack.node.parameters["a.type"] = TYPE
-        stack.controller_parameters["a"] = {"failing": {"init": how}}
+        stack.node.declare_parameter("a.type", TYPE)
+        stack.set_controller_parameters("a", {"failing": failing("init", how)})
         assert not stack.manager.load_controller("a")
         assert states(stack) == {}
         assert stack.nodes == {}
 
     @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
     def test_a_controller_that_cannot_be_configured_is_unconfigured(self, stack, how):
-        add(stack, "a", configured=False, failing={"configure": how})
+        add(stack, "a", configured=False, failing=failing("configure", how))
         assert not stack.manager.configure_controller("a")
         assert states(stack) == {"a": State.UNCONFIGURED}
 
@@ -141,13 +141,14 @@ class TestLifeCycle:
         def refuse(name):
             raise TeleopctlError(f"cannot read the parameters of {name}")
 
-        stack.node.parameters["a.type"] = TYPE
+        stack.node.declare_parameter("a.type", TYPE)
         stack.create_controller_params = refuse
         assert not stack.manager.load_controller("a")
         assert "cannot read the parameters of a" in stack.log.texts("error")[-1]
 
     def test_a_controller_is_no_fallback_of_itself(self, stack):
-        stack.node.parameters.update({"a.type": TYPE, "a.fallback_controllers": ["a"]})
+        stack.node.declare_parameter("a.type", TYPE)
+        stack.node.declare_parameter("a.fallback_controllers", ["a"])
         assert not stack.manager.load_controller("a")
 
 
@@ -190,7 +191,7 @@ class TestSwitching:
         assert "since it is not active" in do_switch(stack, [], ["b"])[1]
 
     def test_without_a_robot_description_nothing_is_switched(self):
-        ok, message = do_switch(Stack(), ["a"])
+        ok, message = do_switch(ControlStack(), ["a"])
         assert not ok
         assert "Resource Manager is not initialized yet!" in message
 
@@ -232,7 +233,7 @@ class TestSwitching:
     @pytest.mark.parametrize("how", [FAILURE, ERROR, "raise"])
     def test_a_failing_activation_frees_what_was_claimed(self, stack, how, asap):
         add(stack, "good", commands=["joint2/position"])
-        add(stack, "bad", commands=[POSITION], failing={"activate": how})
+        add(stack, "bad", commands=[POSITION], failing=failing("activate", how))
         ok, message = do_switch(stack, ["good", "bad"], asap=asap)
         assert not ok
         assert "Unable to activate controllers: [ bad ]" in message
@@ -246,13 +247,13 @@ class TestSwitching:
         hardware = stack.resources.components["Hardware"].hardware
         hardware.perform_command_mode_switch = lambda start, stop: told.append((start, stop))
         add(stack, "good", commands=[POSITION])
-        add(stack, "bad", failing={"activate": FAILURE})
+        add(stack, "bad", failing=failing("activate", FAILURE))
         assert not do_switch(stack, ["good", "bad"])[0]
         assert told == [([POSITION], []), ([], [POSITION])]
 
     def test_best_effort_keeps_the_others(self, stack):
         add(stack, "good")
-        add(stack, "bad", failing={"activate": FAILURE})
+        add(stack, "bad", failing=failing("activate", FAILURE))
         ok, _ = do_switch(stack, ["good", "bad"], strictness=Strictness.BEST_EFFORT)
         assert not ok
         assert states(stack) == {"good": State.ACTIVE, "bad": State.INACTIVE}
@@ -301,7 +302,9 @@ class TestSwitching:
         ok, message = do_switch(stack, ["a"])
         assert not ok
         assert "is in 'inactive' state" in message
-        stack.node.parameters["defaults.allow_controller_activation_with_inactive_hardware"] = True
+        stack.node.declare_parameter(
+            "defaults.allow_controller_activation_with_inactive_hardware", True
+        )
         assert do_switch(stack, ["a"])[0]
 
 
@@ -340,7 +343,7 @@ class TestUpdates:
 
     @pytest.mark.parametrize("how", [RETURN_ERROR, "raise"])
     def test_a_failing_update_stops_only_that_controller(self, stack, how):
-        bad = add(stack, "bad", commands=[POSITION], failing={"update": how})
+        bad = add(stack, "bad", commands=[POSITION], failing=failing("update", how))
         good = add(stack, "good")
         do_switch(stack, ["bad", "good"])
         stack.step(3)
@@ -351,8 +354,8 @@ class TestUpdates:
         assert expected in stack.log.texts("error")
 
     def test_a_fallback_takes_over_in_the_same_cycle(self, stack):
-        stack.node.parameters["bad.fallback_controllers"] = ["fallback"]
-        add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
+        stack.node.declare_parameter("bad.fallback_controllers", ["fallback"])
+        add(stack, "bad", commands=[POSITION], failing=failing("update", "raise"))
         fallback = add(stack, "fallback", configured=False, commands=[POSITION])
         assert "fallback" in do_switch(stack, ["bad"])[1]
         stack.manager.configure_controller("fallback")
@@ -363,8 +366,8 @@ class TestUpdates:
         assert fallback.updates == 1
 
     def test_a_fallback_that_has_been_cleaned_up_meanwhile_is_not_started(self, stack):
-        stack.node.parameters["bad.fallback_controllers"] = ["fallback"]
-        add(stack, "bad", commands=[POSITION], failing={"update": "raise"})
+        stack.node.declare_parameter("bad.fallback_controllers", ["fallback"])
+        add(stack, "bad", commands=[POSITION], failing=failing("update", "raise"))
         add(stack, "fallback", commands=[POSITION])
         assert do_switch(stack, ["bad"])[0]
         assert stack.manager.cleanup_controller("fallback")
@@ -385,21 +388,21 @@ class TestUpdates:
 class TestHardwareLoading:
     def test_an_unknown_plugin_is_named(self):
         with pytest.raises(TeleopctlError, match="plugin 'no/Such' not found"):
-            Stack(urdf(plugin="no/Such"))
+            ControlStack(serial_robot(plugin="no/Such"))
 
     def test_rates_and_threads_of_its_own_are_not_pretended(self):
-        text = urdf().replace('type="system"', 'type="system" rw_rate="5" is_async="true"')
-        stack = Stack(text)
+        text = serial_robot().replace('type="system"', 'type="system" rw_rate="5" is_async="true"')
+        stack = ControlStack(text)
         assert any("'rw_rate' and 'is_async' have" in line for line in stack.log.texts("warning"))
         add(stack, "a", is_async=True)
         assert "'is_async' has no effect" in stack.log.texts("warning")[-1]
 
     def test_a_plugin_that_cannot_be_made_is_named(self):
         with pytest.raises(TeleopctlError, match=r"plugin .tests\.control\.fakes:Broken. raised"):
-            Stack(urdf(plugin="tests.control.fakes:Broken"))
+            ControlStack(serial_robot(plugin="tests.control.fakes:Broken"))
 
     def test_a_plugin_of_the_user_by_class(self):
-        stack = Stack(urdf(plugin="teleopctl.control.hardware.mock:GenericSystem"))
+        stack = ControlStack(serial_robot(plugin="teleopctl.control.hardware.mock:GenericSystem"))
         assert stack.resources.components["Hardware"].lifecycle_state is State.ACTIVE
 
     def test_a_mimic_joint_in_the_old_form_is_told_with_the_line_that_replaces_it(self):
@@ -412,7 +415,7 @@ class TestHardwareLoading:
             '<joint name="follower"><param name="mimic">joint1</param>'
             '<param name="multiplier">-1</param><state_interface name="position"/></joint>'
         )
-        stack = Stack(urdf(joints=1, extra_joints=follower, extra_control=control))
+        stack = ControlStack(serial_robot(joints=1, extra_joints=follower, extra_control=control))
         assert any('<mimic joint="joint1"' in text for text in stack.log.texts("warning"))
         stack.step()
         values = {name: state.value for name, state in stack.resources.state_interfaces.items()}

@@ -4,7 +4,7 @@ import threading
 
 from teleopctl.control.cycle import WallClockLoop
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
-from tests.control.stack import Log, Stack, urdf
+from teleopctl.testing import ControlStack, RecordedLog, serial_robot
 
 LONGEST_WAIT_S = 20.0
 
@@ -63,7 +63,7 @@ def test_a_publisher_that_fails_does_not_stop_the_others():
 
 
 def test_the_loop_runs_cycles_until_it_is_stopped():
-    stack = Stack(urdf())
+    stack = ControlStack(serial_robot())
     times = []
     enough = threading.Event()
 
@@ -73,7 +73,7 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
             if len(times) == 5:
                 enough.set()
 
-    loop = WallClockLoop(Recording(), 200, Log())
+    loop = WallClockLoop(Recording(), 200, RecordedLog("test"))
     loop.start()
     assert enough.wait(LONGEST_WAIT_S)
     loop.stop()
@@ -84,7 +84,7 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
 
 
 def test_missed_cycles_are_skipped_and_reported():
-    log = Log()
+    log = RecordedLog("test")
     enough = threading.Event()
 
     class Slow:
@@ -108,7 +108,7 @@ def test_missed_cycles_are_skipped_and_reported():
 
 
 def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
-    log = Log()
+    log = RecordedLog("test")
     enough = threading.Event()
 
     class Failing:

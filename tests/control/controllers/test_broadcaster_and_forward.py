@@ -7,7 +7,7 @@ import pytest
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message
-from tests.control.stack import Stack, urdf
+from teleopctl.testing import ControlStack, serial_robot
 
 BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
 FORWARD = "forward_command_controller/ForwardCommandController"
@@ -17,7 +17,8 @@ Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
 
 
 def up(stack, name, kind, **parameters):
-    controller = stack.add(name, kind, **parameters)
+    dotted = {name.replace("__", "."): value for name, value in parameters.items()}
+    controller = stack.load_controller(name, kind, dotted)
     assert stack.manager.configure_controller(name)
     ok, message = switch_controller(stack.manager, SwitchRequest([name], []))
     assert ok, message
@@ -26,10 +27,10 @@ def up(stack, name, kind, **parameters):
 
 class TestBroadcaster:
     def published(self, *, topic="joint_states", robot=None, **parameters):
-        stack = Stack(robot or urdf())
+        stack = ControlStack(robot or serial_robot())
         up(stack, "broadcaster", BROADCASTER, **parameters)
         stack.step()
-        return stack, stack.nodes["broadcaster"].endpoints[topic].messages[-1]
+        return stack, stack.nodes["broadcaster"].published(topic)[-1]
 
     def test_a_quantity_that_is_not_measured_is_nan(self):
         stack, message = self.published()
@@ -43,7 +44,7 @@ class TestBroadcaster:
     def test_every_cycle_is_published_in_order(self):
         stack, _ = self.published()
         stack.step(5)
-        messages = stack.nodes["broadcaster"].endpoints["joint_states"].messages
+        messages = stack.nodes["broadcaster"].published("joint_states")
         stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
         assert len(stamps) == 6
         assert stamps == sorted(stamps)
@@ -61,7 +62,7 @@ class TestBroadcaster:
         assert message.position[3] == message.velocity[3] == message.effort[3] == 0.0
 
     def test_another_interface_can_fill_a_field(self):
-        robot = urdf(states=("position", "torque"))
+        robot = serial_robot(states=("position", "torque"))
         robot = robot.replace('"torque">', '"torque"><param name="initial_value">7</param>')
         _, message = self.published(robot=robot, map_interface_to_joint_state__effort="torque")
         assert list(message.effort) == [7.0, 7.0, 7.0]
@@ -71,7 +72,7 @@ class TestBroadcaster:
         assert list(message.name) == JOINTS
 
     def test_dynamic_joint_states_hold_every_interface(self):
-        robot = urdf(2, states=("position", "velocity"))
+        robot = serial_robot(2, states=("position", "velocity"))
         _, message = self.published(topic="dynamic_joint_states", robot=robot)
         assert list(message.joint_names) == ["joint1", "joint2"]
         first = message.interface_values[0]
@@ -84,7 +85,7 @@ class TestBroadcaster:
             "<plugin>mock_components/GenericSystem</plugin></hardware>"
             '<sensor name="scale"><state_interface name="force"/></sensor></ros2_control></robot>'
         )
-        stack = Stack(urdf().replace("</robot>", second))
+        stack = ControlStack(serial_robot().replace("</robot>", second))
         other = stack.resources.components["Other"]
         other.change_state(State.UNCONFIGURED)
         controller = up(stack, "broadcaster", BROADCASTER)
@@ -95,8 +96,8 @@ class TestBroadcaster:
         assert [state.prefix_name for state in controller.state_interfaces] == [*JOINTS, "scale"]
 
     def test_without_any_state_it_cannot_be_activated(self):
-        stack = Stack(urdf(states=()))
-        stack.add("broadcaster", BROADCASTER)
+        stack = ControlStack(serial_robot(states=()))
+        stack.load_controller("broadcaster", BROADCASTER)
         assert stack.manager.configure_controller("broadcaster")
         assert not switch_controller(stack.manager, SwitchRequest(["broadcaster"], []))[0]
 
@@ -104,7 +105,7 @@ class TestBroadcaster:
 class TestForwardCommands:
     @pytest.fixture
     def stack(self):
-        stack = Stack(urdf(), enforce_limits=False)
+        stack = ControlStack(serial_robot(), enforce_limits=False)
         for value, command in zip(
             (1.1, 2.1, 3.1), stack.resources.command_interfaces.values(), strict=True
         ):
@@ -157,12 +158,12 @@ class TestForwardCommands:
         ],
     )
     def test_empty_names_cannot_be_configured(self, kind, parameters):
-        stack = Stack(urdf())
-        stack.add("forward", kind, **parameters)
+        stack = ControlStack(serial_robot())
+        stack.load_controller("forward", kind, parameters)
         assert not stack.manager.configure_controller("forward")
 
     def test_group_controllers_stop_what_moves(self):
-        stack = Stack(urdf(commands=("velocity",)))
+        stack = ControlStack(serial_robot(commands=("velocity",)))
         kind = "velocity_controllers/JointGroupVelocityController"
         up(stack, "forward", kind, joints=JOINTS)
         self.send(stack, 1, 2, 3)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tests.control.stack import Stack, urdf
+from teleopctl.testing import ControlStack, serial_robot
 
 MIMIC_JOINT = (
     '<link name="follower"/><joint name="jointF" type="revolute"><parent link="link0"/>'
@@ -24,14 +24,14 @@ def set_command(stack, name, value):
 
 
 def test_states_start_at_their_initial_values_and_commands_are_unknown():
-    stack = Stack(urdf(2, initial=(3.45, 2.78), states=("position", "velocity")))
+    stack = ControlStack(serial_robot(2, initial=(3.45, 2.78), states=("position", "velocity")))
     assert stack.resources.state_interfaces["joint1/position"].value == 3.45
     assert stack.resources.state_interfaces["joint2/velocity"].value == 0.0
     assert all(math.isnan(value) for value in stack.commands())
 
 
 def test_states_follow_commands_at_the_next_read():
-    stack = Stack(urdf(1))
+    stack = ControlStack(serial_robot(1))
     set_command(stack, "joint1/position", 1.2)
     assert stack.resources.state_interfaces["joint1/position"].value == 1.1
     stack.step()
@@ -40,22 +40,24 @@ def test_states_follow_commands_at_the_next_read():
 
 def test_an_offset_is_added_to_positions():
     parameters = '<param name="position_state_following_offset">-3</param>'
-    stack = Stack(urdf(1, parameters=parameters))
+    stack = ControlStack(serial_robot(1, parameters=parameters))
     set_command(stack, "joint1/position", 1.2)
     stack.step()
     assert stack.resources.state_interfaces["joint1/position"].value == pytest.approx(-1.8)
 
 
 def test_disabled_commands_never_arrive():
-    stack = Stack(urdf(1, parameters='<param name="disable_commands">true</param>'))
+    stack = ControlStack(serial_robot(1, parameters='<param name="disable_commands">true</param>'))
     set_command(stack, "joint1/position", 1.2)
     stack.step(3)
     assert stack.resources.state_interfaces["joint1/position"].value == 1.1
 
 
 def test_a_mimic_joint_follows_its_leader():
-    text = urdf(1, states=("position",), extra_joints=MIMIC_JOINT, extra_control=MIMIC_CONTROL)
-    stack = Stack(text)
+    text = serial_robot(
+        1, states=("position",), extra_joints=MIMIC_JOINT, extra_control=MIMIC_CONTROL
+    )
+    stack = ControlStack(text)
     set_command(stack, "joint1/position", 1.2)
     stack.step()
     assert stack.resources.state_interfaces["jointF/position"].value == pytest.approx(
@@ -64,7 +66,7 @@ def test_a_mimic_joint_follows_its_leader():
 
 
 def test_an_infinite_command_is_an_error_of_the_component():
-    stack = Stack(urdf(1), enforce_limits=False)
+    stack = ControlStack(serial_robot(1), enforce_limits=False)
     set_command(stack, "joint1/position", math.inf)
     stack.step()
     (component,) = stack.resources.components.values()
@@ -73,14 +75,14 @@ def test_an_infinite_command_is_an_error_of_the_component():
 
 
 def test_dynamics_differentiate_positions():
-    text = urdf(
+    text = serial_robot(
         1,
         initial=(0.0,),
         commands=("position", "velocity"),
         states=("position", "velocity", "acceleration"),
         parameters='<param name="calculate_dynamics">true</param>',
     )
-    stack = Stack(text, update_rate=10)
+    stack = ControlStack(text, update_rate=10)
     assert stack.resources.prepare_command_mode_switch(["joint1/position"], [])
     set_command(stack, "joint1/position", 0.1)
     stack.step()
@@ -88,14 +90,14 @@ def test_dynamics_differentiate_positions():
 
 
 def test_dynamics_integrate_velocities():
-    text = urdf(
+    text = serial_robot(
         1,
         initial=(0.0,),
         commands=("position", "velocity"),
         states=("position", "velocity"),
         parameters='<param name="calculate_dynamics">true</param>',
     )
-    stack = Stack(text, update_rate=10)
+    stack = ControlStack(text, update_rate=10)
     assert stack.resources.prepare_command_mode_switch(["joint1/velocity"], [])
     set_command(stack, "joint1/velocity", 1.0)
     stack.step()

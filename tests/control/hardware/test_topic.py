@@ -7,7 +7,7 @@ import pytest
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message
-from tests.control.stack import Stack, urdf
+from teleopctl.testing import ControlStack, serial_robot
 
 PLUGIN = "gazebo_ros2_control/GazeboSystem"
 FORWARD = "forward_command_controller/ForwardCommandController"
@@ -21,11 +21,11 @@ Time = get_message("builtin_interfaces/msg/Time")
 Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
 
 
-class Simulator(Stack):
+class Simulator(ControlStack):
     """The other side of the topics."""
 
     def __init__(self, **options):
-        super().__init__(urdf(plugin=PLUGIN, **options))
+        super().__init__(serial_robot(plugin=PLUGIN, **options))
         (component,) = self.resources.components.values()
         self.hardware = component.hardware
         self.hardware.set_cycle(self.cycle.run)
@@ -39,7 +39,7 @@ class Simulator(Stack):
 
     @property
     def answers(self):
-        return self.node.endpoints["/robot_joint_commands"].messages
+        return self.node.published("/robot_joint_commands")
 
 
 @pytest.fixture
@@ -67,7 +67,9 @@ def test_states_are_found_by_name(simulator):
 
 
 def test_commands_go_out_with_the_state_that_they_answer(simulator):
-    simulator.add("forward", FORWARD, joints=["joint1", "joint3"], interface_name="position")
+    simulator.load_controller(
+        "forward", FORWARD, {"joints": ["joint1", "joint3"], "interface_name": "position"}
+    )
     assert simulator.manager.configure_controller("forward")
     assert switch_controller(simulator.manager, SwitchRequest(["forward"], []))[0]
     message = Float64MultiArray(data=[0.5, 0.7])
@@ -81,19 +83,19 @@ def test_commands_go_out_with_the_state_that_they_answer(simulator):
 
 def test_a_switch_works_while_no_state_arrives(simulator):
     simulator.tick(PERIOD_NS, [0, 0, 0])
-    simulator.add("forward", FORWARD, joints=JOINTS, interface_name="position")
+    simulator.load_controller("forward", FORWARD, {"joints": JOINTS, "interface_name": "position"})
     assert simulator.manager.configure_controller("forward")
     assert switch_controller(simulator.manager, SwitchRequest(["forward"], []))[0]
     assert simulator.resources.command_interfaces["joint1/position"].owner == "forward"
 
 
 def test_joint_states_carry_the_stamp_of_the_state(simulator):
-    simulator.add("broadcaster", BROADCASTER)
+    simulator.load_controller("broadcaster", BROADCASTER)
     assert simulator.manager.configure_controller("broadcaster")
     assert switch_controller(simulator.manager, SwitchRequest(["broadcaster"], []))[0]
     for tick in range(1, 4):
         simulator.tick(tick * PERIOD_NS, [tick, 0, 0])
-    published = simulator.nodes["broadcaster"].endpoints["joint_states"].messages
+    published = simulator.nodes["broadcaster"].published("joint_states")
     assert [stamp_ns(message) for message in published] == [
         PERIOD_NS,
         2 * PERIOD_NS,
@@ -124,7 +126,7 @@ def test_without_lockstep_the_latest_state_counts():
 def forward(simulator, name, interface, value):
     """Command one interface of joint1 and no other."""
     active = [spec.name for spec in simulator.manager.active_controllers]
-    simulator.add(name, FORWARD, joints=["joint1"], interface_name=interface)
+    simulator.load_controller(name, FORWARD, {"joints": ["joint1"], "interface_name": interface})
     assert simulator.manager.configure_controller(name)
     ok, message = switch_controller(simulator.manager, SwitchRequest([name], active))
     assert ok, message
@@ -154,7 +156,9 @@ def test_a_joint_is_commanded_in_one_way_at_a_time():
     # Nobody commands any joint: that is said by naming none.
     assert list(simulator.tick(next(tick) * PERIOD_NS, [0, 0, 0]).name) == []
     # Another joint is commanded: the old position must not come back.
-    simulator.add("other", FORWARD, joints=["joint2"], interface_name="position")
+    simulator.load_controller(
+        "other", FORWARD, {"joints": ["joint2"], "interface_name": "position"}
+    )
     assert simulator.manager.configure_controller("other")
     assert switch_controller(simulator.manager, SwitchRequest(["other"], []))[0]
     assert answer() == {"effort": 2.0}
@@ -176,7 +180,7 @@ def test_a_position_counts_as_known_only_once_it_was_measured():
 def arm():
     """A trajectory controller that has commanded the joints to stay at 5 rad."""
     arm = Simulator(limits='lower="-9" upper="9" effort="10" velocity="1"')
-    arm.add("arm", JTC, joints=JOINTS, **INTERFACES)
+    arm.load_controller("arm", JTC, {"joints": JOINTS, **INTERFACES})
     assert arm.manager.configure_controller("arm")
     assert switch_controller(arm.manager, SwitchRequest(["arm"], []))[0]
     for tick in range(1, 4):

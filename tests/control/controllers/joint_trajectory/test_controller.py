@@ -8,7 +8,8 @@ from teleopctl.control.controllers.joint_trajectory.settings import read_gains
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message, get_service
-from tests.control.stack import START, Stack, urdf
+from teleopctl.node import Parameter
+from teleopctl.testing import ControlStack, serial_robot
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
 JOINTS = ["joint1", "joint2", "joint3"]
@@ -50,14 +51,15 @@ class Arm:
     """An active trajectory controller on mock hardware."""
 
     def __init__(self, *, robot=None, **parameters):
-        self.stack = Stack(robot or urdf())
+        self.stack = ControlStack(robot or serial_robot())
         options = {
             "joints": JOINTS,
             "command_interfaces": ["position"],
             "state_interfaces": ["position"],
             **parameters,
         }
-        self.controller = self.stack.add("arm", TYPE, **options)
+        dotted = {name.replace("__", "."): value for name, value in options.items()}
+        self.controller = self.stack.load_controller("arm", TYPE, dotted)
         self.node = self.stack.nodes["arm"]
 
     def configure(self):
@@ -98,7 +100,7 @@ class Arm:
 
     @property
     def state_messages(self):
-        return self.node.endpoints["~/controller_state"].messages
+        return self.node.published("~/controller_state")
 
     def rejections(self):
         return self.node.log.texts("error")
@@ -139,7 +141,7 @@ class TestConfiguration:
 
     def test_interfaces_are_claimed_joint_by_joint(self):
         states = ["position", "velocity"]
-        robot = urdf(commands=("position", "velocity"), states=states)
+        robot = serial_robot(commands=("position", "velocity"), states=states)
         arm = Arm(robot=robot, command_interfaces=states, state_interfaces=states)
         assert arm.configure()
         spec = arm.stack.manager.controllers["arm"]
@@ -190,7 +192,7 @@ class TestConfiguration:
         assert (gains.i_clamp_min, gains.i_clamp_max) == (low, high)
 
     def test_tolerances_changed_while_running_count_from_the_next_update(self, arm):
-        arm.node.set(constraints__joint1__trajectory=0.25)
+        arm.node.set_parameters([Parameter("constraints.joint1.trajectory", value=0.25)])
         arm.step(0.01)
         assert arm.controller._tolerances.path[0].position == 0.25
 
@@ -318,7 +320,7 @@ class TestMotion:
         arm.send(trajectory(point(10.0, [2, 3, 4])))
         arm.step(1.0)
         before = arm.commands
-        arm.stack.time_ns = START - 10**9
+        arm.stack.time_ns = ControlStack.start_ns - 10**9
         arm.step(0.5)
         assert arm.commands == near(before, 0.02)
 
@@ -476,7 +478,7 @@ class TestState:
         assert arm.state_messages[-1].error.positions[2] == near(6.0)
 
     def test_a_continuous_error_is_the_shortest_angle(self):
-        arm = Arm(robot=urdf(kind="continuous")).up()
+        arm = Arm(robot=serial_robot(kind="continuous")).up()
         arm.freeze()
         arm.send(trajectory(point(0.02, [1.1, 2.1, 6.6])))
         arm.step(0.1)
@@ -505,7 +507,7 @@ class TestOtherInterfaces:
     STATES = ("position", "velocity")
 
     def test_velocity_commands_come_from_the_pid_and_the_feed_forward(self):
-        robot = urdf(commands=("velocity",), states=self.STATES)
+        robot = serial_robot(commands=("velocity",), states=self.STATES)
         gains = {f"gains__{joint}__p": 1.0 for joint in JOINTS}
         gains["gains__joint1__ff_velocity_scale"] = 1.0
         arm = Arm(
@@ -523,7 +525,7 @@ class TestOtherInterfaces:
         assert first == near(error[0] + 1.0)
 
     def test_deactivation_stops_velocities_and_keeps_positions(self):
-        robot = urdf(commands=self.STATES, states=self.STATES)
+        robot = serial_robot(commands=self.STATES, states=self.STATES)
         arm = Arm(
             robot=robot, command_interfaces=list(self.STATES), state_interfaces=list(self.STATES)
         ).up()
@@ -543,7 +545,7 @@ class TestPositionCommands:
 
     def limited(self):
         limits = 'lower="-4" upper="4" effort="10" velocity="2"'
-        return Arm(robot=urdf(initial=(0.0,), limits=limits)).up()
+        return Arm(robot=serial_robot(initial=(0.0,), limits=limits)).up()
 
     def test_positions_are_reached_and_the_velocity_limit_is_kept(self):
         arm = self.limited()
@@ -557,7 +559,7 @@ class TestPositionCommands:
             ]
             assert max(speeds) <= 2.0 + 1e-6
             previous = arm.commands
-        assert arm.stack.time_ns < START + 10**9
+        assert arm.stack.time_ns < ControlStack.start_ns + 10**9
 
     def test_a_position_outside_the_limits_is_clamped_and_reported_once(self):
         arm = self.limited()
@@ -581,7 +583,9 @@ class TestPositionCommands:
 
 
 def test_commands_outside_the_limits_are_clamped_and_reported_once():
-    arm = Arm(robot=urdf(initial=(0.0,), limits='lower="-1" upper="1" effort="1" velocity="99"'))
+    arm = Arm(
+        robot=serial_robot(initial=(0.0,), limits='lower="-1" upper="1" effort="1" velocity="99"')
+    )
     arm.up()
     arm.send(trajectory(point(0.5, [3.0, 0.0, 0.0])))
     arm.step(1.0)

@@ -1,0 +1,58 @@
+"""A robot to try controllers and hardware components on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def serial_robot(
+    joints: int = 3,
+    *,
+    initial: Sequence[float] = (1.1, 2.1, 3.1),
+    commands: Sequence[str] = ("position",),
+    states: Sequence[str] = ("position",),
+    plugin: str = "mock_components/GenericSystem",
+    parameters: str = "",
+    kind: str = "revolute",
+    limits: str = 'lower="-100" upper="100" effort="1000" velocity="1000"',
+    extra_joints: str = "",
+    extra_control: str = "",
+) -> str:
+    """The URDF of joints in a row, ``joint1`` and so on, with one hardware component.
+
+    Args:
+        joints: How many.
+        initial: Initial positions; they repeat where there are more joints.
+        commands: Command interfaces of each joint.
+        states: State interfaces of each joint.
+        plugin: The hardware component: a name as URDFs have it, or ``module:Class``.
+        parameters: Its parameters, as ``<param>`` tags.
+        kind: Type of the joints.
+        limits: Attributes of each joint's ``<limit>``.
+        extra_joints: Tags for the robot.
+        extra_control: Tags for the ``<ros2_control>`` component.
+    """
+    names = [f"joint{number}" for number in range(1, joints + 1)]
+    links = "".join(f'<link name="link{number}"/>' for number in range(joints + 1))
+    body = "".join(
+        f'<joint name="{name}" type="{kind}"><parent link="link{number}"/>'
+        f'<child link="link{number + 1}"/><axis xyz="0 0 1"/><limit {limits}/></joint>'
+        for number, name in enumerate(names)
+    )
+
+    def state(name: str, value: float) -> str:
+        text = f'<param name="initial_value">{value}</param>' if name == "position" else ""
+        return f'<state_interface name="{name}">{text}</state_interface>'
+
+    control = "".join(
+        f'<joint name="{name}">'
+        + "".join(f'<command_interface name="{command}"/>' for command in commands)
+        + "".join(state(one, initial[number % len(initial)]) for one in states)
+        + "</joint>"
+        for number, name in enumerate(names)
+    )
+    return (
+        f'<robot name="test">{links}{body}{extra_joints}'
+        f'<ros2_control name="Hardware" type="system"><hardware><plugin>{plugin}</plugin>'
+        f"{parameters}</hardware>{control}{extra_control}</ros2_control></robot>"
+    )
