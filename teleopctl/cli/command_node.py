@@ -28,7 +28,13 @@ def command_node(
     """
     context = Context()
     # A command has nothing to put in order: SIGTERM may end it at once, wherever it is.
-    context.init([], session_mode=session_mode, signal_handler_options=SignalHandlerOptions.NO)
+    context.init(
+        [],
+        # Its output is the command's, and the import of logging takes longer than some commands.
+        initialize_logging=False,
+        session_mode=session_mode,
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
     try:
         with Node(
             name or f"_ros2cli_{os.getpid()}",

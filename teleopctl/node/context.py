@@ -17,6 +17,7 @@ from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 if TYPE_CHECKING:
     import zenoh
 
+    from teleopctl.node.values.library_logging import LibraryLogs
     from teleopctl.wire.graph import Graph, GraphWatcher
 
 SessionMode = Literal["peer", "client"]
@@ -49,6 +50,8 @@ class Context:
         self._on_graph_change: list[Callable[[], None]] = []
         self._graph_changed = threading.Condition()
         self.domain_id = 0
+        self._initialize_logging = True
+        self._library_logs: LibraryLogs | None = None
         self.arguments = RosArguments()
 
     @classmethod
@@ -63,7 +66,7 @@ class Context:
         self,
         args: Sequence[str] | None = None,
         *,
-        initialize_logging: bool = True,  # noqa: ARG002 (rclpy's signature; logging needs none)
+        initialize_logging: bool = True,
         domain_id: int | None = None,
         session_mode: SessionMode = "peer",
         signal_handler_options: signals.SignalHandlerOptions | None = None,
@@ -75,7 +78,8 @@ class Context:
             domain_id: ROS domain; None takes ``ROS_DOMAIN_ID``, else 0.
             session_mode: ``peer`` for anything that lives or streams, ``client`` for one-shot
                 commands (opens faster, needs a router).
-            initialize_logging: Without meaning here.
+            initialize_logging: Let what library code logs with Python's ``logging`` appear as
+                of the context's nodes; see `library_logging`. Costs the import of ``logging``.
             signal_handler_options: Which signals end the context; SIGINT and SIGTERM if None.
                 Ctrl-C raises KeyboardInterrupt in any case.
 
@@ -92,6 +96,7 @@ class Context:
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
             self.domain_id = domain_of_environment() if domain_id is None else domain_id
             self._session_mode = session_mode
+            self._initialize_logging = initialize_logging
             self._ids = itertools.count()
             self._ended_by_signal = False
             self._initialized = True
@@ -209,6 +214,23 @@ class Context:
             if callback in self._on_shutdown:
                 self._on_shutdown.remove(callback)
 
+    def add_node_logger(self, name: str) -> None:
+        """Let library code log as this node, from the first one of the context until its end."""
+        if not self._initialize_logging:
+            return
+        with self._lock:
+            if self._library_logs is None:
+                from teleopctl.node.values.library_logging import LibraryLogs
+
+                self._library_logs = LibraryLogs()
+            self._library_logs.nodes.append(name)
+
+    def remove_node_logger(self, name: str) -> None:
+        """Take a node's logger back; unknown ones are ignored."""
+        with self._lock:
+            if self._library_logs is not None and name in self._library_logs.nodes:
+                self._library_logs.nodes.remove(name)
+
     def get_domain_id(self) -> int:
         """Return the ROS domain."""
         return self.domain_id
@@ -237,11 +259,14 @@ class Context:
             self._initialized = False
             session, self._session = self._session, None
             watcher, self._watcher = self._watcher, None
+            library_logs, self._library_logs = self._library_logs, None
             self._on_graph_change = []
         if watcher is not None:
             watcher.close()
         if session is not None:
             session.close()
+        if library_logs is not None:
+            library_logs.close()
 
     def end_by_signal(self) -> None:
         """Mark the context as ended and tell everybody, leaving the session open.

@@ -77,6 +77,7 @@ class NodeCore(GraphView):
                 logging.set_logger_level(logger_name, logging.severity_from_name(level))
             if not arguments.stdout_logs:
                 logging.set_console_enabled(False)
+        self._context.add_node_logger(self._logger.name)
         self.entity_id = self._context.next_id()
         self._token: zenoh.LivelinessToken | None = None
         self._graph_callbacks: list[Callable[[], None]] = []
@@ -103,7 +104,8 @@ class NodeCore(GraphView):
         self._token = session.liveliness().declare_token(format_token(token))
 
     def _withdraw(self) -> None:
-        """Take the node out of the graph; twice is once."""
+        """Take the node out of the graph. Idempotent."""
+        self._context.remove_node_logger(self._logger.name)
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:
             token.undeclare()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
@@ -32,7 +31,7 @@ class RosoutPublisher:
         severity: logging.LoggingSeverity,
         name: str,
         message: str,
-        frame: FrameType,
+        caller: logging.Caller,
         time_ns: int,
     ) -> None:
         sec, nanosec = split(time_ns)
@@ -45,9 +44,9 @@ class RosoutPublisher:
                     level=int(severity),
                     name=name,
                     msg=message,
-                    file=frame.f_code.co_filename,
-                    function=frame.f_code.co_name,
-                    line=frame.f_lineno,
+                    file=caller.file,
+                    function=caller.function,
+                    line=caller.line,
                 )
             )
 

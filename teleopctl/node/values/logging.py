@@ -3,7 +3,8 @@
 Source: rcutils. ``RCUTILS_CONSOLE_OUTPUT_FORMAT`` (default
 ``[{severity}] [{time}] [{name}]: {message}``), ``RCUTILS_COLORIZED_OUTPUT`` (0, 1; unset: only on
 a terminal) and ``RCUTILS_LOGGING_USE_STDOUT`` are honoured. Loggers form a tree by the dots in
-their names; a level that is not set is inherited.
+their names; a level that is not set is inherited. Library code uses Python's ``logging``, which
+`library_logging` leads here.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import FrameType
+from typing import NamedTuple
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.stamps import split
@@ -42,8 +44,17 @@ _COLORS = {
     LoggingSeverity.FATAL: "\033[31m",
 }
 
+
+class Caller(NamedTuple):
+    """The line of code that logs."""
+
+    file: str
+    function: str
+    line: int
+
+
 # Receives every message that a logger lets through: severity, logger name, text, caller, time.
-Sink = Callable[[LoggingSeverity, str, str, FrameType, int], None]
+Sink = Callable[[LoggingSeverity, str, str, Caller, int], None]
 
 
 class _Console:
@@ -63,7 +74,7 @@ class _Console:
         self._lock = threading.Lock()
 
     def write(
-        self, severity: LoggingSeverity, name: str, message: str, frame: FrameType, time_ns: int
+        self, severity: LoggingSeverity, name: str, message: str, caller: Caller, time_ns: int
     ) -> None:
         if not self.enabled:
             return
@@ -73,9 +84,9 @@ class _Console:
             .replace("{time}", f"{sec}.{nanosec:09d}")
             .replace("{time_as_nanoseconds}", str(time_ns))
             .replace("{name}", name)
-            .replace("{function_name}", frame.f_code.co_name)
-            .replace("{file_name}", frame.f_code.co_filename)
-            .replace("{line_number}", str(frame.f_lineno))
+            .replace("{function_name}", caller.function)
+            .replace("{file_name}", caller.file)
+            .replace("{line_number}", str(caller.line))
             .replace("{message}", message)
         )
         if self._colors:
@@ -109,7 +120,7 @@ def severity_from_name(name: str) -> LoggingSeverity:
     """Return the severity of a name such as ``debug``.
 
     Raises:
-        TeleopctlError: There is none of that name.
+        UsageError: There is none of that name.
     """
     try:
         return LoggingSeverity[{"WARNING": "WARN"}.get(name.upper(), name.upper())]
@@ -148,6 +159,17 @@ def add_sink(name: str, sink: Sink) -> None:
 def remove_sink(name: str) -> None:
     """Stop handing messages on."""
     _sinks.pop(name, None)
+
+
+def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
+    """Write a message that has passed its logger's level: to the console and to the sink."""
+    _console_instance().write(severity, name, text, caller, time_ns)
+    owner = name
+    while owner:
+        if sink := _sinks.get(owner):
+            sink(severity, name, text, caller, time_ns)
+            break
+        owner = owner.rpartition(".")[0]
 
 
 class RcutilsLogger:
@@ -231,16 +253,8 @@ class RcutilsLogger:
             frame, throttle_duration_sec, skip_first, once
         ):
             return False
-        grade = LoggingSeverity(severity)
-        now_ns = time.time_ns()
-        text = str(message)
-        _console_instance().write(grade, logger, text, frame, now_ns)
-        owner = logger
-        while owner:
-            if sink := _sinks.get(owner):
-                sink(grade, logger, text, frame, now_ns)
-                break
-            owner = owner.rpartition(".")[0]
+        caller = Caller(frame.f_code.co_filename, frame.f_code.co_name, frame.f_lineno)
+        emit(LoggingSeverity(severity), logger, str(message), caller, time.time_ns())
         return True
 
     def debug(self, message: str, **filters: object) -> bool:
