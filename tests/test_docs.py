@@ -13,7 +13,7 @@ from teleopctl.launch.frontends.yaml.parser import parse_file
 from tests import ROOT
 
 README = ROOT / "README.md"
-PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 LARGEST_PICTURE_BYTES = 300_000
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -21,7 +21,7 @@ LINK = re.compile(r"\[[^]]*\]\(([^)\s]+)\)")
 INLINE = re.compile(r"`teleopctl ([^`]+)`")
 FILE_NAME = re.compile(r"^(?:# |<!-- )(\S+/\S+?)(?: -->)?\n")
 
-page = pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+page = pytest.mark.parametrize("page", PAGES, ids=lambda path: f"{path.parent.name}/{path.name}")
 
 
 def text_of(path):
@@ -119,8 +119,13 @@ def test_every_relative_link_leads_somewhere(page):
 
 
 def test_every_page_is_reached_from_the_readme():
-    linked = {(ROOT / target).resolve() for target in LINK.findall(text_of(README))}
-    assert set(PAGES) - {README} <= linked
+    reached, waiting = {README}, [README]
+    while waiting:
+        page = waiting.pop()
+        linked = {(page.parent / target).resolve() for target in LINK.findall(text_of(page))}
+        waiting += (linked & set(PAGES)) - reached
+        reached |= linked
+    assert set(PAGES) <= reached
 
 
 @page

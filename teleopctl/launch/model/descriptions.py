@@ -77,11 +77,11 @@ class NodePart:
 
     package: Template
     executable: Template
-    name: Template | None
-    namespace: Template | None
-    parameters: tuple[Parameter | ParameterFile, ...]
-    remaps: tuple[tuple[Template, Template], ...]
-    ros_arguments: Template | None
+    name: Template | None = None
+    namespace: Template | None = None
+    parameters: tuple[Parameter | ParameterFile, ...] = ()
+    remaps: tuple[tuple[Template, Template], ...] = ()
+    ros_arguments: Template | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

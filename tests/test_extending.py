@@ -1,0 +1,140 @@
+"""Plug-ins of one's own: the code of each page below docs/extending, installed and used."""
+
+import os
+import re
+import sysconfig
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from teleopctl import plugins
+from teleopctl.interfaces.store import get_message
+from teleopctl.testing import RosGraph
+from tests import ROOT
+from tests.distributions import install
+from tests.test_docs import blocks, calls, command_lines
+
+FOLDER = ROOT / "docs" / "extending"
+LONGEST_CODE = 30
+FILE_NAME = re.compile(r"^(?:# |<!-- )([\w./]+\.\w+)(?: -->)?\n")
+PAGES = sorted(path for path in FOLDER.glob("*.md") if path.stem != "index")
+
+JointState = get_message("sensor_msgs/msg/JointState")
+Float64 = get_message("std_msgs/msg/Float64")
+
+
+def files_of(page: Path) -> dict[str, str]:
+    """The files that a page shows, by name."""
+    texts = blocks(page, "toml", "python", "yaml", "xml", "text")
+    return {name[1]: text for text in texts if (name := FILE_NAME.match(text))}
+
+
+@pytest.fixture
+def use(ros: RosGraph):
+    """Install what a page shows, and run the commands that it shows."""
+
+    def use(name: str) -> list[str]:
+        page = FOLDER / f"{name}.md"
+        files = files_of(page)
+        project = tomllib.loads(files.pop("pyproject.toml"))["project"]
+        site = ros.folder / "site"
+        packaged = {path for path in files if "/" in path or path.startswith("my_")}
+        install(
+            site, project["name"], project["entry-points"], {path: files[path] for path in packaged}
+        )
+        for path in files.keys() - packaged:
+            (ros.folder / path).write_text(files[path], encoding="utf-8")
+        ros.env["PYTHONPATH"] = str(site)
+        # A launch file may call teleopctl itself.
+        ros.env["PATH"] = os.pathsep.join([sysconfig.get_path("scripts"), os.environ["PATH"]])
+        outputs = []
+        for line in command_lines(page):
+            for words in calls(line):
+                if "-f" in words:  # follows for ever
+                    continue
+                done = ros.run(words, 60)
+                assert done.returncode == 0, f"{words}\n{done.stdout}\n{done.stderr}"
+                outputs.append(done.stdout)
+        return outputs
+
+    return use
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_the_code_of_a_page_is_short(page):
+    for name, text in files_of(page).items():
+        if name.endswith(".py"):
+            assert len(text.splitlines()) <= LONGEST_CODE, name
+
+
+def test_every_kind_of_plug_in_is_in_the_table_and_has_a_page():
+    table = (FOLDER / "index.md").read_text(encoding="utf-8")
+    groups = {kind.group for kind in vars(plugins).values() if isinstance(kind, plugins.Kind)}
+    assert set(re.findall(r"`(teleopctl\.\w+)` \|", table)) == groups
+    assert set(re.findall(r"\]\((\w+)\.md\)", table)) == {page.stem for page in PAGES}
+    shown = {
+        group
+        for page in PAGES
+        for group in tomllib.loads(files_of(page)["pyproject.toml"])["project"]["entry-points"]
+    }
+    assert shown == groups
+
+
+def test_a_strangers_controller_moves_a_joint(ros, use):
+    _, listed, _ = use("controller")
+    assert re.search(r"wave +my_controllers/Wave +active", listed)
+    types = ros.run("control list_controller_types").stdout
+    assert re.search(r"my_controllers/Wave +controller_interface::ControllerInterface", types)
+    for sign in (1.0, -1.0):
+        ros.wait_for_message(
+            JointState,
+            "/joint_states",
+            lambda m, sign=sign: sign * dict(zip(m.name, m.position, strict=True))["joint_1"] > 0.3,
+        )
+
+
+def test_a_strangers_hardware_is_driven(ros, use):
+    _, listed, _ = use("hardware")
+    assert "plugin name: my_servos/Servos" in listed
+    message = ros.wait_for_message(
+        JointState,
+        "/joint_states",
+        lambda m: abs(dict(zip(m.name, m.position, strict=True))["joint_4"] + 1.0) < 1e-3,
+    )
+    assert message
+
+
+def test_a_strangers_sensor_measures_in_the_simulation(use):
+    _, heard = use("sensor")
+    assert float(heard.split()[1]) == pytest.approx(2.5, abs=1e-3)
+
+
+def test_a_strangers_verb_and_completion(ros, use):
+    use("verb")
+    done = ros.run("where teleop_description --launch")
+    assert done.stdout.rstrip().endswith("launch"), done.stderr
+    assert "(from my-verbs)" in ros.run("--help").stdout
+    shell = {"COMP_WORDS": "teleopctl where tf2", "COMP_CWORD": "2"}
+    ros.env |= shell | {"_TELEOPCTL_COMPLETE": "complete_bash"}
+    assert ros.run("").stdout.split() == ["tf2_ros"]
+
+
+def test_a_strangers_launch_action_and_substitution(use):
+    _, nodes = use("launch")
+    assert nodes.split() == ["/robot_0/simple_publisher", "/robot_1/simple_publisher"]
+
+
+def test_a_strangers_messages_and_launch_files(ros, use):
+    use("package")
+    ros.wait_for_nodes("/listener")
+    ros.spawn("launch my_grip_msgs squeeze.yaml")
+    ros.spawn("logs -f listen").wait_for_line("left: 2.5 N")
+    assert "Type: my_grip_msgs/msg/Grip" in ros.run("topic info /grip").stdout
+
+
+def test_a_strangers_node(ros, use):
+    use("node")
+    ros.spawn("run my_robot heartbeat --ros-args -r heartbeat:=alive")
+    ros.wait_for_nodes("/heartbeat")
+    ros.wait_for_message(get_message("std_msgs/msg/Empty"), "/alive")
