@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     )
     from teleopctl.control.controller_files import manager_settings as manager_settings
     from teleopctl.control.controller_manager import ControllerManager as ControllerManager
-    from teleopctl.control.controller_manager import ControllerSpec as ControllerSpec
     from teleopctl.control.controller_manager import ManagerNode as ManagerNode
     from teleopctl.control.controller_manager_node import (
         ControllerManagerNode as ControllerManagerNode,
     )
+    from teleopctl.control.controller_spec import ControllerSpec as ControllerSpec
     from teleopctl.control.controllers.base import ControllerInterface as ControllerInterface
     from teleopctl.control.controllers.base import (
         ControllerInterfaceParams as ControllerInterfaceParams,
@@ -62,8 +62,9 @@ else:
         {
             "client": "ControllerManagerClient ControllerManagerUnavailableError",
             "controller_files": "manager_settings",
-            "controller_manager": "ControllerManager ControllerSpec ManagerNode",
+            "controller_manager": "ControllerManager ManagerNode",
             "controller_manager_node": "ControllerManagerNode",
+            "controller_spec": "ControllerSpec",
             "controllers.base": "ControllerInterface ControllerInterfaceParams "
             "InterfaceConfiguration InterfaceConfigurationType",
             "cycle": "Cycle WallClockLoop",

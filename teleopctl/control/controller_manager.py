@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl import plugins
+from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import (
     ControllerInterface,
     ControllerInterfaceParams,
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.node.values.logging import RcutilsLogger
 
-_NO_INTERFACES = InterfaceConfiguration()
-
 
 class ManagerNode(Protocol):
     """What the controller manager needs of its node."""
@@ -54,42 +52,6 @@ class ManagerNode(Protocol):
 
     def publish_activity(self) -> None:
         """Publish the states of controllers and hardware components, of which one has changed."""
-
-
-@dataclass
-class ControllerSpec:
-    """A controller that has been loaded.
-
-    Attributes:
-        controller: The controller.
-        type: Its plug-in's name.
-        fallback_controllers: Controllers that take over when its update fails.
-        command_interface_configuration: What it commands, known once it is configured.
-        state_interface_configuration: What it reads, likewise.
-        required_command_interfaces: Full names of the command interfaces that follow from it.
-        required_state_interfaces: Full names of the state interfaces, likewise.
-        last_update_cycle_time_ns: Time of its last update on the clock that triggers the cycles,
-            or None since its activation.
-    """
-
-    controller: ControllerInterface
-    type: str
-    fallback_controllers: tuple[str, ...] = ()
-    command_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
-    state_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
-    required_command_interfaces: tuple[str, ...] = ()
-    required_state_interfaces: tuple[str, ...] = ()
-    last_update_cycle_time_ns: int | None = None
-
-    @property
-    def name(self) -> str:
-        """The controller's name."""
-        return self.controller.name
-
-    @property
-    def lifecycle_state(self) -> State:
-        """Where the controller stands in its life cycle."""
-        return self.controller.lifecycle_state
 
 
 class ControllerManager:

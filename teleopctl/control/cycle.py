@@ -12,7 +12,8 @@ import time
 from collections import deque
 from typing import TYPE_CHECKING
 
-from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
+from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue

@@ -11,9 +11,11 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 T = TypeVar("T")
+
+LogEntry: TypeAlias = "tuple[Callable[[str], object], *tuple[str, ...]]"
 
 
 class RealtimePublisher(Generic[T]):
@@ -97,3 +99,14 @@ class PublishQueue:
             publisher.publish(value)
         except Exception as error:  # noqa: BLE001 - one broken publisher must not stop the others
             self._report(f"Publishing failed: {error}")
+
+
+def realtime_log(queue: PublishQueue) -> RealtimePublisher[LogEntry]:
+    """A realtime publisher of log lines: a logger's method, then lines for it."""
+    return RealtimePublisher(queue, _write_log)
+
+
+def _write_log(entry: LogEntry) -> None:
+    log, *lines = entry
+    for line in lines:
+        log(line)

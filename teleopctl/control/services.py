@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
-from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
+from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from teleopctl.control.controller_manager import ControllerManager, ControllerSpec
+from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ClaimError
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 
 from teleopctl.control.controllers.base import (
@@ -39,7 +38,7 @@ from teleopctl.control.handles import (
     StateInterface,
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
-from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 
 
@@ -100,7 +99,7 @@ class JointTrajectoryController(ControllerInterface):
             self.get_node(), self.params.publish_queue, settings
         )
         # Logging is output: not inside the cycle.
-        self._log = RealtimePublisher(self.params.publish_queue, _write_log)
+        self._log = realtime_log(self.params.publish_queue)
         self.logger.info(
             f"Command interfaces are [{' '.join(settings.command_interfaces)}] and "
             f"state interfaces are [{' '.join(settings.state_interfaces)}]."
@@ -397,9 +396,3 @@ class JointTrajectoryController(ControllerInterface):
         self._tolerances = read_tolerances(self._settings.joints, parameter)
         for pid, joint in zip(self._pids, self._settings.joints, strict=True):
             pid.gains = read_gains(joint, parameter)
-
-
-def _write_log(entry: tuple[Callable[[str], object], *tuple[str, ...]]) -> None:
-    log, *lines = entry
-    for line in lines:
-        log(line)

@@ -1,0 +1,46 @@
+"""What the controller manager knows of a loaded controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from teleopctl.control.controllers.base import ControllerInterface, InterfaceConfiguration
+from teleopctl.control.lifecycle import State
+
+_NO_INTERFACES = InterfaceConfiguration()
+
+
+@dataclass
+class ControllerSpec:
+    """A controller that has been loaded.
+
+    Attributes:
+        controller: The controller.
+        type: Its plug-in's name.
+        fallback_controllers: Controllers that take over when its update fails.
+        command_interface_configuration: What it commands, known once it is configured.
+        state_interface_configuration: What it reads, likewise.
+        required_command_interfaces: Full names of the command interfaces that follow from it.
+        required_state_interfaces: Full names of the state interfaces, likewise.
+        last_update_cycle_time_ns: Time of its last update on the clock that triggers the cycles,
+            or None since its activation.
+    """
+
+    controller: ControllerInterface
+    type: str
+    fallback_controllers: tuple[str, ...] = ()
+    command_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
+    state_interface_configuration: InterfaceConfiguration = _NO_INTERFACES
+    required_command_interfaces: tuple[str, ...] = ()
+    required_state_interfaces: tuple[str, ...] = ()
+    last_update_cycle_time_ns: int | None = None
+
+    @property
+    def name(self) -> str:
+        """The controller's name."""
+        return self.controller.name
+
+    @property
+    def lifecycle_state(self) -> State:
+        """Where the controller stands in its life cycle."""
+        return self.controller.lifecycle_state

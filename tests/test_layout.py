@@ -1,0 +1,117 @@
+"""The house rules: imports point down the floors and never in a circle, files fit in one head."""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "teleopctl"
+LONGEST_FILE_LINES = 400
+MOST_FILES_OF_A_FOLDER = 16
+
+GROUND = {"background", "errors", "lazy", "packages", "plugins", "ros_yaml", "text_file"}
+
+# What each folder may import beside the ground. A folder that is not listed may import nothing.
+ALLOWED = {
+    "interfaces": set(),
+    "wire": {"interfaces"},
+    "node": {"interfaces", "wire"},
+    "robot": {"tf"},
+    "tf": {"interfaces", "node"},
+    "mujoco_model": {"robot", "tf"},
+    "control": {"interfaces", "node", "robot", "tf"},
+    "launch": {"node", "robot", "wire"},
+    "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
+    "compat": {"interfaces", "node", "tf"},
+    "nodes": {
+        *("compat", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
+    },
+    "testing": {
+        *("compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot", "sim"),
+        *("tf", "wire"),
+    },
+    "cli": {"compat", "control", "interfaces", "launch", "node", "nodes", "tf", "wire"},
+    "__init__": {"compat"},
+    "__main__": {"cli"},
+}
+
+# The ground has an order of its own.
+ALLOWED_ON_THE_GROUND = {
+    "background": {"errors"},
+    "errors": set(),
+    "lazy": set(),
+    "packages": {"errors", "lazy", "plugins"},
+    "plugins": {"errors"},
+    "ros_yaml": {"errors"},
+    "text_file": {"errors"},
+}
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def imported(module: str) -> Iterator[str]:
+    """The modules of the package that one imports anywhere, for type checkers too."""
+    for statement in ast.walk(ast.parse(modules()[module].read_text(encoding="utf-8"))):
+        if isinstance(statement, ast.Import):
+            yield from (alias.name for alias in statement.names if alias.name in modules())
+        elif isinstance(statement, ast.ImportFrom) and statement.module in modules():
+            for alias in statement.names:
+                inner = f"{statement.module}.{alias.name}"
+                yield inner if inner in modules() else str(statement.module)
+
+
+def floor_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else "__init__"
+
+
+@pytest.mark.parametrize("module", modules())
+def test_imports_point_down_the_floors(module):
+    own = floor_of(module)
+    allowed = ALLOWED_ON_THE_GROUND.get(own) or ALLOWED.get(own, set()) | GROUND
+    others = {floor_of(name) for name in imported(module)} - {own, "__init__"}
+    assert others <= allowed
+
+
+def test_no_imports_run_in_a_circle():
+    graph = {
+        # A front door names what lies behind it; what lies behind it does not know the door.
+        module: {
+            name
+            for name in imported(module)
+            if name != module and not (path.name == "__init__.py" and name.startswith(module))
+        }
+        for module, path in modules().items()
+    }
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(reversed(error.args[1])))
+
+
+def test_domains_know_nothing_of_each_other():
+    domains = {"control", "launch", "sim"}
+    for domain in domains:
+        assert not ALLOWED[domain] & domains
+
+
+@pytest.mark.parametrize("path", modules().values(), ids=modules())
+def test_a_file_fits_in_one_head(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE_LINES
+
+
+def test_a_folder_has_about_a_dozen_files():
+    folders = {path.parent for path in modules().values()} - {PACKAGE / "compat/site/rclpy"}
+    for folder in folders:
+        files = [path.name for path in folder.glob("*.py") if path.name != "__init__.py"]
+        assert len(files) <= MOST_FILES_OF_A_FOLDER, folder
