@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.node.values.logging import RcutilsLogger
     from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.joints import JointLimits
+    from teleopctl.robot.joint_rules import JointLimits
     from teleopctl.robot.ros2_control_tag import HardwareInfo
 
 # Prepares or performs a change of command interfaces: names to start, names to stop.

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teleopctl.robot.joints import JointLimits, Joints
+from teleopctl.robot.joint_rules import JointLimits
+from teleopctl.robot.joints import Joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
 from teleopctl.robot.elements import Element
-from teleopctl.robot.joints import resolve_mimics
+from teleopctl.robot.joint_rules import resolve_mimics
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:

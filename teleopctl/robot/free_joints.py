@@ -7,7 +7,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from teleopctl.robot.joints import JointModel, Joints, rest_within
+from teleopctl.robot.joint_rules import rest_within
+from teleopctl.robot.joints import JointModel, Joints
 from teleopctl.robot.urdf import Mimic
 
 

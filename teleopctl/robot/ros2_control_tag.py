@@ -9,7 +9,7 @@ from typing import Literal, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, required, to_number
-from teleopctl.robot.joints import (
+from teleopctl.robot.joint_rules import (
     LIMITED_INTERFACES,
     UNLIMITED,
     Bounds,

@@ -6,7 +6,7 @@ import pytest
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.limits import JointLimiter
-from teleopctl.robot.joints import JointLimits
+from teleopctl.robot.joint_rules import JointLimits
 
 PERIOD = 0.01
 

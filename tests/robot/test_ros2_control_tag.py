@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.joints import UNLIMITED, JointLimits
+from teleopctl.robot.joint_rules import UNLIMITED, JointLimits
 from teleopctl.robot.urdf import Mimic
 
 PLUGIN = "<hardware><plugin>p/P</plugin></hardware>"

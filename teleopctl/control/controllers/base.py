@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from teleopctl.control.realtime_publisher import PublishQueue
     from teleopctl.node import Node
-    from teleopctl.robot.joints import JointLimits
+    from teleopctl.robot.joint_rules import JointLimits
 
 T = TypeVar("T")
 

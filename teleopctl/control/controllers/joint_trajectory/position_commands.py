@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
-from teleopctl.robot.joints import JointLimits
+from teleopctl.robot.joint_rules import JointLimits
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5

@@ -1,0 +1,220 @@
+"""The rules by which limits and mimics combine, for `joints` and for those who read the tags.
+
+A URDF limits a joint by ``<limit>`` and ``<safety_controller>``, and ties it to another one by
+``<mimic>``; ``<ros2_control>`` narrows the limits, switches them off, adds or drops a mimic.
+Radians or metres, and their derivatives; effort in N m or N.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.elements import to_number
+from teleopctl.robot.urdf import Limit, Mimic
+
+if TYPE_CHECKING:
+    from teleopctl.robot.urdf import Joint
+
+# ``min`` and ``max`` of a command interface, None where there is none.
+Bounds = tuple[float | None, float | None]
+
+LIMITED_INTERFACES = ("position", "velocity", "effort", "acceleration", "jerk")
+
+_EVERYWHERE = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """What a joint may be commanded to, the most restrictive of all that is said; else infinite.
+
+    Attributes:
+        lower: Smallest position, rad or m; the soft limit where there is one.
+        upper: Largest position.
+        velocity: Largest speed, rad/s or m/s.
+        effort: Largest effort, N m or N.
+        acceleration: Largest acceleration, rad/s² or m/s².
+        deceleration: Largest deceleration.
+        jerk: Largest jerk, rad/s³ or m/s³.
+        stops: Positions of the mechanical stops, which are the URDF's limits.
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    velocity: float = math.inf
+    effort: float = math.inf
+    acceleration: float = math.inf
+    deceleration: float = math.inf
+    jerk: float = math.inf
+    stops: tuple[float, float] = _EVERYWHERE
+
+    @property
+    def rest(self) -> float:
+        """Where the joint stands while nobody says where; see `rest_within`."""
+        return rest_within(self.lower, self.upper)
+
+
+UNLIMITED = JointLimits()
+
+
+def rest_within(lower: float, upper: float) -> float:
+    """Zero; the middle of a range without zero, or its only end."""
+    if lower <= 0.0 <= upper:
+        return 0.0
+    if math.isinf(lower) or math.isinf(upper):
+        return upper if math.isinf(lower) else lower
+    return (lower + upper) / 2
+
+
+def joint_limits(
+    joint: Joint, commands: Mapping[str, Bounds | None], warnings: list[str]
+) -> JointLimits:
+    """Combine a joint's own limits with those of its command interfaces.
+
+    A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
+    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero.
+
+    Args:
+        joint: The joint of the URDF.
+        commands: Bounds of its command interfaces by name, None where limits are switched off.
+        warnings: Receives a sentence for each limit that cannot be used.
+    """
+    own = joint.limit or Limit()
+    off = {name for name, bounds in commands.items() if bounds is None}
+    on = {name: bounds for name, bounds in commands.items() if bounds is not None}
+    low, high = on.get("acceleration", (None, None))
+    lower, upper = _EVERYWHERE if "position" in off else _position(joint, on, warnings)
+    return JointLimits(
+        lower=lower,
+        upper=upper,
+        velocity=_size("velocity", own.velocity, on, off),
+        effort=_size("effort", own.effort, on, off),
+        acceleration=_smallest(high) if high else _smallest(low),
+        deceleration=_smallest(low) if low else _smallest(high),
+        jerk=_smallest(on.get("jerk", (None, None))[1]),
+        stops=_EVERYWHERE if "position" in off else _stops(joint),
+    )
+
+
+def _stops(joint: Joint) -> tuple[float, float]:
+    limit = joint.limit
+    if limit is None or joint.type not in ("revolute", "prismatic"):
+        return _EVERYWHERE
+    if limit.lower > limit.upper or limit.lower == limit.upper == 0.0:
+        return _EVERYWHERE
+    return limit.lower, limit.upper
+
+
+def _position(
+    joint: Joint, bounds: Mapping[str, Bounds], warnings: list[str]
+) -> tuple[float, float]:
+    least, most = bounds.get("position", (None, None))
+    stops = _stops(joint)
+    band = _meet(stops, -math.inf if least is None else least, math.inf if most is None else most)
+    if band is None:
+        warnings.append(
+            f"Limits of '{joint.name}/position' are ignored: no position lies between "
+            f"min {least}, max {most} and within {list(stops)}"
+        )
+        band = stops
+    safety = joint.safety
+    if safety is None or band == _EVERYWHERE or safety.soft_lower == safety.soft_upper == 0.0:
+        return band
+    soft = _meet(band, safety.soft_lower, safety.soft_upper)
+    if soft is None:
+        warnings.append(
+            f"Soft limits of joint '{joint.name}' are ignored: no position lies between "
+            f"{safety.soft_lower}, {safety.soft_upper} and within {list(band)}"
+        )
+    return soft or band
+
+
+def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float, float] | None:
+    """The part of a band between two positions, or None."""
+    lower, upper = max(band[0], lower), min(band[1], upper)
+    return (lower, upper) if lower <= upper else None
+
+
+def _size(name: str, own: float, bounds: Mapping[str, Bounds], off: set[str]) -> float:
+    return math.inf if name in off else _smallest(own, *bounds.get(name, ()))
+
+
+def _smallest(*values: float | None) -> float:
+    return min((abs(value) for value in values if value), default=math.inf)
+
+
+def mimic_in_control(
+    joint: Joint, enabled: bool | None, parameters: Mapping[str, str], warnings: list[str]
+) -> Mimic | None:
+    """The joint that one follows in control: the URDF's ``<mimic>``, else the parameters'.
+
+    Args:
+        joint: The joint of the URDF.
+        enabled: The attribute ``mimic`` of the joint in ``<ros2_control>``.
+        parameters: The ``<param>`` of that joint: the older form is ``mimic``, ``multiplier``.
+        warnings: Receives a sentence for the older form.
+
+    Raises:
+        InvalidDescriptionError: When there is nothing to enable, or the multiplier is no number.
+    """
+    if enabled is False:
+        return None
+    if enabled and joint.mimic is None:
+        raise InvalidDescriptionError(f"Joint '{joint.name}' has no mimic information in the URDF")
+    leader = parameters.get("mimic")
+    if joint.mimic is not None or not leader:
+        return joint.mimic
+    text = parameters.get("multiplier", "1")
+    multiplier = to_number(text)
+    if multiplier is None:
+        raise InvalidDescriptionError(
+            f"Joint '{joint.name}': multiplier should be a number, got '{text}'"
+        )
+    warnings.append(
+        f"Joint '{joint.name}' mimics '{leader}' by parameters of <ros2_control>, which newer "
+        f'releases ignore. Write <mimic joint="{leader}" multiplier="{text}"/> into its <joint>.'
+    )
+    return Mimic(leader, multiplier)
+
+
+def resolve_mimics(
+    joints: Mapping[str, object], mimics: Mapping[str, Mimic]
+) -> dict[str, tuple[Mimic, ...]]:
+    """Follow each mimic to the joint that moves on its own.
+
+    Args:
+        joints: All joints by name.
+        mimics: What each following joint follows directly.
+
+    Returns:
+        The leaders of each following joint, the nearest first. Each has the multiplier and the
+        offset that lead from it straight to the following joint; the last follows no other.
+
+    Raises:
+        InvalidDescriptionError: When a leader does not exist, or a joint follows itself.
+    """
+    return {name: _leaders(name, joints, mimics) for name in mimics}
+
+
+def _leaders(
+    follower: str, joints: Mapping[str, object], mimics: Mapping[str, Mimic]
+) -> tuple[Mimic, ...]:
+    names, leaders = [follower], list[Mimic]()
+    multiplier, offset = 1.0, 0.0
+    while (mimic := mimics.get(names[-1])) is not None:
+        if mimic.joint not in joints:
+            raise InvalidDescriptionError(
+                f"Joint '{names[-1]}' mimics the joint '{mimic.joint}', which does not exist"
+            )
+        if mimic.joint in names:
+            raise InvalidDescriptionError(
+                f"Joint '{follower}' mimics itself: the joints {names} follow each other in a ring"
+            )
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        leaders.append(Mimic(mimic.joint, multiplier, offset))
+        names.append(mimic.joint)
+    return tuple(leaders)
