@@ -17,8 +17,8 @@ from teleopctl.robot.free_joints import JointSet
 from teleopctl.robot.joints import Joints
 from teleopctl.robot.kinematics import SegmentTree
 from teleopctl.sim.simulation import Simulation
+from teleopctl.testing import ControlStack
 from teleopctl.tf.transforms import IDENTITY
-from tests.control.stack import Stack
 from tests.sim.robots import joint, link
 
 EVERYWHERE = (-math.inf, math.inf)
@@ -189,7 +189,7 @@ def simulated(simulation):
 def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joints):
     description = describe(joints)
     independent = [one for one in joints if not one.follows]
-    stack = Stack(description.urdf)
+    stack = ControlStack(description.urdf)
     simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
 
     # where everything starts
@@ -252,7 +252,7 @@ def arm(*, limits="", control="", extra_links="", extra_control=""):
 
 def sent_to(description, target):
     """Where control lets joint ``a`` go, and where the simulator without control lets it go."""
-    stack = Stack(description.urdf)
+    stack = ControlStack(description.urdf)
     simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
     for _ in range(25):
         command = stack.resources.command_interfaces["a/position"]
@@ -307,7 +307,7 @@ def test_a_chain_of_mimics_starts_together_and_stays_at_rest_in_simulation():
     simulation.step_to(MILLISECOND_NS)
     simulation.read()
     assert np.abs(simulation.velocities).max() < 1e-3
-    stack = Stack(description.urdf)
+    stack = ControlStack(description.urdf)
     assert {n: stack.resources.state_interfaces[f"{n}/position"].value for n in "abc"} == {
         "a": 0.0,
         "b": 0.25,
