@@ -1,6 +1,7 @@
 """From robot description to MuJoCo model."""
 
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -276,6 +277,50 @@ def test_limits_of_zero_stand_for_none() -> None:
 
     limits = built.joints[0].limits
     assert np.isinf([limits.lower, limits.upper, limits.effort, limits.velocity]).all()
+
+
+def bounded(name: str, low: str, high: str) -> str:
+    return (
+        f'<command_interface name="{name}"><param name="min">{low}</param>'
+        f'<param name="max">{high}</param></command_interface>'
+    )
+
+
+def hinge(inside: str, limit: str = 'lower="-2" upper="2" effort="20" velocity="3"') -> Any:
+    tag = f"""<ros2_control name="h" type="system"><hardware><plugin>x/Y</plugin></hardware>
+      <joint name="hinge">{inside}</joint></ros2_control>"""
+    return model(
+        link("base", ""), link("rod"), joint("hinge", "base", "rod", limit=limit), tag
+    ).mj_model
+
+
+def test_bounds_of_command_interfaces_narrow_the_drive_and_leave_the_stops() -> None:
+    m = hinge(
+        bounded("position", "-1", "9")
+        + bounded("velocity", "-2", "2")
+        + bounded("effort", "-5", "5")
+    )
+
+    drive = m.actuator("hinge_drive")
+    assert drive.actrange == pytest.approx([-1, 2])
+    assert drive.ctrlrange == pytest.approx([-2, 2])
+    assert m.joint("hinge").range == pytest.approx([-2, 2])
+    assert m.jnt_actfrcrange[m.joint("hinge").id] == pytest.approx([-5, 5])
+
+
+def test_limits_that_are_switched_off_leave_neither_drive_nor_stops_nor_effort_limited() -> None:
+    m = hinge('<limits enable="false"/>' + bounded("position", "-1", "1"))
+
+    drive = m.actuator("hinge_drive").id
+    assert not m.actuator_actlimited[drive] and not m.actuator_ctrllimited[drive]
+    assert not m.jnt_limited[m.joint("hinge").id] and not m.jnt_actfrclimited[m.joint("hinge").id]
+
+
+def test_a_joint_whose_limits_are_one_position_can_be_simulated() -> None:
+    m = hinge(bounded("position", "-1", "1"), 'lower="0.5" upper="0.5" effort="1" velocity="1"')
+
+    assert m.actuator("hinge_drive").actrange == pytest.approx([0.5, 0.5])
+    assert m.joint("hinge").range == pytest.approx([0.5, 0.5])
 
 
 def test_a_command_interface_that_physics_cannot_offer_is_told() -> None:
