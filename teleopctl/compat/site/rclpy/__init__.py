@@ -2,7 +2,8 @@
 
 import importlib
 from collections.abc import Sequence
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from teleopctl.node import lifetime
 from teleopctl.node.context import Context
@@ -40,9 +41,20 @@ __all__ = [
 ]
 
 
-def init(args: Sequence[str] | None = None, **options: Any) -> Context:
-    """Start the default context; ``args`` may be given by position, as nodes do."""
-    return lifetime.init(args=args, **options)
+def init(
+    args: Sequence[str] | None = None,
+    *,
+    context: Context | None = None,
+    domain_id: int | None = None,
+    signal_handler_options: SignalHandlerOptions | None = None,
+) -> Context:
+    """Start a context; ``args`` may be given by position, as nodes do."""
+    return lifetime.init(
+        args=args,
+        context=context,
+        domain_id=domain_id,
+        signal_handler_options=signal_handler_options,
+    )
 
 
 def get_rmw_implementation_identifier() -> str:
@@ -50,12 +62,28 @@ def get_rmw_implementation_identifier() -> str:
     return "rmw_zenoh_cpp"
 
 
-def __getattr__(name: str) -> Any:
-    # Programs write ``rclpy.qos.QoSProfile`` after a bare ``import rclpy``.
-    target = f"{__name__}.{name}"
-    try:
-        return importlib.import_module(target)
-    except ModuleNotFoundError as error:
-        if error.name != target:
-            raise
-    raise AttributeError(f"module 'rclpy' has no attribute {name!r}")
+# Programs write ``rclpy.qos.QoSProfile`` after a bare ``import rclpy``. Type checkers are told
+# which modules there are, so that a name that is none is an error for them too.
+if TYPE_CHECKING:
+    from rclpy import callback_groups as callback_groups
+    from rclpy import clock as clock
+    from rclpy import duration as duration
+    from rclpy import exceptions as exceptions
+    from rclpy import executors as executors
+    from rclpy import logging as logging
+    from rclpy import node as node
+    from rclpy import parameter as parameter
+    from rclpy import qos as qos
+    from rclpy import task as task
+    from rclpy import time as time
+    from rclpy import utilities as utilities
+else:
+
+    def __getattr__(name: str) -> ModuleType:
+        target = f"{__name__}.{name}"
+        try:
+            return importlib.import_module(target)
+        except ModuleNotFoundError as error:
+            if error.name != target:
+                raise
+        raise AttributeError(f"module 'rclpy' has no attribute {name!r}")
