@@ -8,7 +8,7 @@ configuration; a router listens on ``listen/endpoints`` of the router's, and its
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterable
 
 DEFAULT_ENDPOINT = "tcp/localhost:7447"
 
@@ -16,16 +16,42 @@ _LOOPBACK = ("localhost", "[::1]")
 _WILDCARDS = {"[::]": "localhost", "0.0.0.0": "127.0.0.1"}  # noqa: S104 (compared, not bound)
 
 
-class RouterAddress(NamedTuple):
-    """The endpoints of a router, such as ``tcp/localhost:7447``, and who named them.
+class RouterAddress:
+    """The endpoints of a router, such as ``tcp/localhost:7447``, and who named them. Immutable.
 
-    Attributes:
-        endpoints: Any of them will do; none where routers are found by other means (multicast).
-        origin: The environment variable or the file that they are from; None is the default.
+    Written out: as a NamedTuple it took every command two milliseconds more to start.
+
+    Args:
+        endpoints: See the property.
+        origin: See the property.
     """
 
-    endpoints: tuple[str, ...]
-    origin: str | None = None
+    __slots__ = ("_endpoints", "_origin")
+
+    def __init__(self, endpoints: Iterable[str], origin: str | None = None) -> None:
+        self._endpoints = tuple(endpoints)
+        self._origin = origin
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Any of them will do; none where routers are found by other means (multicast)."""
+        return self._endpoints
+
+    @property
+    def origin(self) -> str | None:
+        """The environment variable or the file that they are from; None is the default."""
+        return self._origin
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, RouterAddress):
+            return NotImplemented
+        return (self._endpoints, self._origin) == (other._endpoints, other._origin)
+
+    def __hash__(self) -> int:
+        return hash((self._endpoints, self._origin))
+
+    def __repr__(self) -> str:
+        return f"RouterAddress({self._endpoints!r}, {self._origin!r})"
 
     def __str__(self) -> str:
         where = " or ".join(self.endpoints) or "no endpoint"
@@ -50,7 +76,7 @@ class RouterAddress(NamedTuple):
 
     def to_connect(self) -> RouterAddress:
         """The address to connect to from this machine: no program connects to a wildcard."""
-        return self._replace(endpoints=tuple(_connectable(text) for text in self.endpoints))
+        return RouterAddress(map(_connectable, self._endpoints), self._origin)
 
 
 DEFAULT_ADDRESS = RouterAddress((DEFAULT_ENDPOINT,))

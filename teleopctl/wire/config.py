@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import zenoh
 
@@ -100,7 +100,7 @@ _SOURCE_POSITION = re.compile(r" at \S+\.rs:\d+\.?")
 _QUOTED_REASON = re.compile(r'(?:Str\(|msg: )"(.*?)"(?:\)|, location)')
 
 
-class SessionConfig(NamedTuple):
+class SessionConfig:
     """How to open a session.
 
     Attributes:
@@ -109,12 +109,15 @@ class SessionConfig(NamedTuple):
         router: Where the session looks for a router.
     """
 
-    zenoh: zenoh.Config
-    mode: str
-    router: RouterAddress
+    __slots__ = ("mode", "router", "zenoh")
+
+    def __init__(self, config: zenoh.Config, mode: str, router: RouterAddress) -> None:
+        self.zenoh = config
+        self.mode = mode
+        self.router = router
 
 
-class RouterConfig(NamedTuple):
+class RouterConfig:
     """How to open a router.
 
     Attributes:
@@ -124,9 +127,12 @@ class RouterConfig(NamedTuple):
             router's own configuration names it.
     """
 
-    zenoh: zenoh.Config
-    address: RouterAddress
-    is_stated: bool
+    __slots__ = ("address", "is_stated", "zenoh")
+
+    def __init__(self, config: zenoh.Config, address: RouterAddress, *, is_stated: bool) -> None:
+        self.zenoh = config
+        self.address = address
+        self.is_stated = is_stated
 
 
 def reason_of(error: zenoh.ZError) -> str:
@@ -236,7 +242,8 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
             f"A router cannot start in the mode {_mode_of(config)!r}, which {origin} asks for.",
             hint=f"{origin} may be meant for sessions only: start the daemon without it.",
         )
-    return RouterConfig(config, address, not path and "listen" not in overridden)
+    is_stated = not path and "listen" not in overridden
+    return RouterConfig(config, address, is_stated=is_stated)
 
 
 def how_to_start(router: RouterAddress) -> str:

@@ -95,7 +95,7 @@ def start_router() -> bool:
     from teleopctl import background
 
     if config.is_stated:
-        address = address._replace(endpoints=_endpoints_here(address))
+        address = RouterAddress(_endpoints_here(address), address.origin)
     _check_ports_are_free(address)
     try:
         background.start(

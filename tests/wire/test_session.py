@@ -184,8 +184,9 @@ def test_the_router_is_on_this_machine_unless_told_otherwise(monkeypatch):
     monkeypatch.delenv("TELEOPCTL_ROUTER", raising=False)
     assert session_config("client").router == RouterAddress(("tcp/localhost:7447",))
     monkeypatch.setenv("TELEOPCTL_ROUTER", "tcp/robot:7450")
-    config, _, router = session_config("client")
-    assert router == RouterAddress(("tcp/robot:7450",), "TELEOPCTL_ROUTER")
+    session = session_config("client")
+    config = session.zenoh
+    assert session.router == RouterAddress(("tcp/robot:7450",), "TELEOPCTL_ROUTER")
     assert json.loads(config.get_json("connect/endpoints")) == ["tcp/robot:7450"]
 
 
@@ -230,8 +231,9 @@ def test_overrides_have_the_last_word(monkeypatch):
         "ZENOH_CONFIG_OVERRIDE",
         'connect/endpoints=["tcp/other:7447"]; transport/link/tx/lease=5000;',
     )
-    for config, _, router in (session_config("client"), session_config("peer")):
-        assert router == RouterAddress(("tcp/other:7447",), "ZENOH_CONFIG_OVERRIDE")
+    for session in (session_config("client"), session_config("peer")):
+        config = session.zenoh
+        assert session.router == RouterAddress(("tcp/other:7447",), "ZENOH_CONFIG_OVERRIDE")
         assert json.loads(config.get_json("connect/endpoints")) == ["tcp/other:7447"]
         assert json.loads(config.get_json("transport/link/tx/lease")) == 5000
 
