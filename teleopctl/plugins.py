@@ -18,9 +18,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 
 class Kind(NamedTuple):
@@ -102,7 +105,7 @@ def load(kind: Kind, name: str) -> Any:
     what = f"{kind.noun} '{name}'{whose}"
     try:
         found = _imported(plugin.target)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise BrokenPluginError(
             f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {error}"
         ) from error
@@ -141,17 +144,18 @@ def _installed() -> dict[str, dict[str, Plugin]]:
 
     owners: dict[str, list[tuple[str, str, str]]] = {}
     for distribution in distributions():
-        if "[teleopctl." not in (distribution.read_text("entry_points.txt") or ""):
-            continue
         try:
+            if "[teleopctl." not in (distribution.read_text("entry_points.txt") or ""):
+                continue
+            owner = distribution.name
             entries = [
                 (entry.group, entry.name, entry.value) for entry in distribution.entry_points
             ]
         except Exception as error:  # noqa: BLE001 -- whatever is wrong with it, the others work
-            _warn(f"The plug-ins of {distribution.name} cannot be read: {error}")
+            _warn(f"The plug-ins of {_name_of(distribution)} cannot be read: {error}")
             continue
         # The first one on the path is the one whose modules are imported.
-        owners.setdefault(distribution.name, entries)
+        owners.setdefault(owner, entries)
     found: dict[str, dict[str, Plugin]] = {}
     for owner, entries in sorted(owners.items()):
         for group, name, value in entries:
@@ -164,6 +168,13 @@ def _installed() -> dict[str, dict[str, Plugin]]:
                     f"that of {known.distribution} is used"
                 )
     return {group: dict(sorted(plugins.items())) for group, plugins in found.items()}
+
+
+def _name_of(distribution: Distribution) -> str:
+    try:
+        return distribution.name
+    except Exception:  # noqa: BLE001 -- its metadata may be what is wrong
+        return "a distribution without a name"
 
 
 def _warn(text: str) -> None:

@@ -84,6 +84,7 @@ def test_an_unknown_name_is_answered_with_those_that_there_are():
         ("strange_missing:Mine", "ModuleNotFoundError: No module named 'strange_missing'"),
         ("strange:Missing", "AttributeError"),
         ("strange_raises:Mine", "ZeroDivisionError"),
+        ("strange_exits:Mine", "SystemExit: needs ROS"),
         ("strange:Other", "is not a subclass of .*ControllerInterface"),
         ("strange", "cannot be imported"),
         ("", "cannot be imported"),
@@ -91,6 +92,7 @@ def test_an_unknown_name_is_answered_with_those_that_there_are():
 )
 def test_a_broken_plug_in_is_one_line_that_names_its_distribution(site, value, why):
     files = {"strange.py": CONTROLLER, "strange_raises.py": "1 / 0\n"}
+    files["strange_exits.py"] = "raise SystemExit('needs ROS')\n"
     install(site, "strange-arms", {GROUP: {"s/Bad": value, "s/Mine": "strange:Mine"}}, files)
     with pytest.raises(BrokenPluginError, match=f"controller 's/Bad' of strange-arms: .*{why}"):
         plugins.load(plugins.CONTROLLERS, "s/Bad")
@@ -99,10 +101,14 @@ def test_a_broken_plug_in_is_one_line_that_names_its_distribution(site, value, w
 
 def test_metadata_that_cannot_be_read_concern_their_distribution_alone(site, caplog):
     install(site, "strange-arms", f"[{GROUP}]\nno value\n")
+    folder = install(site, "unreadable-arms", {}) / "unreadable_arms-1.0.dist-info"
+    (folder / "entry_points.txt").write_bytes(b"[teleopctl.\xff]")
     install(site, "other-arms", {GROUP: {"s/Mine": "strange:Mine"}}, {"strange.py": CONTROLLER})
     assert plugins.load(plugins.CONTROLLERS, "s/Mine")
-    (line,) = caplog.messages
-    assert line.startswith("The plug-ins of strange-arms cannot be read: ")
+    assert sorted(line.partition(" cannot be read: ")[0] for line in caplog.messages) == [
+        "The plug-ins of strange-arms",
+        "The plug-ins of unreadable-arms",
+    ]
 
 
 def test_of_two_distributions_with_one_name_the_first_by_name_wins_and_a_line_says_so(site, caplog):
