@@ -24,6 +24,11 @@ def announcer(failure=None):
     return [sys.executable, "-c", ANNOUNCER.format(failure=repr(failure))]
 
 
+def _file_of(record):
+    assert record.file is not None
+    return record.file
+
+
 @pytest.fixture(autouse=True)
 def _isolated(ros_without_router):
     """Records and logs of their own, everything ended afterwards."""
@@ -61,7 +66,7 @@ def test_several_of_one_name_are_listed_oldest_first():
 def test_another_process_with_the_same_pid_is_not_ours():
     record = background.start("sleeper", SLEEPER, kind="node")
     impostor = record._replace(start=record.start._replace(mark="another"))
-    background._write(impostor, record.file)
+    background._write(impostor, _file_of(record))
     assert background.records() == []
     background.stop(impostor)
     assert psutil.pid_exists(record.pid)
@@ -71,7 +76,7 @@ def test_another_process_with_the_same_pid_is_not_ours():
 def test_a_record_holds_when_the_clock_is_set():
     record = background.start("sleeper", SLEEPER, kind="node")
     an_hour_ago = record._replace(start=record.start._replace(time=record.start.time - 3600))
-    background._write(an_hour_ago, record.file)
+    background._write(an_hour_ago, _file_of(record))
     assert background.records() == [an_hour_ago]
 
 
@@ -141,7 +146,7 @@ def test_a_log_folder_that_takes_no_files_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file"))
     with pytest.raises(TeleopctlError, match=r"Cannot write to the log folder .*file: ") as failure:
         background.start("sleeper", SLEEPER, kind="node")
-    assert "ROS_LOG_DIR" in failure.value.hint
+    assert "ROS_LOG_DIR" in str(failure.value.hint)
 
 
 def test_looking_for_records_makes_no_folder(monkeypatch, tmp_path):
@@ -158,7 +163,7 @@ def test_a_failure_to_start_is_reported_in_the_words_of_the_process():
             kind="node",
             ready_within_s=LONGEST_WAIT_S,
         )
-    assert "log" in failure.value.hint
+    assert "log" in str(failure.value.hint)
     assert background.records() == []
 
 
@@ -171,7 +176,7 @@ def test_an_end_before_it_is_ready_is_reported_with_the_log():
             ready_within_s=LONGEST_WAIT_S,
         )
     (log_file,) = background.logs_dir().iterdir()
-    assert str(log_file) in failure.value.hint
+    assert str(log_file) in str(failure.value.hint)
     assert log_file.read_text() == "gone\n"
 
 
@@ -222,6 +227,6 @@ def test_a_folder_that_cannot_be_made_is_an_error_that_names_the_variable(monkey
     monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(file))
     with pytest.raises(TeleopctlError) as failure:
         background.start("sleeper", SLEEPER, kind="node")
-    assert "TELEOPCTL_RUNTIME_DIR" in failure.value.hint
+    assert "TELEOPCTL_RUNTIME_DIR" in str(failure.value.hint)
     # So that the environment can be taken down.
     monkeypatch.setenv("TELEOPCTL_RUNTIME_DIR", str(tmp_path / "runtime"))

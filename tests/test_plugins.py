@@ -75,7 +75,7 @@ def test_an_unknown_name_is_answered_with_those_that_there_are():
     with pytest.raises(UnknownPluginError, match="no controller 'joint_state_broadcaster'") as told:
         plugins.load(plugins.CONTROLLERS, "joint_state_broadcaster")
     assert "\n  joint_state_broadcaster/JointStateBroadcaster\n" in told.value.message
-    assert "joint_state_broadcaster/JointStateBroadcaster" in told.value.hint
+    assert "joint_state_broadcaster/JointStateBroadcaster" in str(told.value.hint)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,9 @@ def test_of_two_distributions_with_one_name_the_first_by_name_wins_and_a_line_sa
     for name in ("b-arms", "a-arms"):
         install(site, name, {GROUP: {"s/Mine": "strange:Mine"}}, {"strange.py": CONTROLLER})
     for _ in range(2):
-        assert plugins.find(plugins.CONTROLLERS, "s/Mine").distribution == "a-arms"
+        found = plugins.find(plugins.CONTROLLERS, "s/Mine")
+        assert found is not None
+        assert found.distribution == "a-arms"
     assert caplog.messages == [
         f"Both a-arms and b-arms offer 's/Mine' in {GROUP}: that of a-arms is used"
     ]

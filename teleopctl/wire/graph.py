@@ -190,11 +190,13 @@ class GraphWatcher:
         with self._changed:
             return self._snapshot()
 
-    def wait_for(self, predicate: Callable[[Graph], bool], timeout_s: float | None = None) -> bool:
+    def wait_for(
+        self, predicate: Callable[[Graph], object], timeout_s: float | None = None
+    ) -> bool:
         """Wait until the graph satisfies a predicate.
 
         Args:
-            predicate: Asked at once and after each change, with a snapshot.
+            predicate: True or false; asked at once and after each change, with a snapshot.
             timeout_s: Upper bound in seconds; None waits for ever.
 
         Returns:

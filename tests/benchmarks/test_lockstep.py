@@ -67,7 +67,9 @@ class TickWatch(Node):
         """Let time run for the ticks; the median of the wall time between two of them."""
         client = self.create_client(SetPause, "/mujoco_sim/set_pause")
         assert client.wait_for_service(20.0)
-        assert client.call(SetPause.Request(paused=False), 20.0).success
+        response = client.call(SetPause.Request(paused=False), 20.0)
+        assert response is not None
+        assert response.success
         assert self._enough.wait(60.0)
         pairs = zip(self.arrivals, self.arrivals[1:], strict=False)
         return statistics.median(later - earlier for earlier, later in pairs)

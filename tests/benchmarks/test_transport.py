@@ -33,9 +33,11 @@ class Partner:
             text=True,
             env={**os.environ, **env},
         )
+        assert self._process.stdout is not None
         assert self._process.stdout.readline() == "ready\n"
 
     def stop(self):
+        assert self._process.stdin is not None
         self._process.stdin.close()
         self._process.wait(10)
 
@@ -87,7 +89,7 @@ def test_round_trip(ros, monkeypatch, size, type_name, rounds, capsys):
     sides = {}
     for kind, make in {"raw": raw_round_trip, "node": node_round_trip}.items():
         sides[kind] = (Partner(kind, type_name, ros.env), *make(size, type_name))
-    times = {kind: [] for kind in sides}
+    times: dict[str, list[float]] = {kind: [] for kind in sides}
     for _, once, _ in sides.values():
         deadline = time.monotonic() + 10
         while not once():

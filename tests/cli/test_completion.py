@@ -24,6 +24,7 @@ from teleopctl.testing import eventually
 def test_each_shell_has_a_script(capsys, monkeypatch, shell, mark):
     monkeypatch.setenv(COMPLETION_VARIABLE, "")
     monkeypatch.delenv(COMPLETION_VARIABLE)
+    status: object
     try:
         status = main.run(["completion", shell])
     except SystemExit as end:
@@ -41,7 +42,7 @@ def candidates(monkeypatch, capsys, line: str) -> list[str]:
     monkeypatch.setenv("COMP_CWORD", str(len(words) - 1))
     with pytest.raises(SystemExit):
         main.run([])
-    return capsys.readouterr().out.split()
+    return str(capsys.readouterr().out).split()
 
 
 def test_verbs_and_options_are_completed(monkeypatch, capsys):

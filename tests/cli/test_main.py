@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import pytest
 
@@ -144,7 +144,8 @@ def test_help_lists_the_choices_of_an_option_in_words(capsys):
 
 def test_help_wraps_where_the_terminal_does_and_not_where_the_source_does():
     tree = typer_app.command_tree(["topic", "echo"])
-    paragraphs = tree.commands["topic"].commands["echo"].help.split("\n\n")
+    topic: Any = tree.commands["topic"]
+    paragraphs = topic.commands["echo"].help.split("\n\n")
     assert len(paragraphs) == 2
     assert not any("\n" in paragraph for paragraph in paragraphs)
 
@@ -158,6 +159,8 @@ def test_a_reader_that_goes_away_is_no_error():
     process = subprocess.Popen(
         [sys.executable, "-c", writer], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
+    assert process.stdout is not None
+    assert process.stderr is not None
     process.stdout.close()
     assert process.wait(timeout=60) == 0
     assert process.stderr.read() == b""

@@ -13,7 +13,7 @@ PERIOD = 0.01
 
 class Joint:
     def __init__(self, limits, *interfaces):
-        self.reports = []
+        self.reports: list[str] = []
         self.command = {name: CommandInterface("joint", name) for name in interfaces}
         self.state = {
             name: StateInterface("joint", name, initial_value=0.0)

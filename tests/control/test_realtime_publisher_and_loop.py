@@ -1,19 +1,21 @@
 """Publishing outside the control cycle, and cycles on the wall clock."""
 
 import threading
+from typing import Any, cast
 
-from teleopctl.control.cycle import WallClockLoop
+from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+from teleopctl.node.values.logging import RcutilsLogger
 from teleopctl.testing import ControlStack, RecordedLog, serial_robot
 
 LONGEST_WAIT_S = 20.0
 
 
 def test_in_lockstep_every_value_leaves_in_order_at_the_end_of_the_cycle():
-    sent = []
+    sent: list[Any] = []
     queue = PublishQueue(sent.append)
     first = RealtimePublisher(queue, sent.append)
-    second = RealtimePublisher(queue, lambda value: sent.append(-value))
+    second: RealtimePublisher[Any] = RealtimePublisher(queue, lambda value: sent.append(-value))
     first.try_publish(1)
     second.try_publish(2)
     first.try_publish(3)
@@ -49,7 +51,7 @@ def test_on_the_wall_clock_a_slow_publisher_skips_to_the_latest_value():
 
 
 def test_a_publisher_that_fails_does_not_stop_the_others():
-    reports, sent = [], []
+    reports, sent = list[str](), list[Any]()
 
     def fail(value):
         raise ValueError(value)
@@ -73,7 +75,7 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
             if len(times) == 5:
                 enough.set()
 
-    loop = WallClockLoop(Recording(), 200, RecordedLog("test"))
+    loop = WallClockLoop(cast(Cycle, Recording()), 200, cast(RcutilsLogger, RecordedLog("test")))
     loop.start()
     assert enough.wait(LONGEST_WAIT_S)
     loop.stop()
@@ -97,7 +99,7 @@ def test_missed_cycles_are_skipped_and_reported():
             if self.count == 3:
                 enough.set()
 
-    loop = WallClockLoop(Slow(), 100, log)
+    loop = WallClockLoop(cast(Cycle, Slow()), 100, cast(RcutilsLogger, log))
     loop.start()
     assert enough.wait(LONGEST_WAIT_S)
     loop.stop()
@@ -121,7 +123,7 @@ def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
                 enough.set()
             raise ValueError("no such joint")
 
-    loop = WallClockLoop(Failing(), 200, log)
+    loop = WallClockLoop(cast(Cycle, Failing()), 200, cast(RcutilsLogger, log))
     loop.start()
     assert enough.wait(LONGEST_WAIT_S)
     loop.stop()

@@ -2,6 +2,7 @@
 
 import queue
 import time
+from typing import Any
 
 import pytest
 
@@ -45,7 +46,7 @@ def own_token(ros, session, kind):
 
 
 def test_what_it_publishes_is_received_and_its_node_is_in_the_graph(ros, session, watcher):
-    samples = queue.SimpleQueue()
+    samples: queue.SimpleQueue[Any] = queue.SimpleQueue()
     key = topic_key(ros.domain, "/chatter", STRING, STRING_HASH)
     subscriber = session.declare_subscriber(key, samples.put)
     token = format_token(own_token(ros, session, EntityKind.MS))
@@ -84,7 +85,7 @@ def test_what_we_publish_is_understood(ros, session, watcher):
     held = session.liveliness().declare_token(token)
     node = NodeToken(ros.domain, str(session.zid()), 0, "/", "/", "ours")
     held_node = session.liveliness().declare_token(format_token(node))
-    matches = queue.SimpleQueue()
+    matches: queue.SimpleQueue[Any] = queue.SimpleQueue()
     publisher.declare_matching_listener(matches.put)
     if not publisher.matching_status.matching:
         assert matches.get(timeout=LONGEST_WAIT_S).matching

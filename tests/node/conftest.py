@@ -1,14 +1,18 @@
 """A context of its own for each test, joined to the test's router and domain."""
 
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
 import pytest
 
 from teleopctl.node import Context, Node, SingleThreadedExecutor
+from teleopctl.testing import RosGraph
 
 
 @pytest.fixture
-def context(ros, monkeypatch):
-    for name, value in ros.env.items():
-        monkeypatch.setenv(name, value)
+def context(ros: RosGraph) -> Iterator[Context]:
+    del ros  # this process is in it
     context = Context()
     context.init([])
     yield context
@@ -16,18 +20,18 @@ def context(ros, monkeypatch):
 
 
 @pytest.fixture
-def executor(context):
+def executor(context: Context) -> Iterator[SingleThreadedExecutor]:
     executor = SingleThreadedExecutor(context=context)
     yield executor
     executor.shutdown()
 
 
 @pytest.fixture
-def make_node(context, executor):
+def make_node(context: Context, executor: SingleThreadedExecutor) -> Iterator[Callable[..., Node]]:
     """Make nodes that the executor serves."""
     nodes = []
 
-    def make(name="tester", **options):
+    def make(name: str = "tester", **options: Any) -> Node:
         node = Node(name, context=context, **options)
         executor.add_node(node)
         nodes.append(node)
@@ -39,12 +43,10 @@ def make_node(context, executor):
 
 
 @pytest.fixture
-def spin_until(executor):
+def spin_until(executor: SingleThreadedExecutor) -> Callable[..., None]:
     """Run callbacks until a condition holds; fail when it does not within the deadline."""
 
-    def spin(condition, timeout_s=10.0):
-        import time
-
+    def spin(condition: Callable[[], object], timeout_s: float = 10.0) -> None:
         deadline = time.monotonic() + timeout_s
         while not condition():
             left = deadline - time.monotonic()

@@ -1,6 +1,7 @@
 """Executors under load: fairness, bounds, destruction, exceptions, shutdown."""
 
 import threading
+from typing import Any
 
 import pytest
 
@@ -25,7 +26,7 @@ ADD = get_service("example_interfaces/srv/AddTwoInts")
 
 def test_a_timer_that_is_always_due_leaves_room_for_messages(make_node, spin_until):
     node = make_node()
-    got = []
+    got: list[Any] = []
     node.create_timer(0.0, lambda: None)
     node.create_subscription(STRING, "chatter", got.append, 10)
     node.create_publisher(STRING, "chatter", 10).publish(STRING())
@@ -45,7 +46,7 @@ def test_what_a_slow_callback_of_a_pool_misses_falls_out_of_the_queue(context):
     node = Node("tester", context=context)
     executor = MultiThreadedExecutor(2, context=context)
     executor.add_node(node)
-    inside, go_on, done = threading.Event(), threading.Event(), Future()
+    inside, go_on, done = threading.Event(), threading.Event(), Future[Any]()
     got = []
 
     def slow(message):
@@ -76,7 +77,7 @@ def test_a_late_timer_of_a_pool_does_not_pile_up(context):
     executor = MultiThreadedExecutor(2, context=context)
     executor.add_node(node)
     group = MutuallyExclusiveCallbackGroup()
-    inside, go_on, ticked = threading.Event(), threading.Event(), Future()
+    inside, go_on, ticked = threading.Event(), threading.Event(), Future[Any]()
     calls = []
 
     def block(_):
@@ -107,7 +108,7 @@ def test_a_late_timer_of_a_pool_does_not_pile_up(context):
 def test_the_queue_of_an_executor_stays_short_when_nodes_come_and_go(context):
     nodes = [Node(name, context=context) for name in ("one", "two")]
     executor = SingleThreadedExecutor(context=context)
-    got = []
+    got: list[Any] = []
     for node in nodes:
         node.create_subscription(STRING, "chatter", got.append, 1000)
         node.create_subscription(STRING, "chatter", got.append, 1000)
@@ -153,11 +154,11 @@ def test_a_node_moves_to_the_executor_that_gets_it_last(make_node, context, exec
 
 def test_an_ended_future_does_not_cut_the_next_wait_short(make_node, executor):
     node = make_node()
-    future = Future()
+    future: Future[Any] = Future()
     node.create_guard_condition(lambda: future.set_result(1)).trigger()
     executor.spin_until_future_complete(future, 10)
     node.create_subscription(STRING, "chatter", lambda m: got.append(m), 10)
-    got = []
+    got: list[Any] = []
     publisher = node.create_publisher(STRING, "chatter", 10)
     threading.Timer(0.02, lambda: publisher.publish(STRING())).start()
     executor.spin_once(10)
@@ -183,7 +184,7 @@ def test_a_destroyed_subscription_calls_back_no_more(make_node, executor):
 
 def test_a_node_may_destroy_itself_while_it_is_spun(make_node, executor):
     node = make_node()
-    ended = Future()
+    ended: Future[Any] = Future()
 
     def leave(_):
         node.destroy_node()

@@ -5,14 +5,16 @@ import re
 import subprocess
 import sys
 import warnings
+from typing import Any
 
 import pytest
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node
 from teleopctl.node.values.logging import LoggingSeverity, set_logger_level
+from teleopctl.tf.history import Sample
 from teleopctl.tf.transforms import IDENTITY
-from teleopctl.tf.tree import FrameTree, Sample
+from teleopctl.tf.tree import FrameTree
 
 LIBRARY = logging.getLogger("teleopctl")
 MODULE = logging.getLogger("teleopctl.tf.tree")
@@ -27,7 +29,7 @@ def reject_a_transform():
 def log(make_node, spin_until):
     """Returns the lines on /rosout once there is one with a text; the node that speaks is arm."""
     make_node("arm", namespace="/left")
-    got = []
+    got: list[Any] = []
     make_node("listener").create_subscription(
         get_message("rcl_interfaces/msg/Log"), "/rosout", got.append, 10
     )

@@ -1,6 +1,7 @@
 """Topics and services between nodes."""
 
 import threading
+from typing import Any
 
 import pytest
 
@@ -33,7 +34,7 @@ def test_a_subscription_gets_what_is_published_in_order(make_node, spin_until):
 
 def test_a_full_queue_loses_its_oldest(make_node, spin_until):
     node = make_node()
-    got = []
+    got: list[Any] = []
     subscription = node.create_subscription(STRING, "chatter", got.append, 3)
     publisher = node.create_publisher(STRING, "chatter", 10)
     for number in range(9):
@@ -69,7 +70,7 @@ def test_a_late_subscriber_gets_the_latched_messages(make_node, spin_until):
 
 def test_a_raw_subscription_gets_the_cdr_bytes(make_node, spin_until):
     node = make_node()
-    got = []
+    got: list[Any] = []
     node.create_subscription(STRING, "chatter", got.append, 10, raw=True)
     node.create_publisher(STRING, "chatter", 10).publish(STRING(data="hi"))
     spin_until(lambda: got)
@@ -109,7 +110,7 @@ def test_names_are_remapped(make_node):
 
 def test_a_garbage_sample_is_dropped_and_the_next_one_arrives(make_node, context, spin_until):
     node = make_node()
-    got = []
+    got: list[Any] = []
     subscription = node.create_subscription(STRING, "chatter", got.append, 10)
     context.session.put(subscription.key, b"\x00\x01\x00\x00\xff\xff\xff\xff")
     node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
@@ -212,7 +213,7 @@ def test_callbacks_of_a_reentrant_group_run_side_by_side(context):
         if len(done) == 2:
             ended.set_result(None)
 
-    ended = Future()
+    ended: Future[Any] = Future()
     group = ReentrantCallbackGroup()
     node.create_subscription(STRING, "chatter", wait_for_the_other, 10, callback_group=group)
     publisher = node.create_publisher(STRING, "chatter", 10)
@@ -238,7 +239,7 @@ def test_a_node_shows_and_leaves_the_graph(make_node, context):
 
 def test_log_lines_are_published_on_rosout(make_node, spin_until):
     node = make_node("speaker")
-    got = []
+    got: list[Any] = []
     make_node("listener").create_subscription(
         get_message("rcl_interfaces/msg/Log"), "/rosout", got.append, 10
     )
@@ -303,7 +304,7 @@ def test_an_answer_that_came_before_the_spinning_is_noticed_once(make_node, exec
 
 def test_a_coroutine_begins_within_the_call_that_made_it(make_node, executor):
     node, steps = make_node(), []
-    go_on = Future()
+    go_on: Future[Any] = Future()
 
     async def work():
         steps.append("begun")

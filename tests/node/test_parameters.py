@@ -1,5 +1,7 @@
 """Parameters: declaration, overrides, checks, callbacks, and the services that show them."""
 
+from typing import Any
+
 import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
@@ -125,7 +127,7 @@ def test_an_unknown_name_is_answered_with_an_empty_list(node, make_node, executo
 
 def test_a_change_is_an_event(node, make_node, spin_until):
     node.declare_parameter("speed", 1.5)
-    events = []
+    events: list[Any] = []
     listener = make_node("listener")
     listener.create_subscription(
         get_message("rcl_interfaces/msg/ParameterEvent"), "/parameter_events", events.append, 10

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from typing import Any
 
 import pytest
 
@@ -74,7 +75,9 @@ def test_many_nodes_are_asked_at_once_and_each_answers_for_itself(context, make_
     spinner.start()
     names = ["/left", "/right", "/nobody", *(node.get_fully_qualified_name() for node in hanging)]
     began = time.monotonic()
-    answers = ask_nodes(asker, names, lambda remote: remote.get_parameters(["side"]), 1.0)
+    answers: dict[str, Any] = ask_nodes(
+        asker, names, lambda remote: remote.get_parameters(["side"]), 1.0
+    )
     # One deadline for all: three that hang do not take three seconds.
     assert time.monotonic() - began < 2.5
     assert list(answers) == names

@@ -93,14 +93,14 @@ def test_a_package_may_be_left_out_where_all_that_offer_a_name_mean_the_same_pro
 def test_an_unknown_package_is_named_with_close_matches():
     with pytest.raises(TeleopctlError, match="Package 'tf2_ross' not found") as caught:
         packages.find_package("tf2_ross")
-    assert "tf2_ros" in caught.value.hint
+    assert "tf2_ros" in str(caught.value.hint)
     assert caught.value.exit_status == 1
 
 
 def test_an_unknown_executable_is_named_with_close_matches():
     with pytest.raises(TeleopctlError, match="No executable found") as caught:
         packages.find_executable("teleop_py_pkg", "simple_publishr")
-    assert "simple_publisher" in caught.value.hint
+    assert "simple_publisher" in str(caught.value.hint)
 
 
 def test_a_source_package_offers_its_console_scripts_without_being_executed(empty_folder):
@@ -257,6 +257,8 @@ def test_an_installed_distribution_brings_messages(site):
     files = {"strange_msgs_files/msg/Grip.msg": "float64 force\n"}
     install(site, "strange", {"teleopctl.packages": {"strange_msgs": "strange_msgs_files"}}, files)
     catalog = Catalog()
-    assert [field.name for field in catalog.find("strange_msgs/msg/Grip").fields] == ["force"]
+    definition = catalog.find("strange_msgs/msg/Grip")
+    assert definition is not None
+    assert [field.name for field in definition.fields] == ["force"]
     assert catalog.package_names("strange_msgs") == ["strange_msgs/msg/Grip"]
     assert "strange_msgs/msg/Grip" in catalog.names()

@@ -25,4 +25,5 @@ def link_frames(urdf: str, positions: Mapping[str, float]) -> dict[str, np.ndarr
 
 def pose_matrix(pose: Pose) -> np.ndarray:
     """A pose as a 4x4 matrix that maps from its frame into its parent."""
-    return compose_matrix(translate=pose.xyz, angles=pose.rpy)
+    matrix: np.ndarray = compose_matrix(translate=pose.xyz, angles=pose.rpy)
+    return matrix

@@ -1,5 +1,7 @@
 """Joints as a value: whom they follow, and what is said of them without control."""
 
+from typing import Any
+
 import pytest
 
 from teleopctl.errors import InvalidDescriptionError
@@ -83,7 +85,7 @@ def test_a_mimic_by_parameters_of_control_is_shown():
 
 
 def test_a_robot_with_an_unusable_tag_is_shown_without_it():
-    warnings = []
+    warnings: list[Any] = []
     shown = Joints.for_display(robot(control=tag("<motor/>")), warnings.append)
     assert shown["c"].mimic == Mimic("a", -6, 1.75)
     assert "invalid tag name 'motor'" in warnings[0]

@@ -83,7 +83,8 @@ def assert_same(description, other, positions):
 @given(st.tuples(angles, angles, angles, angles))
 def test_the_teleop_arm_stands_where_an_independent_implementation_puts_it(teleop_twice, values):
     names = ("joint_1", "joint_2", "joint_3", "joint_4")
-    assert_same(*teleop_twice, dict(zip(names, values, strict=True)))
+    description, other = teleop_twice
+    assert_same(description, other, dict(zip(names, values, strict=True)))
 
 
 @settings(deadline=None, max_examples=50)
@@ -91,7 +92,8 @@ def test_the_teleop_arm_stands_where_an_independent_implementation_puts_it(teleo
 def test_every_kind_of_joint_stands_where_an_independent_implementation_puts_it(
     odd, slide, turn, bend
 ):
-    assert_same(*odd, {"slide": slide, "turn": turn, "bend": bend})
+    description, other = odd
+    assert_same(description, other, {"slide": slide, "turn": turn, "bend": bend})
 
 
 def moved(tree, positions):

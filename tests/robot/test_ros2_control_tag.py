@@ -1,5 +1,7 @@
 """``<ros2_control>``: its grammar, its errors, mimic joints and limits."""
 
+from typing import Any
+
 import pytest
 
 from teleopctl.errors import TeleopctlError
@@ -215,7 +217,7 @@ def interface(name, low=None, high=None, more=""):
     return f'<command_interface name="{name}">{low}{high}{more}</command_interface>'
 
 
-STOPS = {"stops": (-2, 2)}
+STOPS: dict[str, Any] = {"stops": (-2, 2)}
 
 
 @pytest.mark.parametrize(

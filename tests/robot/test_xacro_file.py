@@ -63,7 +63,9 @@ def test_find_asks_the_ament_index_where_it_is_installed(write, monkeypatch):
         raise KeyError(f"package {name} not found, searching: []")
 
     installed = ModuleType("ament_index_python.packages")
-    installed.get_package_share_directory = get_package_share_directory
+    monkeypatch.setattr(
+        installed, "get_package_share_directory", get_package_share_directory, raising=False
+    )
     monkeypatch.setitem(sys.modules, "ament_index_python", ModuleType("ament_index_python"))
     monkeypatch.setitem(sys.modules, installed.__name__, installed)
     assert '"/opt/known"' in expand(write('<link name="$(find known)"/>'))

@@ -4,14 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teleopctl.sim import pacing
 from teleopctl.sim.pacing import Beat, Pacer
 
 
 @pytest.fixture
 def wall(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [1000.0]
-    monkeypatch.setattr(pacing.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("teleopctl.sim.pacing.time.monotonic", lambda: now[0])
     return now
 
 

@@ -3,6 +3,7 @@
 import ctypes
 import sys
 from collections.abc import Iterator
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from teleopctl.sim import gl_backend, rendering
 from tests.sim.robots import box, joint, link, robot
 
 WIDTH, HEIGHT = 160, 120
+# For what makes no picture.
+NO_MODEL = cast(RobotModel, None)
 
 CAMERA = f"""<gazebo reference="eye"><sensor name="eye" type="camera"><camera name="eye">
   <horizontal_fov>1.2</horizontal_fov>
@@ -122,7 +125,7 @@ def test_auto_takes_the_best_quality_that_holds_the_rate(
     camera = CameraModel("c", "l", "f", 4, 4, 1.0, 30.0)
 
     made, sentence = rendering.make_renderer(
-        None, camera, "auto", np.zeros((4, 4, 3), np.uint8), lambda: FakeRenderer.now
+        NO_MODEL, camera, "auto", np.zeros((4, 4, 3), np.uint8), lambda: FakeRenderer.now
     )
 
     assert made.quality.name == chosen
@@ -133,7 +136,7 @@ def test_auto_takes_the_best_quality_that_holds_the_rate(
 def test_an_unknown_quality_names_those_there_are() -> None:
     camera = CameraModel("c", "l", "f", 4, 4, 1.0, 30.0)
     with pytest.raises(TeleopctlError) as caught:
-        rendering.make_renderer(None, camera, "best", np.zeros((4, 4, 3), np.uint8))
+        rendering.make_renderer(NO_MODEL, camera, "best", np.zeros((4, 4, 3), np.uint8))
 
     assert caught.value.hint == "It is one of auto, fast, full"
 
@@ -159,7 +162,9 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch: pytest.Mo
         gl_backend.choose_backend()
 
     assert caught.value.exit_status == 1
-    assert "libegl1 libgl1-mesa-dri" in caught.value.hint and "libosmesa6" in caught.value.hint
+    assert "libegl1 libgl1-mesa-dri" in str(caught.value.hint) and "libosmesa6" in str(
+        caught.value.hint
+    )
 
 
 def test_the_users_choice_stands(monkeypatch: pytest.MonkeyPatch) -> None:

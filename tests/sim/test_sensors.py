@@ -1,12 +1,14 @@
 """Simulated sensors: judged by mechanics, and that they change nothing of the motion."""
 
 import math
+from typing import cast
 
 import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.mujoco_model.model import build_model
+from teleopctl.node import Node
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
@@ -191,7 +193,7 @@ class FakeNode:
 def test_a_sensor_is_read_at_its_rate_and_only_while_somebody_listens() -> None:
     measured = pendulum("<update_rate>50</update_rate>")
     node = FakeNode()
-    publisher = SensorPublisher(node, measured.simulation, measured.sensors)
+    publisher = SensorPublisher(cast(Node, node), measured.simulation, measured.sensors)
     publisher.look()
     publisher.sample(0)
     assert publisher.next_ns() is None
@@ -220,7 +222,7 @@ def test_a_sensor_that_fails_is_reported_once_and_read_no_more() -> None:
     node = FakeNode()
     node.listeners = 1
     sensors = [Broken(measured.sensors[0].description), *measured.sensors]
-    publisher = SensorPublisher(node, measured.simulation, sensors)
+    publisher = SensorPublisher(cast(Node, node), measured.simulation, sensors)
     publisher.look()
     for time_ns in (0, 10_000_000):
         publisher.sample(time_ns)

@@ -3,12 +3,14 @@
 import contextlib
 import threading
 from collections.abc import Callable
+from typing import Any
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import (
     Context,
     ExternalShutdownException,
     Node,
+    Publisher,
     SingleThreadedExecutor,
     qos_profile_latched,
 )
@@ -16,11 +18,12 @@ from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand
 from teleopctl.testing import LONGEST_WAIT_S
 
-JointState = get_message("sensor_msgs/msg/JointState")
-String = get_message("std_msgs/msg/String")
-Clock = get_message("rosgraph_msgs/msg/Clock")
+JointState: Any = get_message("sensor_msgs/msg/JointState")
+String: Any = get_message("std_msgs/msg/String")
+Clock: Any = get_message("rosgraph_msgs/msg/Clock")
 
-Answer = Callable[[JointState], JointState | None]
+# A command for a state, or none.
+Answer = Callable[[Any], Any]
 
 
 def teleop_urdf(**mappings: str) -> str:
@@ -31,10 +34,10 @@ def teleop_urdf(**mappings: str) -> str:
 
 def stamp_ns(message) -> int:
     """The stamp of a message with a header, in nanoseconds."""
-    return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+    return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
 
 
-def command(state, **positions: float) -> JointState:
+def command(state, **positions: float) -> Any:
     """A position command that answers a state."""
     answer = JointState(name=list(positions), position=list(positions.values()))
     answer.header.stamp = state.header.stamp
@@ -48,7 +51,7 @@ class Partner(Node):
         self._own = Context()
         self._own.init(args=[])
         super().__init__("partner", context=self._own, start_parameter_services=False)
-        self.states: list[JointState] = []
+        self.states: list[Any] = []
         self.clocks: list[int] = []
         self.answer: Answer = lambda state: None
         self._changed = threading.Condition()
@@ -59,7 +62,7 @@ class Partner(Node):
         self._executor_of_test.add_node(self)
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
-        self.commands = None
+        self.commands: Publisher[Any] | None = None
 
     def describe(self, urdf: str) -> None:
         """Publish a robot description."""
@@ -77,14 +80,15 @@ class Partner(Node):
     def disconnect(self) -> None:
         """Stop being the controller, while states are still heard."""
         commands, self.commands = self.commands, None
+        assert commands is not None
         self.destroy_publisher(commands)
 
-    def wait(self, what: Callable[[], bool], timeout_s: float = LONGEST_WAIT_S) -> None:
+    def wait(self, what: Callable[[], object], timeout_s: float = LONGEST_WAIT_S) -> None:
         """Wait for something that a state or a clock message brings about."""
         with self._changed:
             assert self._changed.wait_for(what, timeout_s), f"{len(self.states)} states came"
 
-    def wait_for_states(self, count: int) -> list[JointState]:
+    def wait_for_states(self, count: int) -> list[Any]:
         """Wait until so many states have come."""
         self.wait(lambda: len(self.states) >= count)
         return self.states[:count]
@@ -105,7 +109,7 @@ class Partner(Node):
         with contextlib.suppress(ExternalShutdownException):
             self._executor_of_test.spin()
 
-    def _on_state(self, state: JointState) -> None:
+    def _on_state(self, state: Any) -> None:
         answer = self.answer(state)
         if answer is not None and self.commands is not None:
             self.commands.publish(answer)
@@ -113,7 +117,7 @@ class Partner(Node):
             self.states.append(state)
             self._changed.notify_all()
 
-    def _on_clock(self, message: Clock) -> None:
+    def _on_clock(self, message: Any) -> None:
         with self._changed:
             self.clocks.append(message.clock.sec * 1_000_000_000 + message.clock.nanosec)
             self._changed.notify_all()

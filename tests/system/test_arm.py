@@ -6,6 +6,7 @@ are typed. What the claw does is checked against yourdfpy, which shares no code 
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +40,6 @@ def watcher(ros):
     node = Node("watcher", context=context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
-    node.spin = executor
     yield node
     executor.shutdown()
     node.destroy_node()
@@ -62,7 +62,7 @@ def wait_for_joints(watcher, **wanted):
     while not reached:
         left = deadline - time.monotonic()
         assert left > 0, f"{wanted} was not reached"
-        watcher.spin.spin_once(left)
+        watcher.executor.spin_once(left)
     watcher.destroy_subscription(subscription)
     return reached[0]
 
@@ -170,7 +170,7 @@ def record_a_run(ros, watcher, count):
     options = "camera:=false paused:=true real_time_factor:=0"
     done = ros.run(f"launch sim.yaml {options} --detach", timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
-    recorded = []
+    recorded: list[Any] = []
     subscription = watcher.create_subscription(
         get_message(JOINT_STATE), "/joint_states", recorded.append, 1000, raw=True
     )
@@ -191,7 +191,7 @@ def record_a_run(ros, watcher, count):
     while len(recorded) < count:
         left = deadline - time.monotonic()
         assert left > 0, f"only {len(recorded)} states came"
-        watcher.spin.spin_once(left)
+        watcher.executor.spin_once(left)
     watcher.destroy_subscription(subscription)
     assert ros.run("stop sim").returncode == 0
     return recorded[:count]

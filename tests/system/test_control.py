@@ -3,6 +3,7 @@
 import json
 import queue
 import re
+from typing import Any
 
 import pytest
 
@@ -10,7 +11,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S, Process
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
@@ -24,12 +25,14 @@ JointState = get_message("sensor_msgs/msg/JointState")
 class Robot(Node):
     """Publishes the robot description and listens, in this process."""
 
+    manager: Process
+
     def __init__(self):
         self._own = Context()
         self._own.init([])
         super().__init__("robot", context=self._own, start_parameter_services=False)
         self._description = self.create_publisher(String, "/robot_description", qos_profile_latched)
-        self.states = queue.Queue()
+        self.states: queue.Queue[Any] = queue.Queue()
 
     def describe(self, text):
         self._description.publish(String(data=text))

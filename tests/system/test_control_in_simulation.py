@@ -66,7 +66,9 @@ class Operator(Node):
     def pause(self, paused):
         client = self.create_client(SetPause, "/mujoco_sim/set_pause")
         assert client.wait_for_service(LONGEST_WAIT_S)
-        assert client.call(SetPause.Request(paused=paused), LONGEST_WAIT_S).success
+        response = client.call(SetPause.Request(paused=paused), LONGEST_WAIT_S)
+        assert response is not None
+        assert response.success
 
     def send(self, topic, message):
         publisher = self.create_publisher(type(message), topic, 10)

@@ -33,6 +33,7 @@ def test_starting_stopping_and_asking_say_what_ros_says(ros_without_router):
 def test_json_names_endpoint_and_process(ros):
     status = json.loads(ros.run("daemon status --json").stdout)
     record = find_router()
+    assert record is not None
     assert status["running"] is True
     assert status["endpoint"] == ros.router
     assert status["pid"] == record.pid
@@ -86,6 +87,7 @@ def test_the_router_outlives_the_terminal_that_started_it(ros_without_router):
     ros = ros_without_router
     ros.run("daemon start")
     record = find_router()
+    assert record is not None
     if os.name != "nt":
         assert os.getsid(record.pid) != os.getsid(0)
     assert record.log_file.exists()
@@ -95,8 +97,10 @@ def test_the_router_outlives_the_terminal_that_started_it(ros_without_router):
 def test_a_killed_router_leaves_no_record(ros_without_router):
     ros = ros_without_router
     ros.run("daemon start")
+    record = find_router()
+    assert record is not None
     kill = "import psutil, sys; psutil.Process(int(sys.argv[1])).kill()"
-    subprocess.run([sys.executable, "-c", kill, str(find_router().pid)], check=True)
+    subprocess.run([sys.executable, "-c", kill, str(record.pid)], check=True)
     eventually(lambda: find_router() is None, what="the end of the router")
     assert ros.run("daemon start").stdout == "The daemon has been started\n"
 

@@ -196,6 +196,8 @@ def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
         stderr=subprocess.PIPE,
         text=True,
     )
+    assert echo.stdout is not None
+    assert echo.stderr is not None
     with echo:
         assert echo.stdout.readline() == "data: ''\n"
         echo.stdout.close()

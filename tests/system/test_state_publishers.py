@@ -1,6 +1,7 @@
 """``robot_state_publisher`` and ``joint_state_publisher`` as real processes."""
 
 import queue
+from typing import Any
 
 import pytest
 import yaml
@@ -41,7 +42,7 @@ def observer(ros):
 
 def listen(observer, kind, topic, qos=10):
     """A queue of the messages of a topic."""
-    messages = queue.Queue()
+    messages: queue.Queue[Any] = queue.Queue()
     observer.create_subscription(get_message(kind), topic, messages.put, qos, immediate=True)
     return messages
 

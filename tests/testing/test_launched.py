@@ -15,7 +15,8 @@ launch:
 @pytest.fixture
 def talker(ros_graph, ros_launch) -> LaunchedSystem:
     (ros_graph.folder / "talker.yaml").write_text(TALKER)
-    return ros_launch("talker.yaml", "name:=parrot")
+    launched: LaunchedSystem = ros_launch("talker.yaml", "name:=parrot")
+    return launched
 
 
 def test_a_launch_file_is_up_when_the_call_returns_and_its_lines_are_waited_for(talker, ros_graph):

@@ -101,7 +101,9 @@ def test_a_buffer_without_a_listener_answers_what_waits_at_once():
     future = buffer.wait_for_transform_full_async("world", Time(), "base", Time(), "world")
     assert not future.done()
     buffer.set_transform_static(stamped("world", "base", 3.0))
-    assert future.result().transform.translation.x == 3.0
+    found = future.result()
+    assert found is not None
+    assert found.transform.translation.x == 3.0
 
 
 @pytest.fixture

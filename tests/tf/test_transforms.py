@@ -92,7 +92,8 @@ def test_slerp_turns_at_constant_speed(axis, angle, fraction):
 
 def test_slerp_takes_the_shorter_way():
     start = quaternion_from_rpy(0, 0, 0.1)
-    end = tuple(-part for part in quaternion_from_rpy(0, 0, 0.3))
+    x, y, z, w = quaternion_from_rpy(0, 0, 0.3)
+    end = (-x, -y, -z, -w)
     middle = slerp(start, end, 0.5)
     assert rpy_from_quaternion(middle)[2] == pytest.approx(0.2)
 

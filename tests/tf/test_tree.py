@@ -73,7 +73,7 @@ def naive(parents, moves, frame, fraction):
         return frame, np.eye(4)
     root, above = naive(parents, moves, parents[frame], fraction)
     move = moves[frame]
-    step = move[0] if len(move) == 1 else interpolate(*move, fraction)
+    step = move[0] if len(move) == 1 else interpolate(move[0], move[1], fraction)
     return root, above @ matrix(step)
 
 

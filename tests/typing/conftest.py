@@ -23,7 +23,7 @@ def wheel(tmp_path_factory) -> Path:
         text=True,
         check=True,
     )
-    return folder / built.stdout.split()[-1]
+    return Path(folder) / built.stdout.split()[-1]
 
 
 @pytest.fixture(scope="session")

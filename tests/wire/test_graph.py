@@ -50,7 +50,9 @@ def test_nodes_are_listed_by_full_name_and_as_often_as_they_are_there():
 def test_any_token_makes_its_node_known():
     graph = Graph([endpoint("MP", "/chatter"), node()])
     assert graph.node_names() == ["/talker"]
-    assert names(graph.find_node("/talker").endpoints) == [("/talker", "/chatter")]
+    talker = graph.find_node("/talker")
+    assert talker is not None
+    assert names(talker.endpoints) == [("/talker", "/chatter")]
 
 
 def test_topics_come_from_publishers_and_subscriptions_with_all_their_types():
@@ -98,7 +100,9 @@ def test_endpoints_match_by_name_and_type_whatever_their_hash():
 
 def test_a_node_knows_its_endpoints_by_kind_and_name():
     graph = Graph([endpoint("SS", "/b"), endpoint("SS", "/a", eid=2), endpoint("SC", "/c", eid=3)])
-    servers = graph.find_node("/talker").of_kind(EntityKind.SS)
+    talker = graph.find_node("/talker")
+    assert talker is not None
+    servers = talker.of_kind(EntityKind.SS)
     assert [server.name for server in servers] == ["/a", "/b"]
 
 

@@ -94,6 +94,7 @@ def test_the_gid_of_a_received_token_is_that_of_its_text_as_received():
     # Other implementations leave the depth out where we write it.
     text = PUBLISHER_TEXT.replace(",7:", ",:")
     token = parse_token(text)
+    assert isinstance(token, EndpointToken)
     assert token.qos.depth == 42
     assert token.gid == gid(text) != gid(format_token(token))
     assert PUBLISHER.gid.hex() == "c128aa5567af01b7163eae5e2a8362d7"
@@ -107,7 +108,9 @@ def test_every_token_survives_the_wire(token):
 
 def test_the_backends_of_lyrical_are_read_and_written():
     text = f"{PUBLISHER_TEXT}/backends:cpu:"
-    assert parse_token(text).backends == "cpu:"
+    token = parse_token(text)
+    assert isinstance(token, EndpointToken)
+    assert token.backends == "cpu:"
     assert format_token(PUBLISHER._replace(backends="cpu:")) == text
 
 

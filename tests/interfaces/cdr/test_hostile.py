@@ -3,6 +3,7 @@
 import struct
 import traceback
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -81,7 +82,7 @@ def test_a_count_that_the_bytes_cannot_hold_is_refused_at_once(name, order):
 
 def read(definitions, name):
     """Read zeros with types that nobody but this function knows."""
-    classes = {}
+    classes: dict[str, Any] = {}
     for short, text in definitions.items():
         definition = parse(text, f"own_msgs/msg/{short}", "own_msgs")
         classes[definition.type_name] = make_class(definition, classes.__getitem__)

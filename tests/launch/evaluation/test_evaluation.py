@@ -293,9 +293,12 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
     from teleopctl.robot import xacro_file
 
     calls = []
-    monkeypatch.setattr(
-        xacro_file, "expand", lambda path, mappings: calls.append((path, mappings)) or ARM
-    )
+
+    def expand(path, mappings):
+        calls.append((path, mappings))
+        return ARM
+
+    monkeypatch.setattr(xacro_file, "expand", expand)
     node = (
         "- node: {pkg: camera, exec: camera, param: "
         "[{name: robot_description, value: \"$(xacro 'my arm.xacro' speed:=2)\"}]}\n"

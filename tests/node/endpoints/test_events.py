@@ -1,5 +1,7 @@
 """Events of publishers and subscriptions: matches, losses, and what is not reported."""
 
+from typing import Any
+
 import pytest
 
 from teleopctl.interfaces.store import get_message
@@ -23,7 +25,7 @@ def counts(info):
 
 
 def test_a_publisher_hears_of_subscriptions_that_come_and_go(make_node, spin_until):
-    node, got = make_node(), []
+    node, got = make_node(), list[Any]()
     callbacks = PublisherEventCallbacks(matched=lambda info: got.append(counts(info)))
     node.create_publisher(STRING, "chatter", 10, event_callbacks=callbacks)
     first = node.create_subscription(STRING, "chatter", print, 10)
@@ -36,7 +38,7 @@ def test_a_publisher_hears_of_subscriptions_that_come_and_go(make_node, spin_unt
 
 
 def test_a_subscription_hears_of_the_publishers_that_were_there_before(make_node, spin_until):
-    node, got = make_node(), []
+    node, got = make_node(), list[Any]()
     node.create_publisher(STRING, "chatter", 10)
     callbacks = SubscriptionEventCallbacks(matched=got.append)
     node.create_subscription(STRING, "chatter", print, 10, event_callbacks=callbacks)
@@ -45,7 +47,7 @@ def test_a_subscription_hears_of_the_publishers_that_were_there_before(make_node
 
 
 def test_changes_that_come_together_are_told_together(make_node, executor, spin_until):
-    node, got = make_node(), []
+    node, got = make_node(), list[Any]()
     callbacks = PublisherEventCallbacks(matched=got.append)
     node.create_publisher(STRING, "chatter", 10, event_callbacks=callbacks)
     for _ in range(3):
@@ -58,7 +60,7 @@ def test_changes_that_come_together_are_told_together(make_node, executor, spin_
 
 
 def test_a_destroyed_publisher_hears_nothing_more(make_node, executor):
-    node, got = make_node(), []
+    node, got = make_node(), list[Any]()
     callbacks = PublisherEventCallbacks(matched=got.append)
     publisher = node.create_publisher(STRING, "chatter", 10, event_callbacks=callbacks)
     node.destroy_publisher(publisher)
@@ -69,7 +71,7 @@ def test_a_destroyed_publisher_hears_nothing_more(make_node, executor):
 
 
 def test_gaps_in_the_numbering_of_a_publisher_are_lost_messages(make_node, executor):
-    node, got = make_node(), []
+    node, got = make_node(), list[Any]()
     handler = MessageLostHandler(node, got.append, node.default_callback_group)
     one, other = b"1" * 16, b"2" * 16
     for gid, sequence in ((one, 5), (one, 6), (other, 1), (one, 9), (other, 2), (one, 11)):
@@ -84,7 +86,7 @@ def test_gaps_in_the_numbering_of_a_publisher_are_lost_messages(make_node, execu
 
 
 def test_no_message_is_lost_on_the_way_to_a_neighbour(make_node, spin_until):
-    node, got, lost = make_node(), [], []
+    node, got, lost = make_node(), list[Any](), list[Any]()
     callbacks = SubscriptionEventCallbacks(message_lost=lost.append)
     node.create_subscription(STRING, "chatter", got.append, 2, event_callbacks=callbacks)
     publisher = node.create_publisher(STRING, "chatter", 10)
@@ -97,7 +99,8 @@ def test_no_message_is_lost_on_the_way_to_a_neighbour(make_node, spin_until):
 @pytest.mark.parametrize("event", ["deadline", "liveliness"])
 def test_an_event_that_nobody_reports_is_refused_and_leaves_nothing(make_node, event):
     node = make_node()
-    callbacks = PublisherEventCallbacks(**{event: print})
+    options: dict[str, Any] = {event: print}
+    callbacks = PublisherEventCallbacks(**options)
     with pytest.raises(UnsupportedEventTypeError, match=event):
         node.create_publisher(STRING, "chatter", 10, event_callbacks=callbacks)
     assert [publisher.name for publisher in node.publishers if publisher.name == "/chatter"] == []

@@ -17,6 +17,7 @@ from teleopctl.errors import InvalidParameterError
 from teleopctl.tf import transforms
 
 Array = npt.NDArray[np.float64]
+Vector = Sequence[float] | Array
 
 _DEFAULT_AXES = "sxyz"
 
@@ -29,7 +30,7 @@ def _check_axes(axes: str) -> None:
         )
 
 
-def _quaternion(values: Sequence[float]) -> transforms.Quaternion:
+def _quaternion(values: Vector) -> transforms.Quaternion:
     x, y, z, w = (float(value) for value in values)
     return (x, y, z, w)
 
@@ -41,30 +42,30 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = _DEFAULT_
 
 
 def euler_from_quaternion(
-    quaternion: Sequence[float], axes: str = _DEFAULT_AXES
+    quaternion: Vector, axes: str = _DEFAULT_AXES
 ) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation."""
     _check_axes(axes)
     return transforms.rpy_from_quaternion(transforms.normalize(_quaternion(quaternion)))
 
 
-def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> Array:
+def quaternion_multiply(quaternion1: Vector, quaternion0: Vector) -> Array:
     """Return the rotation that turns by the second, then by the first."""
     return np.array(transforms.multiply(_quaternion(quaternion1), _quaternion(quaternion0)))
 
 
-def quaternion_conjugate(quaternion: Sequence[float]) -> Array:
+def quaternion_conjugate(quaternion: Vector) -> Array:
     """Return a quaternion with its vector turned round."""
     return np.array(transforms.conjugate(_quaternion(quaternion)))
 
 
-def quaternion_inverse(quaternion: Sequence[float]) -> Array:
+def quaternion_inverse(quaternion: Vector) -> Array:
     """Return the quaternion that takes another one back."""
     values = _quaternion(quaternion)
     return np.array(transforms.conjugate(values)) / sum(value * value for value in values)
 
 
-def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Array:
+def quaternion_about_axis(angle: float, axis: Vector) -> Array:
     """Return the rotation by an angle about an axis of any length."""
     x, y, z = (float(value) for value in axis)
     length = math.hypot(x, y, z)
@@ -72,13 +73,13 @@ def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Array:
     return np.array(transforms.quaternion_from_axis_angle(unit, angle))
 
 
-def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Array:
+def quaternion_slerp(quat0: Vector, quat1: Vector, fraction: float) -> Array:
     """Return the rotation between two, the shorter way."""
     first, second = (transforms.normalize(_quaternion(each)) for each in (quat0, quat1))
     return np.array(transforms.slerp(first, second, fraction))
 
 
-def quaternion_matrix(quaternion: Sequence[float]) -> Array:
+def quaternion_matrix(quaternion: Vector) -> Array:
     """Return the matrix of a rotation."""
     matrix = np.identity(4)
     matrix[:3, :3] = transforms.matrix_from_quaternion(
@@ -113,7 +114,7 @@ def euler_from_matrix(matrix: Any, axes: str = _DEFAULT_AXES) -> tuple[float, fl
     return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
 
 
-def translation_matrix(direction: Sequence[float]) -> Array:
+def translation_matrix(direction: Vector) -> Array:
     """Return the matrix that moves."""
     matrix = np.identity(4)
     matrix[:3, 3] = direction

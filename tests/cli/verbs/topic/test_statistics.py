@@ -57,7 +57,9 @@ def test_a_rate_needs_two_arrivals():
     assert window.summary() is None
     window.arrive(1.5)
     assert window.summary() == Summary(0.5, 0.5, 0.5, 0.0, 2)
-    assert rate(window.summary()) == 2.0
+    summary = window.summary()
+    assert summary is not None
+    assert rate(summary) == 2.0
 
 
 def test_only_the_window_counts():
@@ -74,7 +76,9 @@ def test_bandwidth_falls_when_nothing_comes_any_more():
     assert window.summary(1.0) is None
     window.arrive(1.0, 30)
     assert window.summary(2.0) == Bandwidth(20.0, 20.0, 10, 30, 2)
-    assert window.summary(4.0).bytes_per_s == 10.0
+    later = window.summary(4.0)
+    assert later is not None
+    assert later.bytes_per_s == 10.0
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50), st.integers(1, 60))
@@ -83,6 +87,7 @@ def test_a_summary_describes_the_last_values(values, size):
     for value in values:
         window.add(value)
     summary = window.summary()
+    assert summary is not None
     kept = values[-size:]
     assert (summary.minimum, summary.maximum) == (min(kept), max(kept))
     assert summary.window == len(kept)

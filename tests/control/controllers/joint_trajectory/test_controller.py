@@ -1,6 +1,7 @@
 """The joint trajectory controller: three joints at (1.1, 2.1, 3.1), 100 Hz."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -59,7 +60,7 @@ class Arm:
             **parameters,
         }
         dotted = {name.replace("__", "."): value for name, value in options.items()}
-        self.controller = self.stack.load_controller("arm", TYPE, dotted)
+        self.controller: Any = self.stack.load_controller("arm", TYPE, dotted)
         self.node = self.stack.nodes["arm"]
 
     def configure(self):
@@ -89,7 +90,7 @@ class Arm:
 
     def freeze(self, **values):
         """Measure other values than the commanded ones, for good."""
-        hardware = self.stack.resources.components["Hardware"].hardware
+        hardware: Any = self.stack.resources.components["Hardware"].hardware
         hardware._pairs = []
         for name, value in values.items():
             self.stack.resources.state_interfaces[name.replace("_", "/")].value = value
@@ -187,8 +188,9 @@ class TestConfiguration:
         ],
     )
     def test_the_integral_has_one_clamp_or_two(self, given, low, high):
-        values = {f"gains.joint1.{name}": value for name, value in given.items()}
-        gains = read_gains("joint1", lambda name, default: values.get(name, default))
+        values: dict[str, Any] = {f"gains.joint1.{name}": value for name, value in given.items()}
+        read: Any = values.get
+        gains = read_gains("joint1", read)
         assert (gains.i_clamp_min, gains.i_clamp_max) == (low, high)
 
     def test_tolerances_changed_while_running_count_from_the_next_update(self, arm):

@@ -52,7 +52,7 @@ def test_errors_name_file_line_and_what_was_expected(write, text, line, expected
 def test_a_misspelled_key_has_a_suggestion(write):
     with pytest.raises(TeleopctlError) as caught:
         parse_file(write("launch:\n- node: {pkg: a, exec: b, namspace: c}"))
-    assert "namespace" in caught.value.hint
+    assert "namespace" in str(caught.value.hint)
 
 
 def test_a_missing_file_is_named(tmp_path):
