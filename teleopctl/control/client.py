@@ -12,7 +12,7 @@ from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Client, ExternalShutdownException, Node
 from teleopctl.node.endpoints.client import ResponseFuture
 from teleopctl.node.parameter_client import AsyncParameterClient
-from teleopctl.node.values.parameter import Parameter
+from teleopctl.node.values.parameter import AllowableParameterValue, Parameter
 
 STRICT = 2
 
@@ -177,7 +177,7 @@ class ControllerManagerClient:
         )
         return bool(response.ok), str(response.message)
 
-    def set_parameter(self, name: str, value: object) -> bool:
+    def set_parameter(self, name: str, value: AllowableParameterValue) -> bool:
         """Set a parameter of the manager's node."""
         wanted = [Parameter(name, value=value)]
         response = self._insist("set_parameters", lambda: self._parameters.set_parameters(wanted))

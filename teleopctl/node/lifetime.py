@@ -99,7 +99,7 @@ def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
                 before.add_node(node)
 
 
-def create_node(node_name: str, **options: Any) -> Node:
+def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its own
     """Make a node; the options are those of :class:`Node`."""
     from teleopctl.node.node import Node
 

@@ -105,7 +105,7 @@ class NodeEndpoints(NodeCore):
     def _watch(
         self,
         endpoint: Publisher[MessageT] | Subscription[MessageT],
-        callbacks: Any,
+        callbacks: Any,  # those of the endpoint
         group: CallbackGroup | None,
     ) -> None:
         try:

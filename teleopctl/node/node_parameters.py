@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.node.values.parameter import Parameter, ParameterType, parameter_value_to_python
+from teleopctl.node.values.parameter import (
+    AllowableParameterValue,
+    Parameter,
+    ParameterType,
+    parameter_value_to_python,
+)
 from teleopctl.node.values.parameter_store import (
     OnSetCallback,
     ParameterStore,
@@ -17,6 +22,14 @@ from teleopctl.node.values.parameter_store import (
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import (
+        ListParametersResult,
+        ParameterDescriptor,
+        ParameterValue,
+        SetParametersResult,
+    )
+
+    Default: TypeAlias = AllowableParameterValue | ParameterType
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
 
 
@@ -76,7 +89,9 @@ class NodeParameters(NodeEndpoints):
     ) -> QoSProfile:
         from teleopctl.node.endpoints.qos_overrides import overridden
 
-        def declare(name: str, default: Any, descriptor: Any) -> Parameter:
+        def declare(
+            name: str, default: AllowableParameterValue, descriptor: ParameterDescriptor
+        ) -> Parameter:
             if self.has_parameter(name):
                 return self.get_parameter(name)
             return self.declare_parameter(name, default, descriptor)
@@ -88,8 +103,8 @@ class NodeParameters(NodeEndpoints):
     def declare_parameter(
         self,
         name: str,
-        value: Any = None,
-        descriptor: Any | None = None,
+        value: Default = None,
+        descriptor: ParameterDescriptor | None = None,
         ignore_override: bool = False,
     ) -> Parameter:
         """Declare a parameter; an override from the command line or a file replaces the value.
@@ -97,7 +112,7 @@ class NodeParameters(NodeEndpoints):
         Args:
             name: Its name, parts separated by dots.
             value: Its default, or a ``Parameter.Type`` where only the type is known.
-            descriptor: A ``rcl_interfaces/msg/ParameterDescriptor``.
+            descriptor: What is said of it.
             ignore_override: Keep the default whatever the overrides say.
 
         Raises:
@@ -111,7 +126,9 @@ class NodeParameters(NodeEndpoints):
     def declare_parameters(
         self,
         namespace: str,
-        parameters: Iterable[tuple[Any, ...]],
+        parameters: Iterable[
+            tuple[str] | tuple[str, Default] | tuple[str, Default, ParameterDescriptor]
+        ],
         ignore_override: bool = False,
     ) -> list[Parameter]:
         """Declare several below a prefix; each is ``(name[, value[, descriptor]])``."""
@@ -170,7 +187,7 @@ class NodeParameters(NodeEndpoints):
         """Return the types of several parameters; raises as :meth:`get_parameter`."""
         return [self.get_parameter(name).type_ for name in names]
 
-    def list_parameters(self, prefixes: Sequence[str], depth: int) -> Any:
+    def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
         """Return the names below prefixes as ``rcl_interfaces/msg/ListParametersResult``.
 
         Args:
@@ -178,9 +195,10 @@ class NodeParameters(NodeEndpoints):
             depth: How many parts of a name count from the prefix; 0 is without limit.
         """
         names, parents = self._parameters.list_names(prefixes, depth)
-        return get_message("rcl_interfaces/msg/ListParametersResult")(names=names, prefixes=parents)
+        message: type[ListParametersResult] = get_message("rcl_interfaces/msg/ListParametersResult")
+        return message(names=names, prefixes=parents)
 
-    def describe_parameter(self, name: str) -> Any:
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
         """Return the descriptor of a parameter.
 
         Raises:
@@ -188,13 +206,16 @@ class NodeParameters(NodeEndpoints):
         """
         return self._parameters.descriptor(name)
 
-    def describe_parameters(self, names: Iterable[str]) -> list[Any]:
+    def describe_parameters(self, names: Iterable[str]) -> list[ParameterDescriptor]:
         """Return several descriptors; raises as :meth:`describe_parameter`."""
         return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(
-        self, name: str, descriptor: Any, alternative_value: Any | None = None
-    ) -> Any:
+        self,
+        name: str,
+        descriptor: ParameterDescriptor,
+        alternative_value: ParameterValue | None = None,
+    ) -> ParameterValue:
         """Give a parameter another descriptor.
 
         Args:
@@ -219,7 +240,7 @@ class NodeParameters(NodeEndpoints):
 
     # -- setting ---------------------------------------------------------------------------------
 
-    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
+    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[SetParametersResult]:
         """Set parameters one by one; returns a ``SetParametersResult`` for each.
 
         Raises:
@@ -228,7 +249,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.check_declared(parameter_list)
         return self._parameters.set_each(parameter_list)
 
-    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> Any:
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Set all parameters or none; returns one ``SetParametersResult``.
 
         Raises:

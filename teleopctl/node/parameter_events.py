@@ -13,6 +13,9 @@ from teleopctl.node.values.names import fully_qualified
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterEvent
+
     from teleopctl.node.node_endpoints import NodeEndpoints
 
 
@@ -22,14 +25,14 @@ class ParameterCallbackHandle:
 
     parameter_name: str
     node_name: str
-    callback: Callable[[Any], Any]
+    callback: Callable[[ParameterMessage], object]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterEventCallbackHandle:
     """Stands for a callback of all events."""
 
-    callback: Callable[[Any], Any]
+    callback: Callable[[ParameterEvent], object]
 
 
 class ParameterEventHandler:
@@ -47,7 +50,7 @@ class ParameterEventHandler:
         node: NodeEndpoints,
         qos_profile: QoSProfile | int = qos_profile_parameter_events,
         callback_group: CallbackGroup | None = None,
-        **options: Any,
+        **options: Any,  # those of `create_subscription`, which checks them
     ) -> None:
         self.node = node
         self.qos_profile = qos_profile
@@ -67,7 +70,7 @@ class ParameterEventHandler:
         """Listen no longer."""
         self.node.destroy_subscription(self.parameter_event_subscription)
 
-    def _handle(self, event: Any) -> None:
+    def _handle(self, event: ParameterEvent) -> None:
         with self._lock:
             of_parameter, of_all = list(self._of_parameter), list(self._of_all)
         for wanted in of_parameter:
@@ -80,7 +83,9 @@ class ParameterEventHandler:
             handle.callback(event)
 
     @staticmethod
-    def get_parameter_from_event(event: Any, parameter_name: str, node_name: str) -> Any | None:
+    def get_parameter_from_event(
+        event: ParameterEvent, parameter_name: str, node_name: str
+    ) -> ParameterMessage | None:
         """Return a parameter that is new or changed, as its message; None if it is neither."""
         if event.node != node_name:
             return None
@@ -88,13 +93,13 @@ class ParameterEventHandler:
         return next((each for each in changed if each.name == parameter_name), None)
 
     @staticmethod
-    def get_parameters_from_event(event: Any) -> Iterator[Any]:
+    def get_parameters_from_event(event: ParameterEvent) -> Iterator[ParameterMessage]:
         """Yield the parameters that are new or changed, as their messages."""
         yield from event.new_parameters
         yield from event.changed_parameters
 
     def add_parameter_callback(
-        self, parameter_name: str, node_name: str, callback: Callable[[Any], Any]
+        self, parameter_name: str, node_name: str, callback: Callable[[ParameterMessage], object]
     ) -> ParameterCallbackHandle:
         """Call back with a ``rcl_interfaces/msg/Parameter`` when one parameter has changed.
 
@@ -112,7 +117,7 @@ class ParameterEventHandler:
         return handle
 
     def add_parameter_event_callback(
-        self, callback: Callable[[Any], Any]
+        self, callback: Callable[[ParameterEvent], object]
     ) -> ParameterEventCallbackHandle:
         """Call back with each ``rcl_interfaces/msg/ParameterEvent``; returns what takes it back."""
         handle = ParameterEventCallbackHandle(callback)

@@ -18,6 +18,9 @@ from teleopctl.node.values.parameter_store import ParameterStore, result
 from teleopctl.node.values.qos import qos_profile_parameters
 
 if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+    from rcl_interfaces.msg import ParameterEvent
+
     from teleopctl.node.node_endpoints import NodeEndpoints
 
 
@@ -123,13 +126,14 @@ def _read(message: Any) -> tuple[Parameter | None, Any]:
 
 def parameter_event(
     node_name: str,
-    stamp: Any,
+    stamp: Time,
     new: list[Parameter],
     changed: list[Parameter],
     deleted: list[Parameter],
-) -> Any:
+) -> ParameterEvent:
     """Return the ``rcl_interfaces/msg/ParameterEvent`` of a change."""
-    return get_message("rcl_interfaces/msg/ParameterEvent")(
+    message: type[ParameterEvent] = get_message("rcl_interfaces/msg/ParameterEvent")
+    return message(
         stamp=stamp,
         node=node_name,
         new_parameters=[parameter.to_parameter_msg() for parameter in new],

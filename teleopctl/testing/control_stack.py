@@ -18,6 +18,7 @@ from teleopctl.control import (
 )
 from teleopctl.node import Node
 from teleopctl.node.values.logging import RcutilsLogger
+from teleopctl.node.values.parameter import AllowableParameterValue
 from teleopctl.robot.description import RobotDescription
 from teleopctl.testing.recorded_node import RecordedNode
 
@@ -56,14 +57,14 @@ class ControlStack:
         urdf: str | None = None,
         *,
         update_rate: int = 100,
-        parameters: Mapping[str, object] | None = None,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
         enforce_limits: bool = True,
     ) -> None:
         self.node = RecordedNode("controller_manager", parameters)
         self.log = self.node.log
         self.nodes: dict[str, RecordedNode] = {}
         self.time_ns = self.start_ns
-        self._controller_parameters: dict[str, dict[str, object]] = {}
+        self._controller_parameters: dict[str, dict[str, AllowableParameterValue]] = {}
         logger = cast(RcutilsLogger, self.log)
         self.resources = ResourceManager(
             cast(Node, self.node),
@@ -88,12 +89,17 @@ class ControlStack:
         for component in self.resources.components.values():
             component.change_state(State.ACTIVE)
 
-    def set_controller_parameters(self, name: str, parameters: Mapping[str, object]) -> None:
+    def set_controller_parameters(
+        self, name: str, parameters: Mapping[str, AllowableParameterValue]
+    ) -> None:
         """What a parameter file says for a controller that is not loaded yet, by dotted name."""
         self._controller_parameters[name] = dict(parameters)
 
     def load_controller(
-        self, name: str, type_name: str, parameters: Mapping[str, object] | None = None
+        self,
+        name: str,
+        type_name: str,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
     ) -> ControllerInterface:
         """Load a controller.
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from teleopctl.node import Parameter
+from teleopctl.node.values.parameter import AllowableParameterValue
 
 
 class RecordedLog:
@@ -92,7 +93,9 @@ class RecordedNode:
         endpoints: Publishers, subscriptions and services by the name they were made with.
     """
 
-    def __init__(self, name: str, parameters: Mapping[str, object] | None = None) -> None:
+    def __init__(
+        self, name: str, parameters: Mapping[str, AllowableParameterValue] | None = None
+    ) -> None:
         self._name = name
         self._parameters = dict(parameters or {})
         self._post_set: list[Callable[[list[Parameter]], None]] = []
@@ -134,7 +137,7 @@ class RecordedNode:
         return name in self._parameters
 
     def declare_parameter(  # noqa: D102
-        self, name: str, value: object = None, descriptor: object = None
+        self, name: str, value: AllowableParameterValue = None, descriptor: object = None
     ) -> Parameter:
         del descriptor
         self._parameters[name] = value

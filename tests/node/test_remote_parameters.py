@@ -119,7 +119,7 @@ def test_a_file_is_set_with_and_without_the_section_for_every_node(ask, robot, t
 
 
 def test_a_handler_calls_back_for_one_parameter_and_for_all(make_node, robot, spin_until):
-    order = []
+    order: list[tuple[str, object]] = []
     handler = ParameterEventHandler(make_node("watcher"))
     handler.add_parameter_callback("arm.speed", "robot", lambda p: order.append(("first", p.name)))
     newer = handler.add_parameter_callback(

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 
     from teleopctl.control.realtime_publisher import PublishQueue
     from teleopctl.node import Node
+    from teleopctl.node.values.parameter import AllowableParameterValue
     from teleopctl.robot.joint_rules import JointLimits
 
-T = TypeVar("T")
+T = TypeVar("T", bound="AllowableParameterValue")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
 from teleopctl.interfaces.store import get_message
@@ -12,6 +12,7 @@ from teleopctl.node.values.parameter_store import result
 from teleopctl.node.values.qos import qos_profile_clock
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import SetParametersResult
     from rosgraph_msgs.msg import Clock
 
     from teleopctl.node.endpoints.subscription import Subscription
@@ -37,7 +38,7 @@ class TimeSource:
         self._follow([parameter])
 
     @staticmethod
-    def _check(parameters: list[Parameter]) -> Any:
+    def _check(parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
             if parameter.name == USE_SIM_TIME and parameter.type_ != ParameterType.BOOL:
                 return result(False, f"{USE_SIM_TIME} parameter set to something besides a bool")

@@ -19,7 +19,8 @@ from teleopctl.wire.tokens import EndpointToken, EntityKind
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
-EventCallback = Callable[[Any], Any]
+# Any: what it is told depends on the event.
+EventCallback = Callable[[Any], object]
 
 
 class UnsupportedEventTypeError(Exception):
@@ -64,7 +65,7 @@ class PublisherEventCallbacks:
         liveliness: EventCallback | None = None,
         incompatible_qos: EventCallback | None = None,
         incompatible_type: EventCallback | None = None,
-        matched: EventCallback | None = None,
+        matched: Callable[[MatchedInfo], object] | None = None,
         use_default_callbacks: bool = True,
     ) -> None:
         self.deadline = deadline
@@ -84,9 +85,9 @@ class SubscriptionEventCallbacks:
         deadline: EventCallback | None = None,
         incompatible_qos: EventCallback | None = None,
         liveliness: EventCallback | None = None,
-        message_lost: EventCallback | None = None,
+        message_lost: Callable[[MessageLostInfo], object] | None = None,
         incompatible_type: EventCallback | None = None,
-        matched: EventCallback | None = None,
+        matched: Callable[[MatchedInfo], object] | None = None,
         use_default_callbacks: bool = True,
     ) -> None:
         self.deadline = deadline
@@ -133,7 +134,7 @@ class EventHandler(Waitable):
             self._changed = False
             return functools.partial(self._callback, self._status())
 
-    def _status(self) -> Any:
+    def _status(self) -> NamedTuple:
         """Return what is told to the callback, and count from there."""
         raise NotImplementedError
 

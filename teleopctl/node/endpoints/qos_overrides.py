@@ -10,7 +10,7 @@ import copy
 import dataclasses
 import enum
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
@@ -24,10 +24,12 @@ from teleopctl.node.values.qos import (
 from teleopctl.node.values.time import Duration
 
 if TYPE_CHECKING:
-    from teleopctl.node.values.parameter import Parameter
+    from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+
+    from teleopctl.node.values.parameter import AllowableParameterValue, Parameter
 
 # Node.declare_parameter, or what finds a parameter that is declared already.
-Declare = Callable[[str, Any, Any], "Parameter"]
+Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescriptor], Parameter]"
 
 
 class QoSPolicyKind(enum.IntEnum):
@@ -73,14 +75,16 @@ class QoSOverridingOptions:
     """
 
     policy_kinds: Iterable[QoSPolicyKind]
-    callback: Callable[[QoSProfile], Any] | None = dataclasses.field(default=None, kw_only=True)
+    callback: Callable[[QoSProfile], SetParametersResult] | None = dataclasses.field(
+        default=None, kw_only=True
+    )
     entity_id: str | None = dataclasses.field(default=None, kw_only=True)
 
     @classmethod
     def with_default_policies(
         cls,
         *,
-        callback: Callable[[QoSProfile], Any] | None = None,
+        callback: Callable[[QoSProfile], SetParametersResult] | None = None,
         entity_id: str | None = None,
     ) -> QoSOverridingOptions:
         """Return options for history, depth and reliability."""

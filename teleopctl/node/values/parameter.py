@@ -5,9 +5,18 @@ from __future__ import annotations
 import array
 import enum
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from teleopctl.interfaces.store import get_message
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterValue
+
+# An integer counts as a float for type checkers, and so do arrays of them.
+AllowableParameterValue: TypeAlias = (
+    bool | int | float | str | Sequence[float] | Sequence[str] | Sequence[bytes] | None
+)
 
 
 class ParameterType(enum.IntEnum):
@@ -25,7 +34,7 @@ class ParameterType(enum.IntEnum):
     STRING_ARRAY = 9
 
     @classmethod
-    def from_parameter_value(cls, value: Any) -> ParameterType:
+    def from_parameter_value(cls, value: object) -> ParameterType:
         """Return the type that a Python value has as a parameter.
 
         An empty sequence is a byte array, as in rclpy; a mix of integers and floats is doubles.
@@ -54,7 +63,7 @@ class ParameterType(enum.IntEnum):
         )
 
     @classmethod
-    def _of_elements(cls, values: Sequence[Any]) -> ParameterType:
+    def _of_elements(cls, values: Sequence[object]) -> ParameterType:
         kinds = {type(element) for element in values}
         if kinds <= {bytes}:
             return cls.BYTE_ARRAY
@@ -69,7 +78,7 @@ class ParameterType(enum.IntEnum):
         names = ", ".join(sorted(kind.__name__ for kind in kinds))
         raise TypeError(f"The elements of a parameter must be of one type, got {names}.")
 
-    def check(self, value: Any) -> bool:
+    def check(self, value: object) -> bool:
         """Tell whether a value may be held by this type."""
         try:
             actual = ParameterType.from_parameter_value(value)
@@ -111,7 +120,12 @@ class Parameter:
     Type = ParameterType
     __slots__ = ("_name", "_type", "_value")
 
-    def __init__(self, name: str, type_: ParameterType | None = None, value: Any = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        type_: ParameterType | None = None,
+        value: AllowableParameterValue = None,
+    ) -> None:
         chosen = ParameterType.from_parameter_value(value) if type_ is None else type_
         if not isinstance(chosen, ParameterType):
             raise TypeError("type must be an instance of 'Parameter.Type'")
@@ -119,7 +133,9 @@ class Parameter:
             raise ValueError(f"Type '{chosen.name}' and value '{value}' do not agree")
         self._name = name
         self._type = chosen
-        self._value = value
+        # Any: only its declaration knows the type, and a union would have to be narrowed by every
+        # program that has just declared the parameter.
+        self._value: Any = value
 
     @property
     def name(self) -> str:
@@ -137,14 +153,15 @@ class Parameter:
         return self._value
 
     @classmethod
-    def from_parameter_msg(cls, message: Any) -> Parameter:
+    def from_parameter_msg(cls, message: ParameterMessage) -> Parameter:
         """Make one from a ``rcl_interfaces/msg/Parameter``."""
         type_ = ParameterType(message.value.type)
         return cls(message.name, type_, parameter_value_to_python(message.value))
 
-    def get_parameter_value(self) -> Any:
+    def get_parameter_value(self) -> ParameterValue:
         """Return the value as ``rcl_interfaces/msg/ParameterValue``."""
-        message = get_message("rcl_interfaces/msg/ParameterValue")(type=int(self._type))
+        made: type[ParameterValue] = get_message("rcl_interfaces/msg/ParameterValue")
+        message = made(type=int(self._type))
         if self._type != ParameterType.NOT_SET:
             value = self._value
             if self._type == ParameterType.DOUBLE_ARRAY:
@@ -154,11 +171,10 @@ class Parameter:
             setattr(message, _VALUE_FIELD[self._type], value)
         return message
 
-    def to_parameter_msg(self) -> Any:
+    def to_parameter_msg(self) -> ParameterMessage:
         """Return the parameter as ``rcl_interfaces/msg/Parameter``."""
-        return get_message("rcl_interfaces/msg/Parameter")(
-            name=self._name, value=self.get_parameter_value()
-        )
+        made: type[ParameterMessage] = get_message("rcl_interfaces/msg/Parameter")
+        return made(name=self._name, value=self.get_parameter_value())
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Parameter):
@@ -171,20 +187,20 @@ class Parameter:
         return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"
 
 
-def parameter_value_to_python(message: Any) -> Any:
+def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
     """Return the Python value that a ``rcl_interfaces/msg/ParameterValue`` holds."""
     type_ = ParameterType(message.type)
     if type_ == ParameterType.NOT_SET:
         return None
-    value = getattr(message, _VALUE_FIELD[type_])
+    value: Any = getattr(message, _VALUE_FIELD[type_])
     if type_ == ParameterType.BYTE_ARRAY:
         return [e if isinstance(e, bytes) else bytes([e]) for e in value]
     if type_ >= ParameterType.BOOL_ARRAY:
-        return list(value)
-    return value
+        value = list(value)
+    return cast("AllowableParameterValue", value)
 
 
-def parameter_value_from_yaml(text: str) -> Any:
+def parameter_value_from_yaml(text: str) -> ParameterValue:
     """Return the ParameterValue that ``param set`` makes of a word on the command line.
 
     The word is YAML: ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``"1"`` and what

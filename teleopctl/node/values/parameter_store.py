@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node.values.exceptions import (
@@ -20,24 +20,31 @@ from teleopctl.node.values.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from teleopctl.node.values.parameter import Parameter, ParameterType, parameter_value_to_python
+from teleopctl.node.values.parameter import (
+    AllowableParameterValue,
+    Parameter,
+    ParameterType,
+    parameter_value_to_python,
+)
 
-# Receives the parameters about to be set; answers with rcl_interfaces/msg/SetParametersResult.
-OnSetCallback = Callable[[list[Parameter]], Any]
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+
+# Receives the parameters about to be set, and accepts or refuses them.
+OnSetCallback: TypeAlias = "Callable[[list[Parameter]], SetParametersResult]"
 PreSetCallback = Callable[[list[Parameter]], list[Parameter]]
 PostSetCallback = Callable[[list[Parameter]], None]
 # Told of what changed: new, changed and deleted parameters.
 ChangeListener = Callable[[list[Parameter], list[Parameter], list[Parameter]], None]
 
 
-def result(successful: bool, reason: str = "") -> Any:
+def result(successful: bool, reason: str = "") -> SetParametersResult:
     """Return a ``rcl_interfaces/msg/SetParametersResult``."""
-    return get_message("rcl_interfaces/msg/SetParametersResult")(
-        successful=successful, reason=reason
-    )
+    message: type[SetParametersResult] = get_message("rcl_interfaces/msg/SetParametersResult")
+    return message(successful=successful, reason=reason)
 
 
-def _range_problem(name: str, value: Any, descriptor: Any) -> str | None:
+def _range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> str | None:
     """Return why a number is outside the range of its descriptor; None when it is inside."""
     ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
     if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
@@ -98,7 +105,7 @@ class ParameterStore:
         self._on_change = on_change
         self._lock = threading.RLock()
         self._parameters: dict[str, Parameter] = {}
-        self._descriptors: dict[str, Any] = {}
+        self._descriptors: dict[str, ParameterDescriptor] = {}
 
     def names(self) -> list[str]:
         """Return the names of all parameters, in the order of their declaration."""
@@ -129,7 +136,11 @@ class ParameterStore:
         return name in self._parameters
 
     def declare(
-        self, name: str, value: Any, descriptor: Any | None, ignore_override: bool
+        self,
+        name: str,
+        value: AllowableParameterValue | ParameterType,
+        descriptor: ParameterDescriptor | None,
+        ignore_override: bool,
     ) -> Parameter:
         """Declare a parameter; see ``Node.declare_parameter``."""
         if not name:
@@ -175,7 +186,7 @@ class ParameterStore:
         return parameter
 
     @staticmethod
-    def _fitted(override: Parameter, descriptor: Any) -> Parameter:
+    def _fitted(override: Parameter, descriptor: ParameterDescriptor) -> Parameter:
         """Return an override in the declared type where the text of a file left it open."""
         declared = ParameterType(descriptor.type)
         empty = isinstance(override.value, list) and not override.value
@@ -235,19 +246,24 @@ class ParameterStore:
             if name.startswith(start)
         }
 
-    def descriptor(self, name: str) -> Any:
+    def descriptor(self, name: str) -> ParameterDescriptor:
         """Return the ``rcl_interfaces/msg/ParameterDescriptor`` of a parameter.
 
         Raises:
             ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
         """
         if name not in self._parameters:
-            if self.allow_undeclared:
-                return get_message("rcl_interfaces/msg/ParameterDescriptor")(name=name)
-            raise ParameterNotDeclaredException(name)
+            if not self.allow_undeclared:
+                raise ParameterNotDeclaredException(name)
+            message: type[ParameterDescriptor] = get_message(
+                "rcl_interfaces/msg/ParameterDescriptor"
+            )
+            return message(name=name)
         return self._descriptors[name]
 
-    def describe(self, name: str, descriptor: Any, alternative: Parameter | None) -> Parameter:
+    def describe(
+        self, name: str, descriptor: ParameterDescriptor, alternative: Parameter | None
+    ) -> Parameter:
         """Give a parameter another descriptor; see ``Node.set_descriptor``."""
         with self._lock:
             if name not in self._parameters:
@@ -271,11 +287,11 @@ class ParameterStore:
             self._on_change([], [parameter], [])
         return parameter
 
-    def set_each(self, parameters: Sequence[Parameter]) -> list[Any]:
+    def set_each(self, parameters: Sequence[Parameter]) -> list[SetParametersResult]:
         """Set parameters one by one; each gets a result of its own."""
         return [self.set_together([parameter]) for parameter in parameters]
 
-    def set_together(self, parameters: Sequence[Parameter]) -> Any:
+    def set_together(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Set all of the parameters or none of them.
 
         Returns:
@@ -305,7 +321,9 @@ class ParameterStore:
         return None
 
     @staticmethod
-    def _problem(parameter: Parameter, descriptor: Any, *, declaring: bool = False) -> str | None:
+    def _problem(
+        parameter: Parameter, descriptor: ParameterDescriptor, *, declaring: bool = False
+    ) -> str | None:
         """Return why a value may not be set; None when it may."""
         if descriptor.read_only and not declaring:
             return f"Trying to set a read-only parameter: {parameter.name}."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Any
+from typing import Self
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
@@ -26,7 +26,7 @@ class _Policy(enum.IntEnum):
         return [member.short_key for member in cls if member.name != "UNKNOWN"]
 
     @classmethod
-    def get_from_short_key(cls, name: str) -> Any:
+    def get_from_short_key(cls, name: str) -> Self:
         """Return the member of that name.
 
         Raises:

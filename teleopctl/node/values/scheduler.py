@@ -27,6 +27,8 @@ class Scheduler(Protocol):
     def is_shutdown(self) -> bool:
         """Whether it runs no callbacks any more."""
 
+    # Any: a node's class stands above this one.
+
     def add_node(self, node: Any) -> bool:
         """Serve a node from now on; False when it was served already."""
 

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import Any
+from typing import TYPE_CHECKING, overload
 
 from teleopctl.interfaces.stamps import (
+    Stamp,
     from_seconds,
     split,
     to_nanoseconds,
     to_seconds,
 )
 from teleopctl.interfaces.store import get_message
+
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Duration as DurationMessage
+    from builtin_interfaces.msg import Time as TimeMessage
 
 _INFINITE_NS = 2**63 - 1
 
@@ -50,13 +55,14 @@ class Duration:
         """The span in seconds (ours; rclpy has ``nanoseconds`` only)."""
         return to_seconds(self.nanoseconds)
 
-    def to_msg(self) -> Any:
+    def to_msg(self) -> DurationMessage:
         """Return a ``builtin_interfaces/msg/Duration``."""
         sec, nanosec = split(self.nanoseconds)
-        return get_message("builtin_interfaces/msg/Duration")(sec=sec, nanosec=nanosec)
+        message: type[DurationMessage] = get_message("builtin_interfaces/msg/Duration")
+        return message(sec=sec, nanosec=nanosec)
 
     @classmethod
-    def from_msg(cls, msg: Any) -> Duration:
+    def from_msg(cls, msg: Stamp) -> Duration:
         """Make one from a ``builtin_interfaces/msg/Duration``."""
         return cls(nanoseconds=to_nanoseconds(msg))
 
@@ -159,13 +165,14 @@ class Time:
         """Return whole seconds and the nanoseconds left over."""
         return split(self.nanoseconds)
 
-    def to_msg(self) -> Any:
+    def to_msg(self) -> TimeMessage:
         """Return a ``builtin_interfaces/msg/Time``."""
         sec, nanosec = split(self.nanoseconds)
-        return get_message("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)
+        message: type[TimeMessage] = get_message("builtin_interfaces/msg/Time")
+        return message(sec=sec, nanosec=nanosec)
 
     @classmethod
-    def from_msg(cls, msg: Any, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
+    def from_msg(cls, msg: Stamp, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
         """Make one from a ``builtin_interfaces/msg/Time``."""
         return cls(nanoseconds=to_nanoseconds(msg), clock_type=clock_type)
 
@@ -206,7 +213,13 @@ class Time:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    @overload
+    def __sub__(self, other: Time) -> Duration: ...
+
+    @overload
+    def __sub__(self, other: Duration) -> Time: ...
+
+    def __sub__(self, other: Time | Duration) -> Time | Duration:
         if isinstance(other, Time):
             if self._clock_type != other._clock_type:
                 raise TypeError("Can't subtract times with different clock types")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from teleopctl.control.controllers.joint_trajectory.pid import PidGains
 from teleopctl.control.controllers.joint_trajectory.tolerances import StateTolerance, Tolerances
 from teleopctl.control.controllers.joint_trajectory.trajectory import InterpolationMethod
 from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.parameter import AllowableParameterValue
 
 _COMMANDS = (
     {POSITION},
@@ -27,7 +30,7 @@ UNSUPPORTED = (
     "speed_scaling.command_interface",
 )
 
-T = TypeVar("T")
+T = TypeVar("T", bound="AllowableParameterValue")
 
 
 class ReadParameter(Protocol):
