@@ -58,6 +58,9 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
     return view if code == "B" else view.cast(code)
 
 
+# Any, here and below: a block comes in several forms, of which no checker knows a common one.
+
+
 def byteswapped(base: str, data: memoryview) -> Any:
     """Return a block that was received in the byte order that is not this machine's."""
     code = BLOCK_CODES[base]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import (
@@ -16,14 +16,18 @@ from teleopctl.interfaces.definition import (
 from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAPE_STEP
 from teleopctl.interfaces.typenames import normalize
 
+if TYPE_CHECKING:
+    from type_description_interfaces.msg import Field as FieldMessage
+    from type_description_interfaces.msg import IndividualTypeDescription, TypeDescription
+
 _BASES = {number: base for base, number in BASE_IDS.items() if base != "char"}
 
 
-def definitions(description: Any) -> list[Definition]:
+def definitions(description: TypeDescription) -> list[Definition]:
     """Return the definitions that a description holds, the described type first.
 
     Args:
-        description: A ``type_description_interfaces/msg/TypeDescription``; not trusted.
+        description: As another node sent it; not trusted.
 
     Raises:
         TeleopctlError: A name or the number of a type has no meaning.
@@ -37,7 +41,7 @@ def definitions(description: Any) -> list[Definition]:
     ]
 
 
-def _definition(individual: Any) -> Definition:
+def _definition(individual: IndividualTypeDescription) -> Definition:
     name = individual.type_name
     if normalize(name) != name:
         raise InvalidMessageError(f"{name!r} is not the full name of a type")
@@ -54,7 +58,7 @@ def _definition(individual: Any) -> Definition:
     return Definition(name, fields)
 
 
-def _field_type(type_name: str, field: Any) -> FieldType:
+def _field_type(type_name: str, field: FieldMessage) -> FieldType:
     number, kind = field.type.type_id, field.type
     shape, base_id = divmod(number, SHAPE_STEP)
     bounded = base_id in (BASE_IDS["string"] + BOUNDED_TEXT, BASE_IDS["wstring"] + BOUNDED_TEXT)

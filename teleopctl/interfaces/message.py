@@ -51,7 +51,7 @@ class Message:
     __makers__: ClassVar[dict[str, Maker]]
     _fields_and_field_types: ClassVar[dict[str, str]]
 
-    def __init__(self, **fields: Any) -> None:
+    def __init__(self, **fields: object) -> None:
         for name, (put, make) in self.__makers__.items():
             if name not in fields:
                 put(self, make())
@@ -111,6 +111,7 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
     return cls
 
 
+# Any: the field decides.
 def stored(message: Message, field: Field) -> Any:
     """Return what lies in the slot of a field: a block of numbers in whichever form it came."""
     return getattr(message, f"_{field.attribute}")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.errors import InvalidMessageError, InvalidTypeNameError
 from teleopctl.interfaces import hashing
@@ -20,6 +20,9 @@ from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.typenames import module_name, normalize, split
+
+if TYPE_CHECKING:
+    from type_description_interfaces.msg import TypeDescription
 
 _CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 _GOAL_STATUS = "action_msgs/msg/GoalStatusArray"
@@ -52,10 +55,14 @@ class Action:
     Goal: ClassVar[type[Message]]
     Result: ClassVar[type[Message]]
     Feedback: ClassVar[type[Message]]
-    Impl: ClassVar[Any]
+    Impl: ClassVar[Any]  # Any: a class of the action's own
 
     def __init__(self) -> None:
         raise NotImplementedError("An action has no instances; make a Goal.")
+
+
+# Any, here and below: which class it is depends on the name. Programs that know their types import
+# them (`from std_msgs.msg import String`); type checkers know those.
 
 
 def get_message(type_name: str) -> type[Any]:
@@ -85,7 +92,7 @@ def get_message(type_name: str) -> type[Any]:
         return _classes[name]
 
 
-def restore(type_name: str, values: Mapping[str, Any]) -> Message:
+def restore(type_name: str, values: Mapping[str, object]) -> Message:
     """Make a message from the values of its fields; what pickle and copy call."""
     message: Message = get_message(type_name)(**values)
     return message
@@ -181,7 +188,7 @@ def type_hash(type_name: str) -> str:
     return hashing.type_hash(definition, _definition)
 
 
-def type_description(type_name: str) -> dict[str, Any]:
+def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
     """Return the description from which the hash of a type is made, as plain dictionaries.
 
     Raises:
@@ -251,13 +258,13 @@ def add_definition_text(type_name: str, text: str) -> None:
     type_hash.cache_clear()
 
 
-def add_description(description: Any) -> None:
+def add_description(description: TypeDescription) -> None:
     """Make a type known by the description of it that another node sent.
 
     Nothing known is replaced: of a known type the fields have to be the same.
 
     Args:
-        description: A ``type_description_interfaces/msg/TypeDescription``; not trusted.
+        description: As another node sent it; not trusted.
 
     Raises:
         TeleopctlError: The description makes no sense, or contradicts what is known.

@@ -38,6 +38,7 @@ class Codecs:
         message_class: Gives the class of a message by the name of its type.
     """
 
+    # Any, here and in the code generator: values of generated code.
     def __init__(self, message_class: Callable[[str], Any]) -> None:
         self._message_class = message_class
         self._layout = Layout(lambda name: message_class(name).__definition__)

@@ -32,7 +32,7 @@ _little_readers: dict[type[Any], Reader] = {}
 _big_readers: dict[type[Any], Reader] = {}
 
 
-def serialize(message: Any) -> bytearray:
+def serialize(message: Message) -> bytearray:
     """Return a message as little-endian CDR with its four bytes of encapsulation.
 
     A block of numbers is copied once, into the result.
@@ -85,7 +85,7 @@ def deserialize(
     return message  # type: ignore[no-any-return] # made by the class that was passed
 
 
-def as_numpy(message: Any, field: str) -> NumberArray:
+def as_numpy(message: Message, field: str) -> NumberArray:
     """Return an array or sequence of numbers as a numpy array, without a copy where possible.
 
     The result may be read-only, and while it refers to an ``array.array`` that cannot be resized.

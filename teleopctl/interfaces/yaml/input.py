@@ -19,7 +19,7 @@ from teleopctl.interfaces.definition import (
     Shape,
 )
 from teleopctl.interfaces.message import Message
-from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
+from teleopctl.interfaces.stamps import Stamp, set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
 
 MessageType = TypeVar("MessageType")
@@ -36,8 +36,8 @@ class _BadValueError(Exception):
 
 def message_from_yaml(
     message_class: type[MessageType],
-    content: str | Mapping[str, Any] | None,
-    now: Any = None,
+    content: str | Mapping[str, object] | None,
+    now: int | Stamp | None = None,
 ) -> MessageType:
     """Make a message from YAML.
 
@@ -65,7 +65,7 @@ def message_from_yaml(
     return message
 
 
-def _nanoseconds(now: Any) -> int:
+def _nanoseconds(now: int | Stamp | None) -> int:
     if now is None:
         return time.time_ns()
     return now if isinstance(now, int) else to_nanoseconds(now)

@@ -50,7 +50,7 @@ class _Options(NamedTuple):
 
 
 def message_to_yaml(
-    message: Any,
+    message: Message,
     *,
     truncate: int | None = DEFAULT_TRUNCATION,
     flow: bool = False,
@@ -83,18 +83,17 @@ def _dump(values: object, dumper: type[Any], flow: bool) -> str:
     return text
 
 
-def message_to_dict(message: Any) -> dict[str, Any]:
+def message_to_dict(message: Message) -> dict[str, Any]:  # Any: whatever JSON holds
     """Return a message as values that JSON can hold.
 
     JSON has no NaN and no infinity: they become the texts ``NaN``, ``Infinity`` and
     ``-Infinity``, which ``message_from_yaml`` takes back. Bytes become numbers.
     """
-    assert isinstance(message, Message)
     return {field.name: _json_value(message, field) for field in message.__definition__.fields}
 
 
 def message_to_csv(
-    message: Any,
+    message: Message,
     *,
     truncate: int | None = DEFAULT_TRUNCATION,
     no_arr: bool = False,

@@ -148,7 +148,7 @@ class Parameter:
         return self._type
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Any:  # see the constructor
         """The parameter's value; None when it is not set."""
         return self._value
 

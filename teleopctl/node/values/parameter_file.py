@@ -26,6 +26,7 @@ class ParameterFile(NamedTuple):
         sections: Pairs of a section's name, with its leading slash, and its flat parameters.
     """
 
+    # Any, here and below: YAML's values, which `Parameter` checks.
     sections: tuple[tuple[str, dict[str, Any]], ...]
 
     def for_node(self, full_name: str) -> dict[str, Any]:

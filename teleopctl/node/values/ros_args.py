@@ -45,7 +45,7 @@ class ParameterRule(NamedTuple):
 
     node: str | None
     name: str
-    value: Any
+    value: Any  # what YAML makes of it
 
 
 class RosArguments(NamedTuple):
@@ -91,6 +91,7 @@ class RosArguments(NamedTuple):
                 return expand_name(rule.replacement, node_name, namespace, is_service=is_service)
         return name
 
+    # Any: YAML's values, which `Parameter` checks.
     def parameter_overrides(self, node_name: str, namespace: str) -> dict[str, Any]:
         """Return the parameter values meant for a node, files and single ones, later ones win."""
         full_name = fully_qualified(namespace, node_name)
