@@ -11,9 +11,12 @@ import functools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import InvalidFileError
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
 
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
@@ -114,7 +117,7 @@ def parameter_messages(
     use_wildcard: bool = False,
     target_nodes: Sequence[str] | None = None,
     namespace: str = "",
-) -> dict[str, Any]:
+) -> dict[str, ParameterMessage]:
     """Return what a parameter file holds as messages, by name.
 
     Args:
