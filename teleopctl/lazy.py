@@ -8,8 +8,10 @@ from importlib import import_module
 from typing import Any
 
 
-def attach(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], list[str]]:
-    """Make the ``__getattr__`` and the ``__all__`` of a package (PEP 562).
+def attach(
+    package: str, names: Mapping[str, str]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Make the ``__getattr__``, ``__dir__`` and ``__all__`` of a package (PEP 562).
 
     Type checkers do not see what it does: the package's ``__init__`` imports the same names below
     ``if TYPE_CHECKING``, and calls this in the ``else``. A test holds the two lists equal.
@@ -29,4 +31,5 @@ def attach(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any]
         setattr(sys.modules[package], name, value)
         return value
 
-    return load, sorted(module_of)
+    public = sorted(module_of)
+    return load, lambda: public, public

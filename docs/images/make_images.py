@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from teleopctl.sim.gl_backend import choose_backend
+from teleopctl.sim import choose_backend
 
 FOLDER = Path(__file__).parent
 POSE = {"joint_1": -0.7, "joint_2": -0.3, "joint_3": 0.0, "joint_4": -0.6, "joint_5": 0.6}
@@ -31,10 +31,9 @@ def draw_arm(file: Path) -> None:
     choose_backend()
     import mujoco
 
-    from teleopctl.mujoco_model.model import build_model
+    from teleopctl.mujoco_model import build_model
     from teleopctl.packages import package_share
-    from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.xacro_file import expand
+    from teleopctl.robot import RobotDescription, expand
 
     urdf = expand(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
     model = build_model(RobotDescription.from_urdf(urdf)).mj_model
@@ -86,7 +85,7 @@ def teleopctl(*words: str) -> None:
 def _picture_of(goal: dict[str, float]) -> Any:
     """Move the arm and return the first picture taken after it has arrived."""
     from teleopctl import node as ros
-    from teleopctl.interfaces.store import get_message
+    from teleopctl.interfaces import get_message
 
     arm = [name for name in goal if name != "joint_4"]
     point = f"{{positions: {[goal[name] for name in arm]}, time_from_start: {{sec: 1}}}}"

@@ -15,7 +15,7 @@ from teleopctl.errors import TeleopctlError
 
 # The rest is imported where candidates are wanted: this module is loaded for every `--help`.
 if TYPE_CHECKING:
-    from teleopctl.wire.graph import Graph
+    from teleopctl.wire import Graph
 
 
 def topics(incomplete: str) -> list[str]:
@@ -36,7 +36,7 @@ def nodes(incomplete: str) -> list[str]:
 def message_types(context: typer.Context, incomplete: str) -> list[str]:
     """Types of the topic that stands on the line, else all that are known."""
     from teleopctl.cli.live import absolute_name, live_graph
-    from teleopctl.interfaces.store import list_types
+    from teleopctl.interfaces import list_types
 
     try:
         topics = dict(live_graph().topic_names_and_types())
@@ -67,7 +67,7 @@ def programs(context: typer.Context, incomplete: str) -> list[str]:
 
 def launch_words(context: typer.Context, incomplete: str) -> list[str]:
     """For ``launch``: files and packages, then a package's files or a file's arguments."""
-    from teleopctl.launch.finding import files_in_package, is_launch_file
+    from teleopctl.launch import files_in_package, is_launch_file
 
     try:
         match context.params.get("words") or []:
@@ -86,14 +86,14 @@ def launch_words(context: typer.Context, incomplete: str) -> list[str]:
 
 def running_processes(incomplete: str) -> list[str]:
     """Names of what runs in the background."""
-    from teleopctl.launch.execution.running import running
+    from teleopctl.launch import running
 
     return sorted({e.record.name for e in running() if e.record.name.startswith(incomplete)})
 
 
 def logged_processes(incomplete: str) -> list[str]:
     """The same, with what has ended in launches that still run."""
-    from teleopctl.launch.execution.running import running
+    from teleopctl.launch import running
 
     names = {entry.record.name for entry in running(include_ended=True)}
     return sorted(name for name in names if name.startswith(incomplete))
@@ -101,7 +101,7 @@ def logged_processes(incomplete: str) -> list[str]:
 
 def _launch_files_and_packages() -> list[str]:
     from teleopctl import packages
-    from teleopctl.launch.finding import builtin_files, files_in_package, is_launch_file
+    from teleopctl.launch import builtin_files, files_in_package, is_launch_file
 
     files = (path for path in sorted(Path().iterdir()) if is_launch_file(path.name))
     listed = (package.name for package in packages.list_packages())
@@ -113,8 +113,7 @@ def _launch_files_and_packages() -> list[str]:
 
 
 def _launch_arguments(package: str | None, file: str) -> list[str]:
-    from teleopctl.launch.arguments import argument_names
-    from teleopctl.launch.finding import find_launch_file
+    from teleopctl.launch import argument_names, find_launch_file
 
     return [f"{name}:=" for name in argument_names(find_launch_file(package, file))]
 

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
-from teleopctl.node.context import Context
-from teleopctl.node.node import Node
-from teleopctl.node.values.signals import SignalHandlerOptions
+from teleopctl.node import Context, Node, SignalHandlerOptions
 
 
 @contextmanager

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.wire.graph import query_graph
-from teleopctl.wire.session import open_session
+from teleopctl.wire import open_session, query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.wire.graph import Graph
+    from teleopctl.wire import Graph
 
 
 def live_graph() -> Graph:

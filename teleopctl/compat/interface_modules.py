@@ -24,13 +24,13 @@ class InterfaceModule(ModuleType):
     def __getattr__(self, name: str) -> object:
         if name == "__all__":
             return self.__dir__()
-        from teleopctl.interfaces.store import catalog, get_class
+        from teleopctl.interfaces import get_class, known_types
 
         package, kind = self.__name__.split(".")[:2]
         type_name = f"{package}/{kind}/{name}"
         # A package of the user's may add to one that is known; the list of names leaves that out.
         if name not in self.__dir__() and (
-            not _may_be_class(name) or catalog().find(type_name) is None
+            not _may_be_class(name) or known_types().find(type_name) is None
         ):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         found = get_class(type_name)
@@ -47,17 +47,16 @@ def class_names(module: str) -> list[str]:
     A module that belongs to one definition has the classes of its parts as well, which is where
     pickle looks for them.
     """
-    from teleopctl.interfaces.store import catalog
-    from teleopctl.interfaces.typenames import module_name
+    from teleopctl.interfaces import known_types, module_name
 
     package, kind, *single = module.split(".")
     types = [
         name
-        for name in catalog().package_names(package, kind)
+        for name in known_types().package_names(package, kind)
         if not single or module_name(name) == module
     ]
     if single:
-        types = [part for name in types for part in catalog().parts(name)]
+        types = [part for name in types for part in known_types().parts(name)]
     return [name.rpartition("/")[2] for name in types]
 
 
@@ -65,9 +64,9 @@ def has_package(package: str, kind: str | None = None) -> bool:
     """Tell whether a package defines interfaces, or interfaces of one kind."""
     if not _may_be_package(package):
         return False
-    from teleopctl.interfaces.store import catalog
+    from teleopctl.interfaces import known_types
 
-    return bool(catalog().package_names(package, kind))
+    return bool(known_types().package_names(package, kind))
 
 
 def unknown_name(name: str, module: str) -> str:

@@ -11,53 +11,62 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.control.client import ControllerManagerClient as ControllerManagerClient
     from teleopctl.control.client import (
+        ControllerManagerClient as ControllerManagerClient,
         ControllerManagerUnavailableError as ControllerManagerUnavailableError,
     )
     from teleopctl.control.controller_files import manager_settings as manager_settings
-    from teleopctl.control.controller_manager import ControllerManager as ControllerManager
-    from teleopctl.control.controller_manager import ManagerNode as ManagerNode
+    from teleopctl.control.controller_manager import (
+        ControllerManager as ControllerManager,
+        ManagerNode as ManagerNode,
+    )
     from teleopctl.control.controller_manager_node import (
         ControllerManagerNode as ControllerManagerNode,
     )
     from teleopctl.control.controller_spec import ControllerSpec as ControllerSpec
-    from teleopctl.control.controllers.base import ControllerInterface as ControllerInterface
     from teleopctl.control.controllers.base import (
+        ControllerInterface as ControllerInterface,
         ControllerInterfaceParams as ControllerInterfaceParams,
-    )
-    from teleopctl.control.controllers.base import InterfaceConfiguration as InterfaceConfiguration
-    from teleopctl.control.controllers.base import (
+        InterfaceConfiguration as InterfaceConfiguration,
         InterfaceConfigurationType as InterfaceConfigurationType,
     )
-    from teleopctl.control.cycle import Cycle as Cycle
-    from teleopctl.control.cycle import WallClockLoop as WallClockLoop
-    from teleopctl.control.handles import ACCELERATION as ACCELERATION
-    from teleopctl.control.handles import EFFORT as EFFORT
-    from teleopctl.control.handles import POSITION as POSITION
-    from teleopctl.control.handles import VELOCITY as VELOCITY
-    from teleopctl.control.handles import CommandInterface as CommandInterface
-    from teleopctl.control.handles import StateInterface as StateInterface
+    from teleopctl.control.cycle import Cycle as Cycle, WallClockLoop as WallClockLoop
+    from teleopctl.control.handles import (
+        ACCELERATION as ACCELERATION,
+        EFFORT as EFFORT,
+        POSITION as POSITION,
+        VELOCITY as VELOCITY,
+        CommandInterface as CommandInterface,
+        StateInterface as StateInterface,
+    )
     from teleopctl.control.hardware.base import (
         HardwareComponentInterface as HardwareComponentInterface,
+        HardwareComponentParams as HardwareComponentParams,
     )
-    from teleopctl.control.hardware.base import HardwareComponentParams as HardwareComponentParams
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
-    from teleopctl.control.lifecycle import CallbackReturn as CallbackReturn
-    from teleopctl.control.lifecycle import ReturnType as ReturnType
-    from teleopctl.control.lifecycle import State as State
-    from teleopctl.control.realtime_publisher import PublishQueue as PublishQueue
-    from teleopctl.control.realtime_publisher import RealtimePublisher as RealtimePublisher
-    from teleopctl.control.resource_manager import ClaimError as ClaimError
-    from teleopctl.control.resource_manager import ResourceManager as ResourceManager
+    from teleopctl.control.lifecycle import (
+        CallbackReturn as CallbackReturn,
+        ReturnType as ReturnType,
+        State as State,
+    )
+    from teleopctl.control.realtime_publisher import (
+        PublishQueue as PublishQueue,
+        RealtimePublisher as RealtimePublisher,
+    )
+    from teleopctl.control.resource_manager import (
+        ClaimError as ClaimError,
+        ResourceManager as ResourceManager,
+    )
     from teleopctl.control.services import ControllerManagerServices as ControllerManagerServices
-    from teleopctl.control.switching import Strictness as Strictness
-    from teleopctl.control.switching import SwitchRequest as SwitchRequest
-    from teleopctl.control.switching import switch_controller as switch_controller
+    from teleopctl.control.switching import (
+        Strictness as Strictness,
+        SwitchRequest as SwitchRequest,
+        switch_controller as switch_controller,
+    )
 else:
     from teleopctl.lazy import attach
 
-    __getattr__, __all__ = attach(
+    __getattr__, __dir__, __all__ = attach(
         __name__,
         {
             "client": "ControllerManagerClient ControllerManagerUnavailableError",

@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from teleopctl.errors import UnavailableError
-from teleopctl.interfaces.stamps import from_seconds, set_stamp
-from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.node import Client, ExternalShutdownException, Node
-from teleopctl.node.endpoints.client import ResponseFuture
-from teleopctl.node.parameter_client import AsyncParameterClient
-from teleopctl.node.values.parameter import AllowableParameterValue, Parameter
+from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp
+from teleopctl.node import (
+    AllowableParameterValue,
+    AsyncParameterClient,
+    Client,
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    ResponseFuture,
+)
 
 STRICT = 2
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidFileError
-from teleopctl.node.values.parameter_file import ParameterFile, read_parameter_file
+from teleopctl.node import ParameterFile, read_parameter_file
 
 # Any stands for parameters: one has one of nine types, and files decide which.
 

@@ -33,8 +33,7 @@ from teleopctl.errors import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
-    from teleopctl.node.values.logging import RcutilsLogger
+    from teleopctl.node import Node, RcutilsLogger
 
 
 class ManagerNode(Protocol):

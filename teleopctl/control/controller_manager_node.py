@@ -14,9 +14,9 @@ from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
 from teleopctl.errors import InvalidParameterError, TeleopctlError
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node import Clock, Executor, Node, qos_profile_latched
-from teleopctl.robot.description import RobotDescription
+from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
 # Part of a period by which states may come early or late before it is worth a warning.

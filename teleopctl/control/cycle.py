@@ -18,10 +18,10 @@ from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.switching import start_fallbacks
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
-    from teleopctl.node.values.logging import RcutilsLogger
+    from teleopctl.node import RcutilsLogger
 
 # New objects after which the slack of a cycle is used to collect garbage.
 _GARBAGE = 2000

@@ -10,7 +10,7 @@ from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 
 if TYPE_CHECKING:
-    from teleopctl.node.values.logging import RcutilsLogger
+    from teleopctl.node import RcutilsLogger
 
 # What one step in each direction is called, in logs and as the plug-in's method.
 _STEPS: dict[tuple[State, State], str] = {

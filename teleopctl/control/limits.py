@@ -20,7 +20,7 @@ from teleopctl.control.handles import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.robot.joint_rules import JointLimits
+    from teleopctl.robot import JointLimits
 
 # A measured position this far outside its limits (rad or m) stops velocity commands for good.
 _OUTSIDE = 0.002

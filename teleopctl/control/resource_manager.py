@@ -13,14 +13,11 @@ from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.limits import JointLimiter, describe
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
-from teleopctl.robot.joints import Joints
+from teleopctl.robot import Joints
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
-    from teleopctl.node.values.logging import RcutilsLogger
-    from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.joint_rules import JointLimits
-    from teleopctl.robot.ros2_control_tag import HardwareInfo
+    from teleopctl.node import Node, RcutilsLogger
+    from teleopctl.robot import HardwareInfo, JointLimits, RobotDescription
 
 # Prepares or performs a change of command interfaces: names to start, names to stop.
 _ModeSwitch = Callable[[Sequence[str], Sequence[str]], ReturnType | None]

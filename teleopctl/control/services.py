@@ -13,8 +13,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, to_nanoseconds
-from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_service, to_nanoseconds
 
 if TYPE_CHECKING:
     from teleopctl.node import Node

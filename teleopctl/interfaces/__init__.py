@@ -1,1 +1,65 @@
 """Floor 0: message, service and action types, their CDR, hashes and YAML."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.interfaces.cdr import deserialize as deserialize, serialize as serialize
+    from teleopctl.interfaces.message import (
+        MessageT as MessageT,
+        RequestT as RequestT,
+        ResponseT as ResponseT,
+    )
+    from teleopctl.interfaces.protocols import ServiceType as ServiceType
+    from teleopctl.interfaces.stamps import (
+        NANOSECONDS_PER_SECOND as NANOSECONDS_PER_SECOND,
+        Stamp as Stamp,
+        from_seconds as from_seconds,
+        set_stamp as set_stamp,
+        split as split,
+        to_nanoseconds as to_nanoseconds,
+        to_seconds as to_seconds,
+    )
+    from teleopctl.interfaces.store import (
+        definition_text as definition_text,
+        get_class as get_class,
+        get_message as get_message,
+        get_service as get_service,
+        known_types as known_types,
+        list_types as list_types,
+        type_description as type_description,
+        type_hash as type_hash,
+    )
+    from teleopctl.interfaces.stubs import write_stubs as write_stubs
+    from teleopctl.interfaces.typenames import (
+        from_dds as from_dds,
+        module_name as module_name,
+        normalize as normalize,
+        snake_case as snake_case,
+        to_dds as to_dds,
+    )
+    from teleopctl.interfaces.yaml import (
+        message_from_yaml as message_from_yaml,
+        message_to_csv as message_to_csv,
+        message_to_dict as message_to_dict,
+        message_to_yaml as message_to_yaml,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "cdr": "deserialize serialize",
+            "message": "MessageT RequestT ResponseT",
+            "protocols": "ServiceType",
+            "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
+            "to_seconds",
+            "store": "definition_text get_class get_message get_service known_types list_types "
+            "type_description type_hash",
+            "stubs": "write_stubs",
+            "typenames": "from_dds module_name normalize snake_case to_dds",
+            "yaml": "message_from_yaml message_to_csv message_to_dict message_to_yaml",
+        },
+    )

@@ -183,7 +183,7 @@ def type_hash(type_name: str) -> str:
         TeleopctlError: The type, or one that it uses, is not known.
     """
     definition = _definition(normalize(type_name))
-    if catalog().distribution in _WITHOUT_HASHES:
+    if known_types().distribution in _WITHOUT_HASHES:
         return hashing.NOT_SUPPORTED
     return hashing.type_hash(definition, _definition)
 
@@ -199,7 +199,7 @@ def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
 
 def list_types(kind: str | None = None) -> list[str]:
     """Return the names of all known types, sorted; only ``msg``, ``srv`` or ``action`` if given."""
-    return catalog().names(kind)
+    return known_types().names(kind)
 
 
 def definition_text(type_name: str) -> str:
@@ -242,7 +242,7 @@ def add_definitions(folder: str | Path, package_name: str) -> list[str]:
         TeleopctlError: There is nothing in the folder, a definition cannot be understood, or a
             type is already in use with another definition.
     """
-    added = catalog().add_folder(Path(folder), package_name)
+    added = known_types().add_folder(Path(folder), package_name)
     type_hash.cache_clear()
     return added
 
@@ -254,7 +254,7 @@ def add_definition_text(type_name: str, text: str) -> None:
         TeleopctlError: The text cannot be understood, or the type is already in use with another
             definition.
     """
-    catalog().add_text(normalize(type_name), text)
+    known_types().add_text(normalize(type_name), text)
     type_hash.cache_clear()
 
 
@@ -273,16 +273,16 @@ def add_description(description: TypeDescription) -> None:
 
     described = definitions(description)
     for definition in described:
-        known = catalog().find(definition.type_name)
+        known = known_types().find(definition.type_name)
         if known is not None and hashing.fields_of(known) != hashing.fields_of(definition):
             raise InvalidMessageError(
                 f"{definition.type_name} is defined here otherwise than where it is used",
                 hint="The packages that define it have different versions.",
             )
-    catalog().add(d for d in described if catalog().find(d.type_name) is None)
+    known_types().add(d for d in described if known_types().find(d.type_name) is None)
 
 
-def catalog() -> Catalog:
+def known_types() -> Catalog:
     """Return the definitions of this process."""
     with _lock:
         return _make_catalog()
@@ -294,7 +294,7 @@ def _make_catalog() -> Catalog:
 
 
 def _definition(name: str) -> Definition:
-    found = catalog().find(name)
+    found = known_types().find(name)
     if found is None:
         raise InvalidMessageError(f"Unknown interface type {name}", hint=_similar(name))
     return found

@@ -13,29 +13,72 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.launch.actions.messages import Log as Log
-    from teleopctl.launch.actions.process import Executable as Executable
-    from teleopctl.launch.actions.process import Node as Node
+    from teleopctl.launch.actions.process import Executable as Executable, Node as Node
+    from teleopctl.launch.arguments import (
+        argument_names as argument_names,
+        describe_arguments as describe_arguments,
+    )
     from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
     from teleopctl.launch.evaluation.substitution import Substitution as Substitution
-    from teleopctl.launch.model.action import Action as Action
-    from teleopctl.launch.model.action import Entity as Entity
-    from teleopctl.launch.model.action import Launch as Launch
-    from teleopctl.launch.model.action import Step as Step
+    from teleopctl.launch.execution.readiness import (
+        NewNodes as NewNodes,
+        wait_for_node as wait_for_node,
+    )
+    from teleopctl.launch.execution.running import (
+        Running as Running,
+        find_running as find_running,
+        newest_log as newest_log,
+        running as running,
+        stop_running as stop_running,
+        stopped_by_ctrl_c as stopped_by_ctrl_c,
+    )
+    from teleopctl.launch.execution.status import (
+        ProcessStatus as ProcessStatus,
+        command_text as command_text,
+        folder_of as folder_of,
+        mark_stopped as mark_stopped,
+    )
+    from teleopctl.launch.finding import (
+        builtin_files as builtin_files,
+        files_in_package as files_in_package,
+        find_launch_file as find_launch_file,
+        is_launch_file as is_launch_file,
+    )
+    from teleopctl.launch.model.action import (
+        Action as Action,
+        Entity as Entity,
+        Launch as Launch,
+        Step as Step,
+    )
     from teleopctl.launch.model.descriptions import NodePart as NodePart
-    from teleopctl.launch.model.template import Template as Template
-    from teleopctl.launch.model.template import literal as literal
+    from teleopctl.launch.model.plan import LaunchPlan as LaunchPlan
+    from teleopctl.launch.model.template import Template as Template, literal as literal
+    from teleopctl.launch.starting import (
+        free_name as free_name,
+        make_plan as make_plan,
+        run_here as run_here,
+        start_in_background as start_in_background,
+    )
 else:
     from teleopctl.lazy import attach
 
-    __getattr__, __all__ = attach(
+    __getattr__, __dir__, __all__ = attach(
         __name__,
         {
             "actions.messages": "Log",
             "actions.process": "Executable Node",
+            "arguments": "argument_names describe_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.substitution": "Substitution",
+            "execution.readiness": "NewNodes wait_for_node",
+            "execution.running": "Running find_running newest_log running stop_running "
+            "stopped_by_ctrl_c",
+            "execution.status": "ProcessStatus command_text folder_of mark_stopped",
+            "finding": "builtin_files files_in_package find_launch_file is_launch_file",
             "model.action": "Action Entity Launch Step",
             "model.descriptions": "NodePart",
+            "model.plan": "LaunchPlan",
             "model.template": "Template literal",
+            "starting": "free_name make_plan run_here start_in_background",
         },
     )

@@ -97,8 +97,7 @@ def free_name(name: str) -> str:
 
 
 def _prepare(plan: LaunchPlan) -> None:
-    from teleopctl.wire.router import ensure_router
-    from teleopctl.wire.session import domain_id
+    from teleopctl.wire import domain_id, ensure_router
 
     domain_id()  # a faulty one would be reported by each of the processes
     ensure_router()

@@ -2,3 +2,33 @@
 
 What needs the model needs no simulation: the camera, kinematics and the page take it from here.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
+    from teleopctl.mujoco_model.drives import (
+        compensated_bodies as compensated_bodies,
+        drive_name as drive_name,
+        motor_name as motor_name,
+    )
+    from teleopctl.mujoco_model.joints import JointSpec as JointSpec
+    from teleopctl.mujoco_model.model import (
+        RobotModel as RobotModel,
+        build_model as build_model,
+        initial_positions as initial_positions,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "cameras": "CameraModel",
+            "drives": "compensated_bodies drive_name motor_name",
+            "joints": "JointSpec",
+            "model": "RobotModel build_model initial_positions",
+        },
+    )

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from teleopctl.robot.urdf import Pose
-from teleopctl.tf.transforms import Quaternion, multiply, quaternion_from_rpy
+from teleopctl.robot import Pose
+from teleopctl.tf import Quaternion, multiply, quaternion_from_rpy
 
 if TYPE_CHECKING:
-    from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.gazebo_tag import Sensor
+    from teleopctl.robot import RobotDescription, Sensor
 
 _DEFAULT_RATE_HZ = 30.0
 

@@ -22,8 +22,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.joints import JointSpec
-    from teleopctl.robot.joint_rules import JointLimits
-    from teleopctl.robot.urdf import Mimic
+    from teleopctl.robot import JointLimits, Mimic
 
 # Natural frequency of a joint on its drive, rad/s. At 1 ms steps that is 0.1 rad per step, far
 # inside what the integrator bears even where a pose lowers the joint's inertia tenfold.

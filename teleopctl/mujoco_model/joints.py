@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teleopctl.robot.joint_rules import JointLimits
-from teleopctl.robot.joints import Joints
+from teleopctl.robot import JointLimits, Joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.ros2_control_tag import ComponentInfo, InterfaceInfo
-    from teleopctl.robot.urdf import Mimic
+    from teleopctl.robot import ComponentInfo, InterfaceInfo, Mimic, RobotDescription
 
 COMMAND_INTERFACES = ("position", "velocity", "effort")
 

@@ -20,7 +20,7 @@ from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
 
 if TYPE_CHECKING:
-    from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot import RobotDescription
 
 
 @dataclass(frozen=True)

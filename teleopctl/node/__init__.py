@@ -6,109 +6,195 @@ nothing.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.node.clock import Clock as Clock
-    from teleopctl.node.clock import ROSClock as ROSClock
+    from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
     from teleopctl.node.context import Context as Context
-    from teleopctl.node.endpoints.client import Client as Client
+    from teleopctl.node.endpoints.client import Client as Client, ResponseFuture as ResponseFuture
+    from teleopctl.node.endpoints.events import (
+        MatchedInfo as MatchedInfo,
+        MessageLostInfo as MessageLostInfo,
+        PublisherEventCallbacks as PublisherEventCallbacks,
+        SubscriptionEventCallbacks as SubscriptionEventCallbacks,
+        UnsupportedEventTypeError as UnsupportedEventTypeError,
+    )
+    from teleopctl.node.endpoints.guard_condition import GuardCondition as GuardCondition
     from teleopctl.node.endpoints.publisher import Publisher as Publisher
+    from teleopctl.node.endpoints.qos_overrides import (
+        InvalidQosOverridesError as InvalidQosOverridesError,
+        QoSOverridingOptions as QoSOverridingOptions,
+        QoSPolicyKind as QoSPolicyKind,
+    )
     from teleopctl.node.endpoints.service import Service as Service
-    from teleopctl.node.endpoints.subscription import Subscription as Subscription
-    from teleopctl.node.endpoints.timer import Timer as Timer
+    from teleopctl.node.endpoints.subscription import (
+        MessageInfo as MessageInfo,
+        Subscription as Subscription,
+    )
+    from teleopctl.node.endpoints.timer import Rate as Rate, Timer as Timer
     from teleopctl.node.executor import (
         Executor as Executor,
-    )
-    from teleopctl.node.executor import (
         MultiThreadedExecutor as MultiThreadedExecutor,
-    )
-    from teleopctl.node.executor import (
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
-    from teleopctl.node.lifetime import create_node as create_node
     from teleopctl.node.lifetime import (
+        create_node as create_node,
         get_default_context as get_default_context,
-    )
-    from teleopctl.node.lifetime import (
         get_global_executor as get_global_executor,
-    )
-    from teleopctl.node.lifetime import init as init
-    from teleopctl.node.lifetime import ok as ok
-    from teleopctl.node.lifetime import shutdown as shutdown
-    from teleopctl.node.lifetime import spin as spin
-    from teleopctl.node.lifetime import spin_once as spin_once
-    from teleopctl.node.lifetime import (
+        init as init,
+        ok as ok,
+        shutdown as shutdown,
+        spin as spin,
+        spin_once as spin_once,
         spin_until_future_complete as spin_until_future_complete,
+        try_shutdown as try_shutdown,
     )
-    from teleopctl.node.lifetime import try_shutdown as try_shutdown
     from teleopctl.node.node import Node as Node
+    from teleopctl.node.parameter_client import (
+        AsyncParameterClient as AsyncParameterClient,
+        ask_nodes as ask_nodes,
+    )
+    from teleopctl.node.parameter_events import (
+        ParameterCallbackHandle as ParameterCallbackHandle,
+        ParameterEventCallbackHandle as ParameterEventCallbackHandle,
+        ParameterEventHandler as ParameterEventHandler,
+    )
     from teleopctl.node.values.callback_groups import (
         CallbackGroup as CallbackGroup,
-    )
-    from teleopctl.node.values.callback_groups import (
         MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
-    )
-    from teleopctl.node.values.callback_groups import (
         ReentrantCallbackGroup as ReentrantCallbackGroup,
     )
+    from teleopctl.node.values.endpoint_info import (
+        TopicEndpointInfo as TopicEndpointInfo,
+        TopicEndpointTypeEnum as TopicEndpointTypeEnum,
+    )
     from teleopctl.node.values.exceptions import (
+        ConditionReachedException as ConditionReachedException,
         ExternalShutdownException as ExternalShutdownException,
-    )
-    from teleopctl.node.values.exceptions import (
+        InvalidHandle as InvalidHandle,
+        InvalidNamespaceException as InvalidNamespaceException,
+        InvalidNodeNameException as InvalidNodeNameException,
+        InvalidParameterException as InvalidParameterException,
+        InvalidParameterTypeException as InvalidParameterTypeException,
+        InvalidParameterValueException as InvalidParameterValueException,
+        InvalidServiceNameException as InvalidServiceNameException,
+        InvalidTopicNameException as InvalidTopicNameException,
+        NameValidationException as NameValidationException,
+        NotInitializedException as NotInitializedException,
+        ParameterAlreadyDeclaredException as ParameterAlreadyDeclaredException,
+        ParameterException as ParameterException,
+        ParameterImmutableException as ParameterImmutableException,
+        ParameterNotDeclaredException as ParameterNotDeclaredException,
+        ParameterUninitializedException as ParameterUninitializedException,
+        ROSInterruptException as ROSInterruptException,
         ServiceUnavailableError as ServiceUnavailableError,
+        ShutdownException as ShutdownException,
+        TimeoutException as TimeoutException,
     )
-    from teleopctl.node.values.future import Future as Future
-    from teleopctl.node.values.logging import get_logger as get_logger
-    from teleopctl.node.values.parameter import Parameter as Parameter
-    from teleopctl.node.values.qos import DurabilityPolicy as DurabilityPolicy
-    from teleopctl.node.values.qos import HistoryPolicy as HistoryPolicy
-    from teleopctl.node.values.qos import LivelinessPolicy as LivelinessPolicy
-    from teleopctl.node.values.qos import QoSPresetProfiles as QoSPresetProfiles
-    from teleopctl.node.values.qos import QoSProfile as QoSProfile
-    from teleopctl.node.values.qos import ReliabilityPolicy as ReliabilityPolicy
-    from teleopctl.node.values.qos import qos_profile_latched as qos_profile_latched
+    from teleopctl.node.values.future import Future as Future, Task as Task
+    from teleopctl.node.values.logging import (
+        LoggingSeverity as LoggingSeverity,
+        RcutilsLogger as RcutilsLogger,
+        effective_level as effective_level,
+        get_logger as get_logger,
+        get_logger_level as get_logger_level,
+        set_logger_level as set_logger_level,
+        severity_from_name as severity_from_name,
+    )
+    from teleopctl.node.values.names import (
+        absolute_namespace as absolute_namespace,
+        expand_name as expand_name,
+        validate_absolute_name as validate_absolute_name,
+        validate_node_name as validate_node_name,
+    )
+    from teleopctl.node.values.parameter import (
+        AllowableParameterValue as AllowableParameterValue,
+        Parameter as Parameter,
+        ParameterType as ParameterType,
+        parameter_value_from_yaml as parameter_value_from_yaml,
+        parameter_value_to_python as parameter_value_to_python,
+    )
+    from teleopctl.node.values.parameter_file import (
+        ParameterFile as ParameterFile,
+        parameter_messages as parameter_messages,
+        read_parameter_file as read_parameter_file,
+    )
     from teleopctl.node.values.qos import (
+        DurabilityPolicy as DurabilityPolicy,
+        HistoryPolicy as HistoryPolicy,
+        InvalidQoSProfileException as InvalidQoSProfileException,
+        LivelinessPolicy as LivelinessPolicy,
+        QoSPresetProfiles as QoSPresetProfiles,
+        QoSProfile as QoSProfile,
+        ReliabilityPolicy as ReliabilityPolicy,
+        qos_profile_action_status_default as qos_profile_action_status_default,
+        qos_profile_best_available as qos_profile_best_available,
+        qos_profile_latched as qos_profile_latched,
+        qos_profile_parameter_events as qos_profile_parameter_events,
+        qos_profile_parameters as qos_profile_parameters,
         qos_profile_sensor_data as qos_profile_sensor_data,
+        qos_profile_services_default as qos_profile_services_default,
+        qos_profile_system_default as qos_profile_system_default,
     )
-    from teleopctl.node.values.time import ClockType as ClockType
-    from teleopctl.node.values.time import Duration as Duration
-    from teleopctl.node.values.time import Time as Time
+    from teleopctl.node.values.ros_args import parse_ros_arguments as parse_ros_arguments
+    from teleopctl.node.values.signals import SignalHandlerOptions as SignalHandlerOptions
+    from teleopctl.node.values.time import (
+        ClockType as ClockType,
+        Duration as Duration,
+        Infinite as Infinite,
+        Time as Time,
+    )
+else:
+    from teleopctl.lazy import attach
 
-_MODULE_OF = {
-    name: module
-    for module, names in {
-        "values.callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup "
-        "ReentrantCallbackGroup",
-        "endpoints.client": "Client",
-        "clock": "Clock ROSClock",
-        "context": "Context",
-        "values.exceptions": "ExternalShutdownException ServiceUnavailableError",
-        "executor": "Executor MultiThreadedExecutor SingleThreadedExecutor",
-        "values.future": "Future",
-        "lifetime": "create_node get_default_context get_global_executor init ok shutdown spin "
-        "spin_once spin_until_future_complete try_shutdown",
-        "values.logging": "get_logger",
-        "node": "Node",
-        "values.parameter": "Parameter",
-        "endpoints.publisher": "Publisher",
-        "values.qos": "DurabilityPolicy HistoryPolicy LivelinessPolicy QoSPresetProfiles "
-        "QoSProfile ReliabilityPolicy qos_profile_latched qos_profile_sensor_data",
-        "endpoints.service": "Service",
-        "endpoints.subscription": "Subscription",
-        "values.time": "ClockType Duration Time",
-        "endpoints.timer": "Timer",
-    }.items()
-    for name in names.split()
-}
-
-__all__ = sorted(_MODULE_OF)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
-    globals()[name] = value
-    return value
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "clock": "Clock ROSClock",
+            "context": "Context",
+            "endpoints.client": "Client ResponseFuture",
+            "endpoints.events": "MatchedInfo MessageLostInfo PublisherEventCallbacks "
+            "SubscriptionEventCallbacks UnsupportedEventTypeError",
+            "endpoints.guard_condition": "GuardCondition",
+            "endpoints.publisher": "Publisher",
+            "endpoints.qos_overrides": "InvalidQosOverridesError QoSOverridingOptions "
+            "QoSPolicyKind",
+            "endpoints.service": "Service",
+            "endpoints.subscription": "MessageInfo Subscription",
+            "endpoints.timer": "Rate Timer",
+            "executor": "Executor MultiThreadedExecutor SingleThreadedExecutor",
+            "lifetime": "create_node get_default_context get_global_executor init ok shutdown "
+            "spin spin_once spin_until_future_complete try_shutdown",
+            "node": "Node",
+            "parameter_client": "AsyncParameterClient ask_nodes",
+            "parameter_events": "ParameterCallbackHandle ParameterEventCallbackHandle "
+            "ParameterEventHandler",
+            "values.callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup "
+            "ReentrantCallbackGroup",
+            "values.endpoint_info": "TopicEndpointInfo TopicEndpointTypeEnum",
+            "values.exceptions": "ConditionReachedException ExternalShutdownException "
+            "InvalidHandle InvalidNamespaceException InvalidNodeNameException "
+            "InvalidParameterException InvalidParameterTypeException "
+            "InvalidParameterValueException InvalidServiceNameException "
+            "InvalidTopicNameException NameValidationException NotInitializedException "
+            "ParameterAlreadyDeclaredException ParameterException ParameterImmutableException "
+            "ParameterNotDeclaredException ParameterUninitializedException "
+            "ROSInterruptException ServiceUnavailableError ShutdownException TimeoutException",
+            "values.future": "Future Task",
+            "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
+            "get_logger_level set_logger_level severity_from_name",
+            "values.names": "absolute_namespace expand_name validate_absolute_name "
+            "validate_node_name",
+            "values.parameter": "AllowableParameterValue Parameter ParameterType "
+            "parameter_value_from_yaml parameter_value_to_python",
+            "values.parameter_file": "ParameterFile parameter_messages read_parameter_file",
+            "values.qos": "DurabilityPolicy HistoryPolicy InvalidQoSProfileException "
+            "LivelinessPolicy QoSPresetProfiles QoSProfile ReliabilityPolicy "
+            "qos_profile_action_status_default qos_profile_best_available qos_profile_latched "
+            "qos_profile_parameter_events qos_profile_parameters qos_profile_sensor_data "
+            "qos_profile_services_default qos_profile_system_default",
+            "values.ros_args": "parse_ros_arguments",
+            "values.signals": "SignalHandlerOptions",
+            "values.time": "ClockType Duration Infinite Time",
+        },
+    )

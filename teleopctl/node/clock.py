@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from teleopctl.interfaces.stamps import to_seconds
+from teleopctl.interfaces import to_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.time import ClockType, Duration, Time

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import zenoh
 
     from teleopctl.node.values.library_logging import LibraryLogs
-    from teleopctl.wire.graph import Graph, GraphWatcher
+    from teleopctl.wire import Graph, GraphWatcher
 
 SessionMode = Literal["peer", "client"]
 
@@ -87,7 +87,7 @@ class Context:
             RuntimeError: The context runs already.
             TeleopctlError: A ROS argument or the domain is malformed.
         """
-        from teleopctl.wire.session import domain_id as domain_of_environment
+        from teleopctl.wire import domain_id as domain_of_environment
 
         with self._lock:
             if self._running:
@@ -123,7 +123,7 @@ class Context:
             NotInitializedException: The context is not running.
         """
         if self._session is None:
-            from teleopctl.wire.session import open_session
+            from teleopctl.wire import open_session
 
             with self._lock:
                 if not self._running:
@@ -151,7 +151,7 @@ class Context:
 
     def _watch(self) -> GraphWatcher:
         """Return a watcher that has heard of everything that is there already."""
-        from teleopctl.wire.graph import GraphWatcher, query_graph
+        from teleopctl.wire import GraphWatcher, query_graph
 
         watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
         present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)

@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 from teleopctl.node.context import Context
 from teleopctl.node.values.endpoint_info import TopicEndpointInfo
-from teleopctl.wire.graph import Graph
-from teleopctl.wire.tokens import EndpointToken, EntityKind
+from teleopctl.wire import EndpointToken, EntityKind, Graph
 
 NamesAndTypes = list[tuple[str, list[str]]]
 

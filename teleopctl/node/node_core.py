@@ -18,7 +18,7 @@ from teleopctl.node.values.names import (
 )
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 from teleopctl.node.values.scheduler import Scheduler
-from teleopctl.wire.tokens import NodeToken, format_token
+from teleopctl.wire import NodeToken, format_token
 
 if TYPE_CHECKING:
     import zenoh

@@ -7,8 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from teleopctl.interfaces.message import MessageT, RequestT, ResponseT
-from teleopctl.interfaces.stamps import from_seconds
+from teleopctl.interfaces import MessageT, RequestT, ResponseT, from_seconds
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.client import Client
@@ -25,7 +24,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusi
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces.protocols import ServiceType
+    from teleopctl.interfaces import ServiceType
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)

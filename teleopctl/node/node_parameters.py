@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.values.parameter import (
     AllowableParameterValue,

@@ -8,9 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from teleopctl.errors import TeleopctlError, UnavailableError
-from teleopctl.interfaces.message import ResponseT
-from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.interfaces.typenames import snake_case
+from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.endpoints.client import Client, ResponseFuture
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.parameter import Parameter
@@ -18,8 +16,7 @@ from teleopctl.node.values.parameter_file import parameter_messages
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
-    from rcl_interfaces.msg import Parameter as ParameterMessage
-    from rcl_interfaces.msg import ParameterEvent
+    from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent
     from rcl_interfaces.srv import (
         DescribeParameters,
         GetParameters,

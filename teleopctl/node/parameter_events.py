@@ -7,14 +7,13 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.names import fully_qualified
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
-    from rcl_interfaces.msg import Parameter as ParameterMessage
-    from rcl_interfaces.msg import ParameterEvent
+    from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent
 
     from teleopctl.node.node_endpoints import NodeEndpoints
 

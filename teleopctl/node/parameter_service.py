@@ -10,8 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.interfaces.typenames import snake_case
+from teleopctl.interfaces import get_message, get_service, snake_case
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.parameter_store import ParameterStore, result

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.errors import InvalidParameterError
-from teleopctl.interfaces.stamps import to_nanoseconds
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -31,18 +30,16 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
-from teleopctl.robot.description import RobotDescription
-from teleopctl.sim.gl_backend import check_drawing, choose_backend
-from teleopctl.tf.broadcaster import StaticTransformBroadcaster
+from teleopctl.robot import RobotDescription
+from teleopctl.sim import check_drawing, choose_backend
+from teleopctl.tf import StaticTransformBroadcaster
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
 
     # These import mujoco, which has to wait for the choice of its backend.
-    from teleopctl.mujoco_model.cameras import CameraModel
-    from teleopctl.mujoco_model.model import RobotModel
-    from teleopctl.sim.pacing import Beat
-    from teleopctl.sim.rendering import CameraRenderer
+    from teleopctl.mujoco_model import CameraModel, RobotModel
+    from teleopctl.sim import Beat, CameraRenderer
 
 _String = get_message("std_msgs/msg/String")
 _JointState = get_message("sensor_msgs/msg/JointState")
@@ -118,8 +115,8 @@ class Camera(Node):
             )
 
     def _start(self, urdf: str) -> None:
-        from teleopctl.mujoco_model.model import build_model
-        from teleopctl.sim.pacing import Beat
+        from teleopctl.mujoco_model import build_model
+        from teleopctl.sim import Beat
 
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
@@ -221,7 +218,7 @@ class Camera(Node):
 
     def _up_to_date_renderer(self) -> CameraRenderer:
         """The renderer of the quality that is wanted now."""
-        from teleopctl.sim.rendering import make_renderer
+        from teleopctl.sim import make_renderer
 
         quality = self._quality
         if self._renderer is not None:

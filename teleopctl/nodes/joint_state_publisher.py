@@ -11,20 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidParameterError, TeleopctlError
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
     Parameter,
     init,
+    parse_ros_arguments,
     qos_profile_latched,
     spin,
 )
-from teleopctl.node.values.ros_args import parse_ros_arguments
-from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.free_joints import JointSet
-from teleopctl.robot.joints import Joints
-from teleopctl.robot.urdf import Mimic
+from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
 from teleopctl.text_file import read_text
 
 
@@ -166,7 +163,7 @@ def main(args: list[str] | None = None) -> int:
 
 def _read_description(path: Path) -> str:
     if path.suffix == ".xacro":
-        from teleopctl.robot.xacro_file import expand
+        from teleopctl.robot import expand_xacro
 
-        return expand(path)
+        return expand_xacro(path)
     return read_text(path)

@@ -29,7 +29,7 @@ def main(args: list[str] | None = None) -> int:
     # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"
-    from teleopctl.sim.node import MujocoSim
+    from teleopctl.sim import MujocoSim
 
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidParameterError, TeleopctlError
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -20,13 +20,14 @@ from teleopctl.node import (
     qos_profile_sensor_data,
     spin,
 )
-from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.joints import Joints
-from teleopctl.robot.kinematics import SegmentTree
-from teleopctl.robot.urdf import Joint
-from teleopctl.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from teleopctl.tf.messages import stamp_of, transform_stamped
-from teleopctl.tf.transforms import Transform
+from teleopctl.robot import Joint, Joints, RobotDescription, SegmentTree
+from teleopctl.tf import (
+    StaticTransformBroadcaster,
+    Transform,
+    TransformBroadcaster,
+    stamp_of,
+    transform_stamped,
+)
 
 _MAX_FREQUENCY = 1000.0
 

@@ -15,8 +15,7 @@ from typing import NoReturn
 
 from teleopctl.control import ControllerManagerClient, manager_settings
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
-from teleopctl.node.values.ros_args import parse_ros_arguments
+from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 

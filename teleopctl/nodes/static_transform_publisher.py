@@ -8,11 +8,14 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from teleopctl.errors import UsageError
-from teleopctl.node import ExternalShutdownException, Node, init, spin
-from teleopctl.node.values.ros_args import parse_ros_arguments
-from teleopctl.tf.broadcaster import StaticTransformBroadcaster
-from teleopctl.tf.messages import transform_stamped
-from teleopctl.tf.transforms import Transform, normalize, quaternion_from_rpy
+from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, spin
+from teleopctl.tf import (
+    StaticTransformBroadcaster,
+    Transform,
+    normalize,
+    quaternion_from_rpy,
+    transform_stamped,
+)
 
 _OLD_USAGE = (
     "x y z qx qy qz qw frame_id child_frame_id  OR  x y z yaw pitch roll frame_id child_frame_id"

@@ -4,10 +4,8 @@ import contextlib
 import sys
 
 from teleopctl.errors import UsageError
-from teleopctl.node import Node, init
-from teleopctl.node.values.ros_args import parse_ros_arguments
-from teleopctl.tf.echo import echo, echo_text
-from teleopctl.tf.transforms import Transform
+from teleopctl.node import Node, init, parse_ros_arguments
+from teleopctl.tf import Transform, echo_text, echo_transforms
 
 _USAGE = "Usage: tf2_echo SOURCE_FRAME TARGET_FRAME [RATE]"
 
@@ -29,7 +27,7 @@ def main(args: list[str] | None = None) -> int:
         init(args=words),
         Node("tf2_echo", start_parameter_services=False) as node,
     ):
-        echo(
+        echo_transforms(
             node,
             target,
             source,

@@ -7,8 +7,7 @@ import sys
 
 from teleopctl.control import ControllerManagerClient
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import ExternalShutdownException, Node, init, try_shutdown
-from teleopctl.node.values.ros_args import parse_ros_arguments
+from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
 
 
 def main(args: list[str] | None = None) -> int:

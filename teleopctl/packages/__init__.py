@@ -1,27 +1,29 @@
 """ROS packages: which there are, where their files lie and which programs they offer."""
 
-from teleopctl.packages.finding import (
-    PACKAGE_PATH_VARIABLE,
-    Executable,
-    Package,
-    find_executable,
-    find_package,
-    is_path,
-    list_packages,
-    lookup_package,
-    package_share,
-    resolve_uri,
-)
+from __future__ import annotations
 
-__all__ = [
-    "PACKAGE_PATH_VARIABLE",
-    "Executable",
-    "Package",
-    "find_executable",
-    "find_package",
-    "is_path",
-    "list_packages",
-    "lookup_package",
-    "package_share",
-    "resolve_uri",
-]
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.packages.finding import (
+        PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
+        Executable as Executable,
+        Package as Package,
+        find_executable as find_executable,
+        find_package as find_package,
+        is_path as is_path,
+        list_packages as list_packages,
+        lookup_package as lookup_package,
+        package_share as package_share,
+        resolve_uri as resolve_uri,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "finding": "PACKAGE_PATH_VARIABLE Executable Package find_executable find_package "
+            "is_path list_packages lookup_package package_share resolve_uri",
+        },
+    )

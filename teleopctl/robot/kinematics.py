@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.joints import Joints
 from teleopctl.robot.urdf import Joint
-from teleopctl.tf.transforms import Transform, quaternion_from_axis_angle, quaternion_from_rpy
+from teleopctl.tf import Transform, quaternion_from_axis_angle, quaternion_from_rpy
 
 
 @dataclass(frozen=True, slots=True)

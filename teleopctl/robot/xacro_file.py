@@ -37,7 +37,7 @@ _EXPRESSION_ERRORS = (
 )
 
 
-def expand(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
+def expand_xacro(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
     """Expand a xacro file; a plain URDF file is returned with the same content.
 
     Args:

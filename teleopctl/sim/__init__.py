@@ -1,1 +1,35 @@
 """Floor 4: MuJoCo models built from the robot description, stepped in lockstep."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.sim.gl_backend import (
+        check_drawing as check_drawing,
+        choose_backend as choose_backend,
+    )
+    from teleopctl.sim.node import MujocoSim as MujocoSim
+    from teleopctl.sim.pacing import Beat as Beat
+    from teleopctl.sim.rendering import (
+        CameraRenderer as CameraRenderer,
+        make_renderer as make_renderer,
+    )
+    from teleopctl.sim.sensors.base import Sensor as Sensor
+    from teleopctl.sim.sensors.imu import Imu as Imu
+    from teleopctl.sim.simulation import Simulation as Simulation
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "gl_backend": "check_drawing choose_backend",
+            "node": "MujocoSim",
+            "pacing": "Beat",
+            "rendering": "CameraRenderer make_renderer",
+            "sensors.base": "Sensor",
+            "sensors.imu": "Imu",
+            "simulation": "Simulation",
+        },
+    )

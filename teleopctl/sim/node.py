@@ -8,20 +8,19 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import InvalidParameterError
-from teleopctl.interfaces.stamps import to_nanoseconds
-from teleopctl.interfaces.store import get_message, get_service
-from teleopctl.mujoco_model.model import RobotModel, build_model
+from teleopctl.interfaces import get_message, get_service, to_nanoseconds
+from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.node import (
     Node,
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.robot.description import RobotDescription
+from teleopctl.robot import RobotDescription
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind
 
 _String = get_message("std_msgs/msg/String")
 _JointState = get_message("sensor_msgs/msg/JointState")

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teleopctl.interfaces.stamps import set_stamp, to_seconds
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message, set_stamp, to_seconds
 from teleopctl.sim.simulation import Simulation
 
 if TYPE_CHECKING:

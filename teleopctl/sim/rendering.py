@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import UnavailableError
-from teleopctl.mujoco_model.cameras import CameraModel
-from teleopctl.mujoco_model.model import RobotModel
+from teleopctl.mujoco_model import CameraModel, RobotModel
 from teleopctl.sim.gl_backend import missing_library
 
 # The part of a frame's time that drawing may take; the rest is for sending the picture.

@@ -14,8 +14,13 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model.drives import compensated_bodies, drive_name, motor_name
-from teleopctl.mujoco_model.model import RobotModel, initial_positions
+from teleopctl.mujoco_model import (
+    RobotModel,
+    compensated_bodies,
+    drive_name,
+    initial_positions,
+    motor_name,
+)
 
 Array = npt.NDArray[np.float64]
 

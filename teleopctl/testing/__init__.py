@@ -14,18 +14,21 @@ from teleopctl.lazy import attach
 
 if TYPE_CHECKING:
     from teleopctl.testing.control_stack import ControlStack as ControlStack
-    from teleopctl.testing.graph import RosGraph as RosGraph
-    from teleopctl.testing.graph import free_port as free_port
+    from teleopctl.testing.graph import RosGraph as RosGraph, free_port as free_port
     from teleopctl.testing.launched import LaunchedSystem as LaunchedSystem
-    from teleopctl.testing.process import LONGEST_WAIT_S as LONGEST_WAIT_S
-    from teleopctl.testing.process import Process as Process
-    from teleopctl.testing.process import eventually as eventually
-    from teleopctl.testing.recorded_node import RecordedEndpoint as RecordedEndpoint
-    from teleopctl.testing.recorded_node import RecordedLog as RecordedLog
-    from teleopctl.testing.recorded_node import RecordedNode as RecordedNode
+    from teleopctl.testing.process import (
+        LONGEST_WAIT_S as LONGEST_WAIT_S,
+        Process as Process,
+        eventually as eventually,
+    )
+    from teleopctl.testing.recorded_node import (
+        RecordedEndpoint as RecordedEndpoint,
+        RecordedLog as RecordedLog,
+        RecordedNode as RecordedNode,
+    )
     from teleopctl.testing.robots import serial_robot as serial_robot
 else:
-    __getattr__, __all__ = attach(
+    __getattr__, __dir__, __all__ = attach(
         __name__,
         {
             "control_stack": "ControlStack",

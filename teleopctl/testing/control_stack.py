@@ -16,10 +16,8 @@ from teleopctl.control import (
     SwitchRequest,
     switch_controller,
 )
-from teleopctl.node import Node
-from teleopctl.node.values.logging import RcutilsLogger
-from teleopctl.node.values.parameter import AllowableParameterValue
-from teleopctl.robot.description import RobotDescription
+from teleopctl.node import AllowableParameterValue, Node, RcutilsLogger
+from teleopctl.robot import RobotDescription
 from teleopctl.testing.recorded_node import RecordedNode
 
 

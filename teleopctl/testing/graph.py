@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.testing.process import LONGEST_WAIT_S, Process
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces.message import MessageT
+    from teleopctl.interfaces import MessageT
     from teleopctl.node import Node, QoSProfile
     from teleopctl.testing.launched import LaunchedSystem
     from teleopctl.testing.observer import Observer
@@ -275,7 +275,7 @@ class RosGraph:
         Whatever a test did to the environment variables: only this graph's folder counts.
         """
         # Not needed before, and more than half of what this module would import.
-        from teleopctl.launch.execution.running import running
+        from teleopctl.launch import running
 
         observer, self._observer = self._observer, None
         try:

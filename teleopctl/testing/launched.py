@@ -8,7 +8,7 @@ from pathlib import Path
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.launch.execution import running
+from teleopctl.launch import stop_running
 from teleopctl.testing.process import LONGEST_WAIT_S, eventually
 
 
@@ -70,4 +70,4 @@ class LaunchedSystem:
 
     def stop(self) -> None:
         """End everything, as ``teleopctl stop`` does; what has ended already is no error."""
-        running.stop(self._record)
+        stop_running(self._record)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Collection
 
-from teleopctl.interfaces.message import MessageT
-from teleopctl.node import Context, Node, QoSProfile, SingleThreadedExecutor
-from teleopctl.node.values.signals import SignalHandlerOptions
+from teleopctl.interfaces import MessageT
+from teleopctl.node import Context, Node, QoSProfile, SignalHandlerOptions, SingleThreadedExecutor
 from teleopctl.testing.process import LONGEST_WAIT_S
 
 

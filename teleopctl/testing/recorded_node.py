@@ -9,8 +9,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from teleopctl.node import Parameter
-from teleopctl.node.values.parameter import AllowableParameterValue
+from teleopctl.node import AllowableParameterValue, Parameter
 
 
 class RecordedLog:

@@ -1,1 +1,80 @@
 """Transforms between coordinate frames, kept over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.tf.broadcaster import (
+        TF_STATIC_TOPIC as TF_STATIC_TOPIC,
+        TF_TOPIC as TF_TOPIC,
+        StaticTransformBroadcaster as StaticTransformBroadcaster,
+        TransformBroadcaster as TransformBroadcaster,
+    )
+    from teleopctl.tf.buffer import Buffer as Buffer
+    from teleopctl.tf.conversions import (
+        BufferInterface as BufferInterface,
+        ConvertRegistration as ConvertRegistration,
+        NotImplementedException as NotImplementedException,
+        Stamped as Stamped,
+        TransformRegistration as TransformRegistration,
+        TypeException as TypeException,
+        convert as convert,
+    )
+    from teleopctl.tf.echo import echo_text as echo_text, echo_transforms as echo_transforms
+    from teleopctl.tf.errors import (
+        ConnectivityException as ConnectivityException,
+        ExtrapolationException as ExtrapolationException,
+        InvalidArgumentException as InvalidArgumentException,
+        LookupException as LookupException,
+        TimeoutException as TimeoutException,
+        TransformException as TransformException,
+    )
+    from teleopctl.tf.geometry import (
+        do_transform_point as do_transform_point,
+        do_transform_polygon_stamped as do_transform_polygon_stamped,
+        do_transform_pose as do_transform_pose,
+        do_transform_pose_stamped as do_transform_pose_stamped,
+        do_transform_pose_with_covariance_stamped as do_transform_pose_with_covariance_stamped,
+        do_transform_vector3 as do_transform_vector3,
+        register as register,
+        transform_covariance as transform_covariance,
+    )
+    from teleopctl.tf.listener import TransformListener as TransformListener
+    from teleopctl.tf.messages import stamp_of as stamp_of, transform_stamped as transform_stamped
+    from teleopctl.tf.transforms import (
+        Quaternion as Quaternion,
+        Transform as Transform,
+        conjugate as conjugate,
+        matrix_from_quaternion as matrix_from_quaternion,
+        multiply as multiply,
+        normalize as normalize,
+        quaternion_from_axis_angle as quaternion_from_axis_angle,
+        quaternion_from_rpy as quaternion_from_rpy,
+        rpy_from_quaternion as rpy_from_quaternion,
+        slerp as slerp,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "broadcaster": "TF_STATIC_TOPIC TF_TOPIC StaticTransformBroadcaster "
+            "TransformBroadcaster",
+            "buffer": "Buffer",
+            "conversions": "BufferInterface ConvertRegistration NotImplementedException Stamped "
+            "TransformRegistration TypeException convert",
+            "echo": "echo_text echo_transforms",
+            "errors": "ConnectivityException ExtrapolationException InvalidArgumentException "
+            "LookupException TimeoutException TransformException",
+            "geometry": "do_transform_point do_transform_polygon_stamped do_transform_pose "
+            "do_transform_pose_stamped do_transform_pose_with_covariance_stamped "
+            "do_transform_vector3 register transform_covariance",
+            "listener": "TransformListener",
+            "messages": "stamp_of transform_stamped",
+            "transforms": "Quaternion Transform conjugate matrix_from_quaternion multiply "
+            "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
+            "slerp",
+        },
+    )

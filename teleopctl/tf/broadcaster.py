@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node import Node, QoSProfile, qos_profile_latched
 
 TF_TOPIC = "/tf"

@@ -5,7 +5,7 @@ import time as wall
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from teleopctl.interfaces.stamps import to_seconds
+from teleopctl.interfaces import to_seconds
 from teleopctl.tf.conversions import BufferInterface
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.history import Sample
@@ -44,7 +44,7 @@ class Buffer(BufferInterface):
         self._awaited: list[tuple[Callable[[], Any], Future[TransformStamped]]] = []
         self._listening: Node | None = None
         if node is not None:
-            from teleopctl.interfaces.store import get_service
+            from teleopctl.interfaces import get_service
 
             frames = get_service("tf2_msgs/srv/FrameGraph")
             self.srv = node.create_service(frames, "tf2_frames", self._tell_frames)

@@ -100,7 +100,7 @@ def convert(value: Any, type_: type) -> Any:
 
 def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:  # noqa: N802 -- tf2_ros's name
     """Give an object a header; returns the object."""
-    from teleopctl.interfaces.store import get_message
+    from teleopctl.interfaces import get_message
 
     obj.header = get_message("std_msgs/msg/Header")(stamp=stamp, frame_id=frame_id)
     return obj

@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from teleopctl.interfaces.stamps import split
+from teleopctl.interfaces import split
 from teleopctl.node import Duration, Node
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
@@ -55,7 +55,7 @@ def _list(values: tuple[float, ...]) -> str:
     return ", ".join(f"{value:.3f}" for value in values)
 
 
-def echo(
+def echo_transforms(
     node: Node,
     target: str,
     source: str,

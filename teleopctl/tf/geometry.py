@@ -7,7 +7,7 @@ wanted frame, and returns a new message; those that have a header get the transf
 import copy
 from typing import Any
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.tf.conversions import ConvertRegistration, TransformRegistration
 from teleopctl.tf.messages import transform_of
 from teleopctl.tf.transforms import Matrix3, Transform, matrix_from_quaternion, rotate

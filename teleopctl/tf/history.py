@@ -6,7 +6,7 @@ Times are integers in nanoseconds.
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
-from teleopctl.interfaces.stamps import to_seconds
+from teleopctl.interfaces import to_seconds
 from teleopctl.tf.errors import ExtrapolationException
 from teleopctl.tf.transforms import Transform, interpolate
 

@@ -4,7 +4,7 @@ import contextlib
 import threading
 from typing import Any
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 from teleopctl.node import (
     DurabilityPolicy,
     ExternalShutdownException,

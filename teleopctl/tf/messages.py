@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
 from teleopctl.tf.transforms import Transform
 
 

@@ -1,1 +1,59 @@
 """Floor 1: the wire format of rmw_zenoh on Eclipse Zenoh."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.wire.attachment import (
+        Attachment as Attachment,
+        decode_attachment as decode_attachment,
+        encode_attachment as encode_attachment,
+    )
+    from teleopctl.wire.config import session_config as session_config
+    from teleopctl.wire.graph import (
+        Graph as Graph,
+        GraphWatcher as GraphWatcher,
+        NodeEntry as NodeEntry,
+        is_hidden_name as is_hidden_name,
+        query_graph as query_graph,
+    )
+    from teleopctl.wire.keys import topic_key as topic_key
+    from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
+    from teleopctl.wire.router import (
+        daemon_address as daemon_address,
+        ensure_router as ensure_router,
+        find_router as find_router,
+        router_is_running as router_is_running,
+        start_router as start_router,
+        stop_router as stop_router,
+    )
+    from teleopctl.wire.session import (
+        RouterNotRunning as RouterNotRunning,
+        domain_id as domain_id,
+        open_session as open_session,
+    )
+    from teleopctl.wire.tokens import (
+        EndpointToken as EndpointToken,
+        EntityKind as EntityKind,
+        NodeToken as NodeToken,
+        format_token as format_token,
+        gid as gid,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "attachment": "Attachment decode_attachment encode_attachment",
+            "config": "session_config",
+            "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
+            "keys": "topic_key",
+            "qos": "INFINITE_NS EndpointQos",
+            "router": "daemon_address ensure_router find_router router_is_running start_router "
+            "stop_router",
+            "session": "RouterNotRunning domain_id open_session",
+            "tokens": "EndpointToken EntityKind NodeToken format_token gid",
+        },
+    )

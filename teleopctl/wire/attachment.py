@@ -24,7 +24,7 @@ class Attachment(NamedTuple):
     gid: bytes
 
 
-def encode(sequence: int, time_ns: int, gid: bytes) -> bytes:
+def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
     """Return the attachment of one message.
 
     Args:
@@ -40,7 +40,7 @@ def encode(sequence: int, time_ns: int, gid: bytes) -> bytes:
     return _LAYOUT.pack(sequence, time_ns, GID_SIZE, gid)
 
 
-def decode(data: bytes) -> Attachment | None:
+def decode_attachment(data: bytes) -> Attachment | None:
     """Read an attachment, or return None for anything that is not one."""
     if len(data) != _LAYOUT.size:
         return None

@@ -6,7 +6,7 @@ are Zenoh levels. Two ends exchange data only when the whole key is equal, the h
 
 from typing import NamedTuple
 
-from teleopctl.interfaces.typenames import from_dds, to_dds
+from teleopctl.interfaces import from_dds, to_dds
 
 ANY_HASH = "*"
 """In place of a type hash: receive every version of a type, that of ROS 2 Humble included."""

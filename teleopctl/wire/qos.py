@@ -7,7 +7,7 @@ Policies are the plain integers of ``rmw/types.h``; names for them belong to the
 
 from typing import NamedTuple
 
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, split
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
 
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration that never ends, in nanoseconds: the largest that the ROS middleware can express."""

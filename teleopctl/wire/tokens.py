@@ -8,7 +8,7 @@ key says all that ROS knows about it. Names and types are held here in their ROS
 from enum import StrEnum
 from typing import NamedTuple
 
-from teleopctl.interfaces.typenames import from_dds, to_dds
+from teleopctl.interfaces import from_dds, to_dds
 from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
 

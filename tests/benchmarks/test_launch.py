@@ -18,9 +18,9 @@ ROUNDS = 5
 BARE = """
 import sys, mujoco, zenoh
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.mujoco_model.model import build_model
-build_model(RobotDescription.from_urdf(expand(sys.argv[1], {})))
+build_model(RobotDescription.from_urdf(expand_xacro(sys.argv[1], {})))
 """
 
 # What the nodes log, and what it is the end of.

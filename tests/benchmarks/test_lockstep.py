@@ -16,7 +16,7 @@ from teleopctl.mujoco_model.model import build_model
 from teleopctl.node import Context, Node
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.sim.simulation import Simulation
 
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
@@ -33,10 +33,11 @@ def raw_seconds_per_tick(rate: int) -> float:
     """Wall time in which MuJoCo alone takes the physics steps of one control tick."""
     import mujoco
 
-    model = build_model(RobotDescription.from_urdf(expand(MODEL, {}))).mj_model
+    model = build_model(RobotDescription.from_urdf(expand_xacro(MODEL, {}))).mj_model
     period_ns = NANOSECONDS // rate
     simulation = Simulation(
-        build_model(RobotDescription.from_urdf(expand(MODEL, {}))), control_period_ns=period_ns
+        build_model(RobotDescription.from_urdf(expand_xacro(MODEL, {}))),
+        control_period_ns=period_ns,
     )
     steps = simulation.steps_per_period
     model.opt.timestep = period_ns * 1e-9 / steps

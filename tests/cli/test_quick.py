@@ -4,8 +4,7 @@ from typing import Annotated
 
 import pytest
 import typer
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from typer.main import get_command
 
 from teleopctl.cli import quick, typer_app

@@ -35,7 +35,7 @@ def described(type_name):
 def test_every_type_survives_its_description():
     for name in store.list_types():
         for definition in definitions(described(name)):
-            known = store.catalog().find(definition.type_name)
+            known = store.known_types().find(definition.type_name)
             assert known is not None
             assert fields_of(known) == fields_of(definition)
 

@@ -1,8 +1,7 @@
 """Nanoseconds and builtin_interfaces Time and Duration."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.interfaces.cdr.serialization import deserialize, serialize
 from teleopctl.interfaces.stamps import (

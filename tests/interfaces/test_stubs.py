@@ -10,7 +10,7 @@ import pytest
 
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.message import Message
-from teleopctl.interfaces.store import catalog, get_class
+from teleopctl.interfaces.store import get_class, known_types
 from teleopctl.interfaces.stubs import module_stub, write_stubs
 
 TYPES = {
@@ -27,7 +27,7 @@ TYPES = {
 MODULES = {
     module: list(names)
     for module, names in itertools.groupby(
-        catalog().built_in_names(), lambda name: name.rpartition("/")[0]
+        known_types().built_in_names(), lambda name: name.rpartition("/")[0]
     )
 }
 
@@ -69,7 +69,7 @@ def attributes(node):
 
 @pytest.mark.parametrize("module", MODULES)
 def test_fields_constants_and_arguments_are_those_of_the_class(module):
-    tree = ast.parse(module_stub(MODULES[module], catalog().find))
+    tree = ast.parse(module_stub(MODULES[module], known_types().find))
     found = dict(classes(tree.body))
     assert {dotted.partition(".")[0] for dotted in found} == {
         name.rpartition("/")[2] for name in MODULES[module]
@@ -148,7 +148,10 @@ def test_the_built_in_types_are_the_same_wherever_one_stands(tmp_path, monkeypat
 
 def test_stubs_are_written_as_packages(tmp_path):
     written = write_stubs(
-        tmp_path / "new", ["std_srvs/srv/Empty", "std_msgs/msg/Empty"], catalog().find, suffix="-x"
+        tmp_path / "new",
+        ["std_srvs/srv/Empty", "std_msgs/msg/Empty"],
+        known_types().find,
+        suffix="-x",
     )
     assert written == ["std_msgs", "std_srvs"]
     found = {path.relative_to(tmp_path) for path in tmp_path.rglob("*.pyi")}

@@ -1,8 +1,7 @@
 """Names of types in their different spellings."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.typenames import from_dds, module_name, normalize, snake_case, to_dds

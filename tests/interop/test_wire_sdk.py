@@ -73,7 +73,7 @@ def test_what_it_publishes_is_received_and_its_node_is_in_the_graph(ros, session
     assert text.startswith(bytes.fromhex("00010000"))
     assert b"hello" in text
     assert parse_topic_key(str(sample.key_expr)) == (ros.domain, "/chatter", STRING, STRING_HASH)
-    assert attachment.decode(sample.attachment.to_bytes()) is not None
+    assert attachment.decode_attachment(sample.attachment.to_bytes()) is not None
     held.undeclare()
     subscriber.undeclare()
 
@@ -92,7 +92,7 @@ def test_what_we_publish_is_understood(ros, session, watcher):
 
     publisher.put(
         bytes.fromhex("0001000006000000726177203100"),
-        attachment=attachment.encode(1, time.time_ns(), gid(token)),
+        attachment=attachment.encode_attachment(1, time.time_ns(), gid(token)),
     )
     listener.wait_for_line("heard raw 1")
     assert watcher.wait_for(lambda graph: graph.subscriptions("/chatter"), LONGEST_WAIT_S)

@@ -4,14 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError, TeleopctlError
 from teleopctl.interfaces.catalog import Catalog
-from teleopctl.packages import ament
-from teleopctl.packages import finding as packages
+from teleopctl.packages import ament, finding as packages
 from tests.distributions import install
 
 SETUP_PY = """

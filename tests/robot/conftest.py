@@ -4,12 +4,12 @@ import pytest
 
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 
 
 @pytest.fixture(scope="session")
 def teleop_urdf() -> str:
-    return expand(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
+    return expand_xacro(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
 
 
 @pytest.fixture(scope="session")

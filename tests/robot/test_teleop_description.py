@@ -8,7 +8,7 @@ import pytest
 from teleopctl.packages import package_share, resolve_uri
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.urdf import Mesh, Mimic
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from tests.robot.independent import link_frames, pose_matrix
 
 QUARTER = math.pi / 2
@@ -240,12 +240,12 @@ def test_the_camera_sensor_is_the_tutorials(teleop):
     ],
 )
 def test_an_argument_chooses_the_hardware(hardware, plugin):
-    robot = RobotDescription.from_urdf(expand(MODEL, {"hardware": hardware}))
+    robot = RobotDescription.from_urdf(expand_xacro(MODEL, {"hardware": hardware}))
     assert robot.ros2_control[0].hardware_plugin_name == plugin
 
 
 def test_arguments_move_the_camera():
-    urdf = expand(MODEL, {"camera_xyz": "1 2 3", "camera_rpy": "0 0.5 0"})
+    urdf = expand_xacro(MODEL, {"camera_xyz": "1 2 3", "camera_rpy": "0 0.5 0"})
     origin = RobotDescription.from_urdf(urdf).joints["rgb_camera_joint"].origin
     assert (origin.xyz, origin.rpy) == ((1, 2, 3), (0, 0.5, 0))
 

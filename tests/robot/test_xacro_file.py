@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -24,34 +24,36 @@ def write(tmp_path):
 
 def failure(path, **mappings):
     with pytest.raises(TeleopctlError) as caught:
-        expand(path, mappings)
+        expand_xacro(path, mappings)
     return caught.value
 
 
 def test_arguments_replace_defaults(write):
     path = write('<xacro:arg name="size" default="1"/><link name="l$(arg size)"/>')
-    assert '<link name="l1"/>' in expand(path)
-    assert '<link name="l7"/>' in expand(path, {"size": "7"})
+    assert '<link name="l1"/>' in expand_xacro(path)
+    assert '<link name="l7"/>' in expand_xacro(path, {"size": "7"})
 
 
 def test_the_callers_mapping_is_left_alone(write):
     mappings = {"a": "1"}
-    expand(write('<xacro:arg name="b" default="2"/>'), mappings)
+    expand_xacro(write('<xacro:arg name="b" default="2"/>'), mappings)
     assert mappings == {"a": "1"}
 
 
 def test_plain_urdf_passes(write):
-    assert "<link" in expand(write('<link name="a"/>', "plain.urdf", '<robot name="r">'))
+    assert "<link" in expand_xacro(write('<link name="a"/>', "plain.urdf", '<robot name="r">'))
 
 
 def test_find_resolves_packages(write):
     path = write('<link name="$(find teleop_description)"/>')
-    assert "teleop_description" not in expand(path)
+    assert "teleop_description" not in expand_xacro(path)
 
 
 def test_find_needs_no_ament_index(write, monkeypatch):
     monkeypatch.setitem(sys.modules, "ament_index_python", None)
-    assert "teleop_description" not in expand(write('<link name="$(find teleop_description)"/>'))
+    assert "teleop_description" not in expand_xacro(
+        write('<link name="$(find teleop_description)"/>')
+    )
     path = write('<link name="$(find no_such_package)"/>')
     assert failure(path).message == f"{path}: Package 'no_such_package' not found"
 
@@ -68,7 +70,7 @@ def test_find_asks_the_ament_index_where_it_is_installed(write, monkeypatch):
     )
     monkeypatch.setitem(sys.modules, "ament_index_python", ModuleType("ament_index_python"))
     monkeypatch.setitem(sys.modules, installed.__name__, installed)
-    assert '"/opt/known"' in expand(write('<link name="$(find known)"/>'))
+    assert '"/opt/known"' in expand_xacro(write('<link name="$(find known)"/>'))
     path = write('<link name="$(find other)"/>')
     assert failure(path).message == f"{path}: package other not found, searching: []"
 
@@ -145,7 +147,7 @@ def test_the_reason_is_told(write, body, reason):
 
 def test_nothing_is_printed_and_warnings_are_logged(write, capfd, caplog):
     with caplog.at_level(logging.WARNING):
-        expand(write("${xacro.warning('old part')}"))
+        expand_xacro(write("${xacro.warning('old part')}"))
     failure(write("<xacro:wheel/>"))
     assert capfd.readouterr() == ("", "")
     assert "old part" in caplog.text
@@ -154,4 +156,4 @@ def test_nothing_is_printed_and_warnings_are_logged(write, capfd, caplog):
 def test_one_failure_does_not_spoil_the_next_expansion(write):
     good = write('<link name="a"/>', "good.xacro")
     failure(write('<xacro:macro name="m"><xacro:none/></xacro:macro><xacro:m/>'))
-    assert "<link" in expand(good)
+    assert "<link" in expand_xacro(good)

@@ -1,8 +1,7 @@
 """Wall-clock deadlines and beats of simulated time."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.sim.pacing import Beat, Pacer
 

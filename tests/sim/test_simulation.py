@@ -8,7 +8,7 @@ import pytest
 from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.sim.simulation import Simulation
 from tests.robot.independent import link_frames
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum
@@ -19,7 +19,7 @@ PERIOD_NS = 100_000_000
 @pytest.fixture(scope="module")
 def arm_description() -> RobotDescription:
     file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
-    return RobotDescription.from_urdf(expand(str(file), {}))
+    return RobotDescription.from_urdf(expand_xacro(str(file), {}))
 
 
 @pytest.fixture(scope="module")

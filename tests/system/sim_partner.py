@@ -15,7 +15,7 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.testing import LONGEST_WAIT_S
 
 JointState: Any = get_message("sensor_msgs/msg/JointState")
@@ -29,7 +29,7 @@ Answer = Callable[[Any], Any]
 def teleop_urdf(**mappings: str) -> str:
     """The teleop arm's description."""
     file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
-    return expand(str(file), mappings)
+    return expand_xacro(str(file), mappings)
 
 
 def stamp_ns(message) -> int:

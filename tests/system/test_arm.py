@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teleopctl import packages
+from teleopctl import packages, robot
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node, SingleThreadedExecutor
-from teleopctl.robot import xacro_file
 from teleopctl.wire.tokens import EntityKind
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -122,7 +121,7 @@ def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
 
     urdf = tmp_path / "teleop.urdf"
     share = packages.package_share("teleop_description")
-    urdf.write_text(xacro_file.expand(share / "urdf" / "teleop.urdf.xacro", {}), encoding="utf-8")
+    urdf.write_text(robot.expand_xacro(share / "urdf" / "teleop.urdf.xacro", {}), encoding="utf-8")
     model = yourdfpy.URDF.load(str(urdf), load_meshes=False, build_scene_graph=True)
     model.update_cfg(POSE | {"joint_4": 0.0})
     expected = model.get_transform("claw_support", "world")

@@ -14,7 +14,7 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand
+from teleopctl.robot.xacro_file import expand_xacro
 from tests.robot.independent import link_frames
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
@@ -26,7 +26,7 @@ JOINTS = "joint_state_publisher joint_state_publisher"
 
 @pytest.fixture(scope="module")
 def urdf():
-    return expand(MODEL)
+    return expand_xacro(MODEL)
 
 
 @pytest.fixture

@@ -1,8 +1,7 @@
 import threading
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.wire.graph import Graph, GraphWatcher, is_hidden_name, query_graph

@@ -1,6 +1,5 @@
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.wire.keys import ANY_HASH, TopicKey, liveliness_key, parse_topic_key, topic_key
 

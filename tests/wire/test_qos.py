@@ -1,6 +1,5 @@
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.wire.qos import INFINITE_NS, EndpointQos, format_qos, parse_qos
 

@@ -16,7 +16,7 @@ GROUP = Group(
 
 def start(as_json: AsJson = False) -> None:
     """Start the daemon if it is not running."""
-    from teleopctl.wire.router import daemon_address, start_router
+    from teleopctl.wire import daemon_address, start_router
 
     started = start_router()
     if as_json:
@@ -27,7 +27,7 @@ def start(as_json: AsJson = False) -> None:
 
 def stop(as_json: AsJson = False) -> None:
     """Stop the daemon if it is running."""
-    from teleopctl.wire.router import daemon_address, stop_router
+    from teleopctl.wire import daemon_address, stop_router
 
     stopped = stop_router()
     if as_json:
@@ -38,8 +38,7 @@ def stop(as_json: AsJson = False) -> None:
 
 def status(as_json: AsJson = False) -> None:
     """Tell whether the daemon is running, and where."""
-    from teleopctl.wire.config import session_config
-    from teleopctl.wire.router import daemon_address, find_router, router_is_running
+    from teleopctl.wire import daemon_address, find_router, router_is_running, session_config
 
     address, sessions = daemon_address(), session_config("client").router
     running = router_is_running(address)

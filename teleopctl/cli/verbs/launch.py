@@ -7,8 +7,7 @@ from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
-    from teleopctl.launch.execution.status import ProcessStatus
-    from teleopctl.launch.model.plan import LaunchPlan
+    from teleopctl.launch import LaunchPlan, ProcessStatus
 
 VERB = Verb(
     f"{__name__}:launch",
@@ -56,28 +55,25 @@ def launch(
 ) -> int:
     """Start what a launch file describes, show its output and stop it on Ctrl-C."""
     del noninteractive
-    from teleopctl.launch import starting
-    from teleopctl.launch.finding import find_launch_file
+    from teleopctl.launch import find_launch_file, make_plan, run_here, start_in_background
 
     package, name, arguments = split(words)
     file = find_launch_file(package, name)
     if show_args:
-        from teleopctl.launch.arguments import describe_arguments
+        from teleopctl.launch import describe_arguments
 
         console.out_lines(describe_arguments(file, arguments))
         return 0
     # In the background nobody sees the difference between the streams, and a log is to be whole.
-    plan = starting.make_plan(
-        file, arguments, show_all_output=show_all or detach, prefix=launch_prefix
-    )
+    plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
     if print_plan:
         _print(plan)
         return 0
     if not detach:
-        return starting.run_here(plan)
+        return run_here(plan)
     for warning in plan.warnings:
         console.warn(warning)
-    record = starting.start_in_background(plan, file.stem.removesuffix(".launch"), _report)
+    record = start_in_background(plan, file.stem.removesuffix(".launch"), _report)
     if all(process.ends_by_itself for process in plan.processes):
         console.out(f"{record.name} has finished")
     else:
@@ -92,7 +88,7 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
     Raises:
         TeleopctlError: There is no file, or an argument is not ``name:=value``.
     """
-    from teleopctl.launch.finding import is_launch_file
+    from teleopctl.launch import is_launch_file
 
     names: list[str] = []
     arguments: dict[str, str] = {}
@@ -121,7 +117,7 @@ def _report(process: "ProcessStatus", node: str | None) -> None:
 
 
 def _print(plan: "LaunchPlan") -> None:
-    from teleopctl.launch.execution.status import command_text
+    from teleopctl.launch import command_text
 
     for process in plan.processes:
         console.out(f"{process.name}:")

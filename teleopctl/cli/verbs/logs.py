@@ -10,7 +10,7 @@ from teleopctl import background
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import SystemFailureError, TeleopctlError, UsageError
-from teleopctl.launch.execution.running import find_running, newest_log
+from teleopctl.launch import find_running, newest_log
 
 VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
 

@@ -9,12 +9,10 @@ from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.wire.graph import is_hidden_name
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind, is_hidden_name
 
 if TYPE_CHECKING:
-    from teleopctl.wire.graph import NodeEntry
-    from teleopctl.wire.tokens import EndpointToken
+    from teleopctl.wire import EndpointToken, NodeEntry
 
 GROUP = Group(
     "List nodes and what they offer.",

@@ -7,8 +7,7 @@ import time
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Verb
-from teleopctl.launch.execution.running import Running, running
-from teleopctl.launch.execution.status import command_text
+from teleopctl.launch import Running, command_text, running
 
 VERB = Verb(f"{__name__}:ps", "List what runs in the background.")
 

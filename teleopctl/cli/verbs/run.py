@@ -42,7 +42,7 @@ def run(
     The package may be left out where the program's name is unique. Files may import rclpy and
     message packages.
     """
-    from teleopctl.wire.router import ensure_router
+    from teleopctl.wire import ensure_router
 
     executable, arguments = find(words)
     ensure_router()
@@ -105,9 +105,7 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
 
 def _start_in_background(executable: Executable, command: list[str]) -> int:
     from teleopctl import background
-    from teleopctl.launch.execution.readiness import NewNodes, wait_for_node
-    from teleopctl.launch.execution.running import stopped_by_ctrl_c
-    from teleopctl.launch.starting import free_name
+    from teleopctl.launch import NewNodes, free_name, stopped_by_ctrl_c, wait_for_node
 
     with NewNodes() as new_nodes:
         name = free_name(executable.name.removesuffix(".py"))

@@ -7,7 +7,7 @@ from teleopctl.cli.listing import out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, ServiceName
 from teleopctl.cli.verb import Argument, Group, Option, Verb
-from teleopctl.interfaces.typenames import normalize
+from teleopctl.interfaces import normalize
 
 GROUP = Group(
     "List and call services.",

@@ -9,12 +9,11 @@ from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UnavailableError, UsageError
-from teleopctl.interfaces.store import get_service, type_hash
-from teleopctl.interfaces.yaml import message_from_yaml, message_to_dict
-from teleopctl.wire.graph import query_graph
+from teleopctl.interfaces import get_service, message_from_yaml, message_to_dict, type_hash
+from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.client import Client
+    from teleopctl.node import Client
 
 
 def call(

@@ -5,9 +5,7 @@ from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.launch.execution import status
-from teleopctl.launch.execution.running import Running, find_running, running
-from teleopctl.launch.execution.running import stop as stop_process
+from teleopctl.launch import Running, find_running, folder_of, mark_stopped, running, stop_running
 
 VERB = Verb(
     f"{__name__}:stop",
@@ -57,6 +55,6 @@ def _stop_together(entries: Sequence[Running]) -> None:
 
 def _stop(entry: Running) -> str:
     if entry.launch is not None:
-        status.mark_stopped(status.folder_of(entry.launch), entry.record.name)
-    stop_process(entry.record)
+        mark_stopped(folder_of(entry.launch), entry.record.name)
+    stop_running(entry.record)
     return entry.record.name

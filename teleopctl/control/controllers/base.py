@@ -15,9 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from teleopctl.control.realtime_publisher import PublishQueue
-    from teleopctl.node import Node
-    from teleopctl.node.values.parameter import AllowableParameterValue
-    from teleopctl.robot.joint_rules import JointLimits
+    from teleopctl.node import AllowableParameterValue, Node
+    from teleopctl.robot import JointLimits
 
 T = TypeVar("T", bound="AllowableParameterValue")
 
@@ -121,7 +120,7 @@ class ControllerInterface:
         """
         node = self.get_node()
         if not node.has_parameter(name):
-            from teleopctl.interfaces.store import get_message
+            from teleopctl.interfaces import get_message
 
             descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
             node.declare_parameter(

@@ -32,7 +32,7 @@ class ForwardCommandController(ControllerInterface):
 
     def on_configure(self) -> CallbackReturn | None:
         """Subscribe."""
-        from teleopctl.interfaces.store import get_message
+        from teleopctl.interfaces import get_message
 
         self._names = self.interface_names()
         if not self._names:

@@ -12,7 +12,7 @@ from teleopctl.control.controllers.base import (
 from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher
-from teleopctl.interfaces.stamps import set_stamp
+from teleopctl.interfaces import set_stamp
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 
@@ -34,7 +34,7 @@ class JointStateBroadcaster(ControllerInterface):
 
     def on_configure(self) -> None:
         """Read the parameters and make the publishers."""
-        from teleopctl.interfaces.store import get_message
+        from teleopctl.interfaces import get_message
 
         self._joints: list[str] = self.auto_declare("joints", [])
         self._interfaces: list[str] = self.auto_declare("interfaces", [])

@@ -11,9 +11,8 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
-    from teleopctl.node.values.logging import RcutilsLogger
-    from teleopctl.robot.ros2_control_tag import ComponentInfo, HardwareInfo, InterfaceInfo
+    from teleopctl.node import Node, RcutilsLogger
+    from teleopctl.robot import ComponentInfo, HardwareInfo, InterfaceInfo
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from teleopctl.control.handles import (
 )
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import ReturnType
-from teleopctl.interfaces.stamps import set_stamp, to_nanoseconds
+from teleopctl.interfaces import set_stamp, to_nanoseconds
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
@@ -60,7 +60,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     def on_configure(self) -> None:
         """Subscribe to the states, and forget those from before."""
-        from teleopctl.interfaces.store import get_message
+        from teleopctl.interfaces import get_message
 
         self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
         self._message = None

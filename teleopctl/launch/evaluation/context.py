@@ -93,10 +93,9 @@ class LaunchContext:
 
 
 def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
-    from teleopctl.robot import xacro_file
-    from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot import RobotDescription, expand_xacro
 
-    text = xacro_file.expand(file, dict(mappings))
+    text = expand_xacro(file, dict(mappings))
     if "<robot" in text:
         # A mistake is told here, once, and not by each of the nodes that would read it.
         try:
@@ -107,8 +106,7 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
 
 
 def _query_nodes() -> frozenset[str]:
-    from teleopctl.wire.graph import query_graph
-    from teleopctl.wire.session import RouterNotRunning, open_session
+    from teleopctl.wire import RouterNotRunning, open_session, query_graph
 
     try:
         session = open_session("client")

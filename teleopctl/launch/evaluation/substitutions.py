@@ -162,7 +162,7 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
-    from teleopctl.node.values.parameter_file import read_parameter_file
+    from teleopctl.node import read_parameter_file
 
     file, node, name = arguments[:3]
     parameters = read_parameter_file(resolve_uri(file)).for_node(f"/{node.lstrip('/')}")

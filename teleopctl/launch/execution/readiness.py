@@ -16,8 +16,7 @@ from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.status import ProcessStatus
-from teleopctl.wire.graph import Graph, GraphWatcher, query_graph
-from teleopctl.wire.session import open_session
+from teleopctl.wire import Graph, GraphWatcher, open_session, query_graph
 
 UP_WITHIN_S = 30.0
 # The graph wakes whoever waits; the end of a process is looked for this often, in seconds.

@@ -94,7 +94,7 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
     )
 
 
-def stop(record: ProcessRecord) -> None:
+def stop_running(record: ProcessRecord) -> None:
     """End a background process: SIGINT, and where it takes too long, harder signals."""
     is_launch = record.kind == background.LAUNCH
     background.stop(record, patience_s=_LAUNCH_PATIENCE_S if is_launch else _PATIENCE_S)
@@ -110,7 +110,7 @@ def stopped_by_ctrl_c(record: ProcessRecord) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        stop(record)
+        stop_running(record)
         raise KeyboardInterrupt(f"{record.name} has been stopped") from None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.interfaces import get_message, get_service
 from teleopctl.node.values import logging
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ import contextlib
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces.stamps import split
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message, split
 from teleopctl.node.values import logging
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import QoSProfile

@@ -5,8 +5,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.parameter_store import result
 from teleopctl.node.values.qos import qos_profile_clock

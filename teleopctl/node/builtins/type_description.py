@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import InvalidTypeNameError, TeleopctlError
-from teleopctl.interfaces import store
+from teleopctl.interfaces import (
+    definition_text,
+    get_message,
+    get_service,
+    type_description,
+    type_hash,
+)
 from teleopctl.node.values.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -16,13 +22,13 @@ _PARAMETER = "start_type_description_service"
 
 def start_type_description_service(node: NodeParameters) -> None:
     """Declare the parameter and, unless it says no, the service."""
-    descriptor = store.get_message("rcl_interfaces/msg/ParameterDescriptor")(
+    descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")(
         description="Start the ~/get_type_description service for this node.", read_only=True
     )
     if not node.declare_parameter(_PARAMETER, True, descriptor).value:
         return
     node.create_service(
-        store.get_service("type_description_interfaces/srv/GetTypeDescription"),
+        get_service("type_description_interfaces/srv/GetTypeDescription"),
         "~/get_type_description",
         _answer,
         qos_profile=qos_profile_services_default,
@@ -31,19 +37,19 @@ def start_type_description_service(node: NodeParameters) -> None:
 
 def _answer(request: Any, response: Any) -> Any:
     try:
-        actual = store.type_hash(request.type_name)
+        actual = type_hash(request.type_name)
         if request.type_hash not in ("", actual):
             raise InvalidTypeNameError(
                 f"type '{request.type_name}' has the hash {actual} here, not {request.type_hash}"
             )
-        response.type_description = _to_message(store.type_description(request.type_name))
+        response.type_description = _to_message(type_description(request.type_name))
         if request.include_type_sources:
-            source = store.get_message("type_description_interfaces/msg/TypeSource")
+            source = get_message("type_description_interfaces/msg/TypeSource")
             response.type_sources = [
                 source(
                     type_name=request.type_name,
                     encoding=request.type_name.split("/")[1],
-                    raw_file_contents=store.definition_text(request.type_name),
+                    raw_file_contents=definition_text(request.type_name),
                 )
             ]
         response.successful = True
@@ -55,7 +61,7 @@ def _answer(request: Any, response: Any) -> Any:
 
 def _to_message(description: dict[str, Any]) -> Any:
     """Return the message form of the JSON structure that a type hash is taken of."""
-    return store.get_message("type_description_interfaces/msg/TypeDescription")(
+    return get_message("type_description_interfaces/msg/TypeDescription")(
         type_description=_individual(description["type_description"]),
         referenced_type_descriptions=[
             _individual(entry) for entry in description["referenced_type_descriptions"]
@@ -65,9 +71,9 @@ def _to_message(description: dict[str, Any]) -> Any:
 
 def _individual(entry: dict[str, Any]) -> Any:
     package = "type_description_interfaces/msg"
-    field_type = store.get_message(f"{package}/FieldType")
-    field = store.get_message(f"{package}/Field")
-    return store.get_message(f"{package}/IndividualTypeDescription")(
+    field_type = get_message(f"{package}/FieldType")
+    field = get_message(f"{package}/Field")
+    return get_message(f"{package}/IndividualTypeDescription")(
         type_name=entry["type_name"],
         fields=[
             field(name=item["name"], type=field_type(**item["type"])) for item in entry["fields"]

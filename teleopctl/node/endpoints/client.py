@@ -13,19 +13,17 @@ from typing import TYPE_CHECKING, Any, Generic, cast
 import zenoh
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import cdr
-from teleopctl.interfaces.message import RequestT, ResponseT
+from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import attachment
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind, decode_attachment, encode_attachment
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces.protocols import ServiceType
+    from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
 
 # Zenoh refuses an infinite timeout; thirty years are enough.
@@ -139,7 +137,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._check_alive()
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
-        payload = cdr.serialize(request)
+        payload = serialize(request)
         future = ResponseFuture(self)
         future.on_end(self._tell_of_answer)
         with self._lock:
@@ -159,7 +157,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._channel.get(
             zenoh.handlers.Callback(receive, end, indirect=False),
             payload=payload,
-            attachment=attachment.encode(sequence, time.time_ns(), self.gid),
+            attachment=encode_attachment(sequence, time.time_ns(), self.gid),
         )
         return future
 
@@ -217,11 +215,11 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         sample = reply.ok
         if sample is None or future.done():
             return
-        meta = attachment.decode(sample.attachment.to_bytes()) if sample.attachment else None
+        meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None or meta.sequence != sequence:
             return
         try:
-            response = cdr.deserialize(sample.payload.to_bytes(), self.srv_type.Response)
+            response = deserialize(sample.payload.to_bytes(), self.srv_type.Response)
         except TeleopctlError as error:
             future.set_exception(error)
             return

@@ -5,12 +5,11 @@ from __future__ import annotations
 import abc
 from typing import TYPE_CHECKING, Any, Self
 
-from teleopctl.interfaces.store import type_hash
+from teleopctl.interfaces import type_hash
 from teleopctl.node.endpoints.events import EventHandler
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire.keys import topic_key
-from teleopctl.wire.tokens import EndpointToken, EntityKind, format_token, gid
+from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_key
 
 if TYPE_CHECKING:
     import zenoh

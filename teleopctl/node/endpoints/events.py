@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.wire.tokens import EndpointToken, EntityKind
+from teleopctl.wire import EndpointToken, EntityKind
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

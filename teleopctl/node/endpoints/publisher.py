@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any, Generic
 
 import zenoh
 
-from teleopctl.interfaces import cdr
-from teleopctl.interfaces.message import MessageT
+from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import MatchedHandler, PublisherEventCallbacks, check_supported
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from teleopctl.wire import attachment
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind, encode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -98,7 +96,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         """
         self._check_alive()
         if isinstance(msg, self.msg_type):
-            payload: bytes | bytearray = cdr.serialize(msg)
+            payload: bytes | bytearray = serialize(msg)
         elif isinstance(msg, bytes | bytearray):
             payload = msg
         else:
@@ -106,7 +104,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         try:
             self._channel.put(
                 payload,
-                attachment=attachment.encode(next(self._sequence), time.time_ns(), self.gid),
+                attachment=encode_attachment(next(self._sequence), time.time_ns(), self.gid),
             )
         except zenoh.ZError as error:
             raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error

@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
-from teleopctl.interfaces import cdr
-from teleopctl.interfaces.message import RequestT, ResponseT
+from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import attachment
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import Attachment, EntityKind, decode_attachment, encode_attachment
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces.protocols import ServiceType
+    from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
 
 
@@ -105,10 +103,10 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         """Answer one request; a query that is let go of unanswered ends the client's wait."""
         try:
             payload = query.payload
-            meta = attachment.decode(query.attachment.to_bytes()) if query.attachment else None
+            meta = decode_attachment(query.attachment.to_bytes()) if query.attachment else None
             if payload is None or meta is None:
                 raise InvalidMessageError("it came without payload or readable attachment")
-            request = cdr.deserialize(payload.to_bytes(), self.srv_type.Request)
+            request = deserialize(payload.to_bytes(), self.srv_type.Request)
         except TeleopctlError as error:
             self.node.get_logger().error(
                 f"dropped a request to '{self.name}': {error.message}", throttle_duration_sec=10.0
@@ -120,24 +118,22 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._reply(query, meta, outcome)
         return None
 
-    async def _reply_later(
-        self, query: zenoh.Query, request: attachment.Attachment, answer: Any
-    ) -> None:
+    async def _reply_later(self, query: zenoh.Query, request: Attachment, answer: Any) -> None:
         self._reply(query, request, await answer)
 
-    def _reply(self, query: zenoh.Query, request: attachment.Attachment, response: Any) -> None:
+    def _reply(self, query: zenoh.Query, request: Attachment, response: Any) -> None:
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"the callback of service '{self.name}' returned {type(response).__name__}, "
                 f"not {self.srv_type.Response.__name__}"
             )
-        payload = cdr.serialize(response)
+        payload = serialize(response)
         # Nobody can be told any more when the callback itself has shut down or destroyed.
         with contextlib.suppress(zenoh.ZError):
             query.reply(
                 self.key,
                 payload,
-                attachment=attachment.encode(request.sequence, time.time_ns(), request.gid),
+                attachment=encode_attachment(request.sequence, time.time_ns(), request.gid),
             )
 
     def _close(self) -> None:

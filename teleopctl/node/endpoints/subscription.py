@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
 import zenoh
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import cdr
-from teleopctl.interfaces.message import MessageT
+from teleopctl.interfaces import MessageT, deserialize
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import (
     MatchedHandler,
@@ -24,8 +23,7 @@ from teleopctl.node.endpoints.events import (
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
-from teleopctl.wire import attachment
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind, decode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -155,7 +153,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     def _queue(self, sample: zenoh.Sample) -> None:
         self._samples.append((sample, time.time_ns()))
         if self._lost is not None and sample.attachment is not None:
-            meta = attachment.decode(sample.attachment.to_bytes())
+            meta = decode_attachment(sample.attachment.to_bytes())
             if meta is not None:
                 self._lost.saw(meta.gid, meta.sequence)
         self.tell_executor()
@@ -177,13 +175,13 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         """Decode a sample; None, counted and reported, when it is not what its key says."""
         payload = sample.payload.to_bytes()
         try:
-            message = payload if self.raw else cdr.deserialize(payload, self.msg_type)
+            message = payload if self.raw else deserialize(payload, self.msg_type)
         except TeleopctlError as error:
             self._report(error.message)
             return None
         if not self._wants_info:
             return (message,)
-        meta = attachment.decode(sample.attachment.to_bytes()) if sample.attachment else None
+        meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None:
             self._report("a sample came without a readable attachment")
             return None

@@ -6,7 +6,7 @@ import enum
 from typing import NamedTuple
 
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire.tokens import EndpointToken, EntityKind, format_token, gid
+from teleopctl.wire import EndpointToken, EntityKind, format_token, gid
 
 
 class TopicEndpointTypeEnum(enum.IntEnum):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import logging
 import threading
 
-from teleopctl.interfaces.stamps import from_seconds
+from teleopctl.interfaces import from_seconds
 from teleopctl.node.values.logging import Caller, LoggingSeverity, effective_level, emit
 
 _PACKAGE = __name__.partition(".")[0]

@@ -19,7 +19,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from teleopctl.errors import UsageError
-from teleopctl.interfaces.stamps import split
+from teleopctl.interfaces import split
 
 _DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
 _RESET = "\033[0m"

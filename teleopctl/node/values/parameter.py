@@ -7,11 +7,10 @@ import enum
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 
 if TYPE_CHECKING:
-    from rcl_interfaces.msg import Parameter as ParameterMessage
-    from rcl_interfaces.msg import ParameterValue
+    from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
 
 # An integer counts as a float for type checkers, and so do arrays of them.
 AllowableParameterValue: TypeAlias = (

@@ -7,7 +7,7 @@ from typing import Self
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
-from teleopctl.wire.qos import INFINITE_NS, EndpointQos
+from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42
 

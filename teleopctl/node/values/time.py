@@ -6,18 +6,10 @@ import enum
 import math
 from typing import TYPE_CHECKING, overload
 
-from teleopctl.interfaces.stamps import (
-    Stamp,
-    from_seconds,
-    split,
-    to_nanoseconds,
-    to_seconds,
-)
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import Stamp, from_seconds, get_message, split, to_nanoseconds, to_seconds
 
 if TYPE_CHECKING:
-    from builtin_interfaces.msg import Duration as DurationMessage
-    from builtin_interfaces.msg import Time as TimeMessage
+    from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage
 
 _INFINITE_NS = 2**63 - 1
 

@@ -10,7 +10,7 @@ import numpy as np
 from teleopctl.errors import InvalidDescriptionError
 
 if TYPE_CHECKING:
-    from teleopctl.robot.gazebo_tag import Sensor as Description
+    from teleopctl.robot import Sensor as Description
 
 
 class Sensor:

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError, UnknownPluginError
-from teleopctl.interfaces.stamps import set_stamp
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.sim.pacing import Beat
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.simulation import Simulation
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.robot.gazebo_tag import Sensor as Description
+    from teleopctl.robot import Sensor as Description
 
 # The camera node renders these, in a process of its own.
 _RENDERED_ELSEWHERE = frozenset({"camera"})

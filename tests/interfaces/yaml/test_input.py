@@ -3,8 +3,7 @@
 import array
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message

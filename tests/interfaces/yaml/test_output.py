@@ -5,8 +5,7 @@ import math
 
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from teleopctl.interfaces.cdr import deserialize, serialize
 from teleopctl.interfaces.store import get_message

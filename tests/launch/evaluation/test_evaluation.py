@@ -290,15 +290,15 @@ def test_commands_give_their_output_or_the_reason_of_their_failure(plan):
 
 
 def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monkeypatch):
-    from teleopctl.robot import xacro_file
+    from teleopctl import robot
 
     calls = []
 
-    def expand(path, mappings):
+    def expand_xacro(path, mappings):
         calls.append((path, mappings))
         return ARM
 
-    monkeypatch.setattr(xacro_file, "expand", expand)
+    monkeypatch.setattr(robot, "expand_xacro", expand_xacro)
     node = (
         "- node: {pkg: camera, exec: camera, param: "
         "[{name: robot_description, value: \"$(xacro 'my arm.xacro' speed:=2)\"}]}\n"
@@ -316,9 +316,9 @@ def test_a_description_that_is_no_robot_is_an_error_before_anything_starts(plan,
 
 
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
-    from teleopctl.robot import xacro_file
+    from teleopctl import robot
 
-    monkeypatch.setattr(xacro_file, "expand", lambda path, mappings: "robot")
+    monkeypatch.setattr(robot, "expand_xacro", lambda path, mappings: "robot")
     monkeypatch.setenv("PATH", "")
     assert words(plan("launch:\n" + echo('$(command "xacro a.xacro b:=1")'))) == ["robot"]
 

@@ -1,8 +1,7 @@
 """Types of parameters, and the file in which a node reads them."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl import ros_yaml
 from teleopctl.errors import TeleopctlError

@@ -1,8 +1,7 @@
 """The grammar of substitutions."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.launch.model.template import Call, TemplateError, literal, parse
 

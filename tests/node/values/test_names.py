@@ -1,8 +1,7 @@
 """Names are checked and expanded as ROS 2 does it."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.node.values import names
 from teleopctl.node.values.exceptions import (

@@ -85,7 +85,7 @@ def set_hardware_component_state(
     controller_manager: ManagerName = DEFAULT_MANAGER,
 ) -> None:
     """Bring a hardware component to a state."""
-    from teleopctl.interfaces.store import get_message
+    from teleopctl.interfaces import get_message
 
     target = get_message("lifecycle_msgs/msg/State")(id=_STATES[state], label=state)
     with manager_client(controller_manager) as client:

@@ -6,8 +6,7 @@ from typing import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError
-from teleopctl.interfaces.store import catalog
-from teleopctl.interfaces.stubs import write_stubs
+from teleopctl.interfaces import known_types, write_stubs
 
 _CONFIGURATION = """\
 For type checkers to find them, in the pyproject.toml of your program:
@@ -32,7 +31,7 @@ def stubs(
     Those of the packages that come with teleopctl are installed with it. Run it again when a
     definition has changed.
     """
-    known = catalog()
+    known = known_types()
     names = known.names() if every else known.user_names()
     if not names:
         raise NotFoundError(

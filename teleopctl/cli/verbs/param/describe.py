@@ -8,7 +8,7 @@ from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import NotFoundError
-from teleopctl.interfaces.yaml import message_to_dict
+from teleopctl.interfaces import message_to_dict
 
 
 def describe_parameters(

@@ -9,8 +9,7 @@ from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 from teleopctl.cli.verbs.param.text import python_value
 from teleopctl.errors import NotFoundError
-from teleopctl.node.values.parameter import Parameter
-from teleopctl.node.values.parameter_file import read_parameter_file
+from teleopctl.node import Parameter, read_parameter_file
 
 
 def dump_parameters(

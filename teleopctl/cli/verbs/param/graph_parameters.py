@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING, TypeAlias
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, did_you_mean
-from teleopctl.node.parameter_client import AsyncParameterClient, ask_nodes
-from teleopctl.wire.graph import query_graph
+from teleopctl.node import AsyncParameterClient, ask_nodes
+from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from rcl_interfaces.msg import Parameter as ParameterMessage
-    from rcl_interfaces.msg import SetParametersResult
+    from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult
 
-    from teleopctl.interfaces.message import ResponseT
-    from teleopctl.node import Node
-    from teleopctl.node.endpoints.client import ResponseFuture
-    from teleopctl.node.values.parameter import Parameter
+    from teleopctl.interfaces import ResponseT
+    from teleopctl.node import Node, Parameter, ResponseFuture
 
     Question: TypeAlias = Callable[[AsyncParameterClient], ResponseFuture[ResponseT]]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.node.values.parameter import ParameterType, parameter_value_to_python
+from teleopctl.node import ParameterType, parameter_value_to_python
 
 _TYPE_NAMES = {
     ParameterType.NOT_SET: "not set",

@@ -8,8 +8,8 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
 from teleopctl.cli.verbs.param.text import python_value, type_name, value_label
 from teleopctl.errors import NotFoundError, RefusedError, did_you_mean
-from teleopctl.interfaces.store import get_message
-from teleopctl.node.values.parameter import (
+from teleopctl.interfaces import get_message
+from teleopctl.node import (
     Parameter,
     ParameterType,
     parameter_value_from_yaml,

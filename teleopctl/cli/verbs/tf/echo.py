@@ -7,9 +7,8 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
-from teleopctl.interfaces.stamps import split
-from teleopctl.tf.echo import echo, echo_text
-from teleopctl.tf.transforms import Transform, rpy_from_quaternion
+from teleopctl.interfaces import split
+from teleopctl.tf import Transform, echo_text, echo_transforms, rpy_from_quaternion
 
 
 def echo_transform(
@@ -39,7 +38,7 @@ def echo_transform(
 
     # Ctrl-C is the ordinary end of a stream
     with contextlib.suppress(KeyboardInterrupt), command_node() as node:
-        echo(
+        echo_transforms(
             node,
             source_frame,
             target_frame,

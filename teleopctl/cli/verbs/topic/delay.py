@@ -12,7 +12,7 @@ from teleopctl.cli.verbs.topic.listening import listen
 from teleopctl.cli.verbs.topic.source import TopicSource, find_source
 from teleopctl.cli.verbs.topic.statistics import Window, delay_text
 from teleopctl.errors import InvalidMessageError
-from teleopctl.interfaces.stamps import to_nanoseconds, to_seconds
+from teleopctl.interfaces import to_nanoseconds, to_seconds
 
 
 def measure_delay(

@@ -21,9 +21,7 @@ from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import UnavailableError
-from teleopctl.node.endpoints.subscription import MessageInfo
-from teleopctl.node.executor import SingleThreadedExecutor
-from teleopctl.node.values.future import Future
+from teleopctl.node import Future, MessageInfo, SingleThreadedExecutor
 
 _DEPTH = 10
 _TRUNCATE = 128

@@ -10,7 +10,7 @@ from teleopctl.cli.options import AsJson, TopicName
 from teleopctl.cli.verb import Option
 
 if TYPE_CHECKING:
-    from teleopctl.wire.tokens import EndpointToken
+    from teleopctl.wire import EndpointToken
 
 
 def topic_info(

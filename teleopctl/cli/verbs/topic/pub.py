@@ -21,17 +21,13 @@ from teleopctl.cli.verbs.topic.qos_options import (
     ReliabilityName,
 )
 from teleopctl.errors import InvalidFileError, UnavailableError, UsageError
-from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml import message_from_yaml
-from teleopctl.node.values.qos import QoSProfile
+from teleopctl.interfaces import get_message, message_from_yaml
+from teleopctl.node import QoSProfile
 from teleopctl.text_file import read_text
-from teleopctl.wire.graph import query_graph
-from teleopctl.wire.router import ensure_router
-from teleopctl.wire.tokens import EntityKind
+from teleopctl.wire import EntityKind, ensure_router, query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.publisher import Publisher
-    from teleopctl.node.node import Node
+    from teleopctl.node import Node, Publisher
 
 _DEPTH = 10
 _PRESENT_TIME = ("auto", "now")

@@ -7,8 +7,8 @@ from teleopctl.cli.verb import Option
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from teleopctl.node.values.qos import QoSProfile
-    from teleopctl.wire.qos import EndpointQos
+    from teleopctl.node import QoSProfile
+    from teleopctl.wire import EndpointQos
 
 ProfileName = Annotated[
     str | None,
@@ -71,7 +71,7 @@ class QosWishes:
         """A new profile: the preset, or else ``base``, with the single policies on top."""
         from copy import copy
 
-        from teleopctl.node.values.qos import (
+        from teleopctl.node import (
             DurabilityPolicy,
             HistoryPolicy,
             QoSPresetProfiles,
@@ -97,7 +97,7 @@ def suited_to(offers: "Sequence[EndpointQos]", depth: int) -> "QoSProfile":
     Reliable if all of them are, and with earlier messages if all of them keep them; reliable and
     volatile if there is none yet.
     """
-    from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+    from teleopctl.node import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     reliable = all(offer.is_reliable for offer in offers)
     latched = bool(offers) and all(offer.is_transient_local for offer in offers)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.wire.qos import INFINITE_NS
+from teleopctl.wire import INFINITE_NS
 
 if TYPE_CHECKING:
-    from teleopctl.wire.qos import EndpointQos
+    from teleopctl.wire import EndpointQos
 
 _RELIABILITY = ("SYSTEM_DEFAULT", "RELIABLE", "BEST_EFFORT", "UNKNOWN", "BEST_AVAILABLE")
 _DURABILITY = ("SYSTEM_DEFAULT", "TRANSIENT_LOCAL", "VOLATILE", "UNKNOWN", "BEST_AVAILABLE")

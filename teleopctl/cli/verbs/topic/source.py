@@ -13,17 +13,13 @@ from teleopctl.errors import (
     UnavailableError,
     did_you_mean,
 )
-from teleopctl.interfaces.store import get_message, type_hash
-from teleopctl.interfaces.typenames import normalize
-from teleopctl.wire.graph import Graph
-from teleopctl.wire.router import ensure_router
-from teleopctl.wire.session import RouterNotRunning
+from teleopctl.interfaces import get_message, normalize, type_hash
+from teleopctl.wire import Graph, RouterNotRunning, ensure_router
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from teleopctl.wire.qos import EndpointQos
-    from teleopctl.wire.tokens import EndpointToken
+    from teleopctl.wire import EndpointQos, EndpointToken
 
 
 class TopicSource:

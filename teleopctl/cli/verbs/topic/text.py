@@ -6,7 +6,7 @@ import array
 import math
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces.yaml import message_to_csv, message_to_dict, message_to_yaml
+from teleopctl.interfaces import message_to_csv, message_to_dict, message_to_yaml
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json

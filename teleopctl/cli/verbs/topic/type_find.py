@@ -6,7 +6,7 @@ from teleopctl.cli.listing import out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, TopicName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.interfaces.typenames import normalize
+from teleopctl.interfaces import normalize
 
 
 def topic_type(topic_name: TopicName, as_json: AsJson = False) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 
 _COLOURS = {
     "mono": "G",

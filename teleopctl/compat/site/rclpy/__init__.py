@@ -5,12 +5,15 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from teleopctl.node import lifetime
-from teleopctl.node.context import Context
-from teleopctl.node.lifetime import (
+from teleopctl.node import (
+    Context,
+    Future,
+    Parameter,
+    SignalHandlerOptions,
     create_node,
     get_default_context,
     get_global_executor,
+    init as _init,
     ok,
     shutdown,
     spin,
@@ -18,9 +21,6 @@ from teleopctl.node.lifetime import (
     spin_until_future_complete,
     try_shutdown,
 )
-from teleopctl.node.values.future import Future
-from teleopctl.node.values.parameter import Parameter
-from teleopctl.node.values.signals import SignalHandlerOptions
 
 __all__ = [
     "Context",
@@ -49,7 +49,7 @@ def init(
     signal_handler_options: SignalHandlerOptions | None = None,
 ) -> Context:
     """Start a context; ``args`` may be given by position, as nodes do."""
-    return lifetime.init(
+    return _init(
         args=args,
         context=context,
         domain_id=domain_id,
@@ -65,18 +65,20 @@ def get_rmw_implementation_identifier() -> str:
 # Programs write ``rclpy.qos.QoSProfile`` after a bare ``import rclpy``. Type checkers are told
 # which modules there are, so that a name that is none is an error for them too.
 if TYPE_CHECKING:
-    from rclpy import callback_groups as callback_groups
-    from rclpy import clock as clock
-    from rclpy import duration as duration
-    from rclpy import exceptions as exceptions
-    from rclpy import executors as executors
-    from rclpy import logging as logging
-    from rclpy import node as node
-    from rclpy import parameter as parameter
-    from rclpy import qos as qos
-    from rclpy import task as task
-    from rclpy import time as time
-    from rclpy import utilities as utilities
+    from rclpy import (
+        callback_groups as callback_groups,
+        clock as clock,
+        duration as duration,
+        exceptions as exceptions,
+        executors as executors,
+        logging as logging,
+        node as node,
+        parameter as parameter,
+        qos as qos,
+        task as task,
+        time as time,
+        utilities as utilities,
+    )
 else:
 
     def __getattr__(name: str) -> ModuleType:

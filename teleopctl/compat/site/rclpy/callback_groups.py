@@ -1,9 +1,5 @@
 """``rclpy.callback_groups``. Callback groups."""
 
-from teleopctl.node.values.callback_groups import (
-    CallbackGroup,
-    MutuallyExclusiveCallbackGroup,
-    ReentrantCallbackGroup,
-)
+from teleopctl.node import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 
 __all__ = ["CallbackGroup", "MutuallyExclusiveCallbackGroup", "ReentrantCallbackGroup"]

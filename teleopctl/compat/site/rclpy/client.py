@@ -1,5 +1,5 @@
 """``rclpy.client``. Service clients."""
 
-from teleopctl.node.endpoints.client import Client
+from teleopctl.node import Client
 
 __all__ = ["Client"]

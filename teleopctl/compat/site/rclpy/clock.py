@@ -1,6 +1,5 @@
 """``rclpy.clock``. Clocks."""
 
-from teleopctl.node.clock import Clock, ROSClock
-from teleopctl.node.values.time import ClockType
+from teleopctl.node import Clock, ClockType, ROSClock
 
 __all__ = ["Clock", "ClockType", "ROSClock"]

@@ -1,5 +1,5 @@
 """``rclpy.clock_type``. What a clock counts."""
 
-from teleopctl.node.values.time import ClockType
+from teleopctl.node import ClockType
 
 __all__ = ["ClockType"]

@@ -1,5 +1,5 @@
 """``rclpy.constants``. Conversions."""
 
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 S_TO_NS = NANOSECONDS_PER_SECOND

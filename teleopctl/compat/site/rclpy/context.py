@@ -1,5 +1,5 @@
 """``rclpy.context``. Contexts."""
 
-from teleopctl.node.context import Context
+from teleopctl.node import Context
 
 __all__ = ["Context"]

@@ -1,5 +1,5 @@
 """``rclpy.duration``. Spans of time."""
 
-from teleopctl.node.values.time import Duration, Infinite
+from teleopctl.node import Duration, Infinite
 
 __all__ = ["Duration", "Infinite"]

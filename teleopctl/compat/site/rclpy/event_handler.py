@@ -1,6 +1,6 @@
 """``rclpy.event_handler``. Callbacks for events of publishers and subscriptions."""
 
-from teleopctl.node.endpoints.events import (
+from teleopctl.node import (
     MatchedInfo,
     MessageLostInfo,
     PublisherEventCallbacks,

@@ -1,7 +1,7 @@
 """``rclpy.exceptions``. Exceptions."""
 
 from rclpy.type_support import NoTypeSupportImportedException
-from teleopctl.node.values.exceptions import (
+from teleopctl.node import (
     InvalidHandle,
     InvalidNamespaceException,
     InvalidNodeNameException,

@@ -1,10 +1,12 @@
 """``rclpy.executors``. Executors."""
 
-from teleopctl.node.executor import Executor, MultiThreadedExecutor, SingleThreadedExecutor
-from teleopctl.node.values.exceptions import (
+from teleopctl.node import (
     ConditionReachedException,
+    Executor,
     ExternalShutdownException,
+    MultiThreadedExecutor,
     ShutdownException,
+    SingleThreadedExecutor,
     TimeoutException,
 )
 

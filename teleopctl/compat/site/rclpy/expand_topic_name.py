@@ -1,6 +1,6 @@
 """``rclpy.expand_topic_name``. Absolute forms of names."""
 
-from teleopctl.node.values.names import expand_name
+from teleopctl.node import expand_name
 
 __all__ = ["expand_topic_name"]
 

@@ -1,5 +1,5 @@
 """``rclpy.guard_condition``. Guard conditions."""
 
-from teleopctl.node.endpoints.guard_condition import GuardCondition
+from teleopctl.node import GuardCondition
 
 __all__ = ["GuardCondition"]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from teleopctl.background import logs_dir
-from teleopctl.node.values.logging import (
+from teleopctl.node import (
     LoggingSeverity,
     RcutilsLogger,
     effective_level,

@@ -1,11 +1,11 @@
 """``rclpy.parameter``. Parameters."""
 
-from teleopctl.node.values.parameter import (
+from teleopctl.node import (
     Parameter,
+    parameter_messages,
     parameter_value_from_yaml,
     parameter_value_to_python,
 )
-from teleopctl.node.values.parameter_file import parameter_messages
 
 __all__ = [
     "PARAMETER_SEPARATOR_STRING",

@@ -1,5 +1,5 @@
 """``rclpy.parameter_client``. Other nodes' parameters."""
 
-from teleopctl.node.parameter_client import AsyncParameterClient
+from teleopctl.node import AsyncParameterClient
 
 __all__ = ["AsyncParameterClient"]

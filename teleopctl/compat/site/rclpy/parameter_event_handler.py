@@ -1,6 +1,6 @@
 """``rclpy.parameter_event_handler``. Callbacks for changes of parameters."""
 
-from teleopctl.node.parameter_events import (
+from teleopctl.node import (
     ParameterCallbackHandle,
     ParameterEventCallbackHandle,
     ParameterEventHandler,

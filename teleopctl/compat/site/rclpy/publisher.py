@@ -1,5 +1,5 @@
 """``rclpy.publisher``. Publishers."""
 
-from teleopctl.node.endpoints.publisher import Publisher
+from teleopctl.node import Publisher
 
 __all__ = ["Publisher"]

@@ -1,6 +1,6 @@
 """``rclpy.qos``. Quality of service."""
 
-from teleopctl.node.values.qos import (
+from teleopctl.node import (
     DurabilityPolicy,
     HistoryPolicy,
     InvalidQoSProfileException,

@@ -2,12 +2,8 @@
 
 from typing import Any
 
-from teleopctl.interfaces.store import get_message
-from teleopctl.node.endpoints.qos_overrides import (
-    InvalidQosOverridesError,
-    QoSOverridingOptions,
-    QoSPolicyKind,
-)
+from teleopctl.interfaces import get_message
+from teleopctl.node import InvalidQosOverridesError, QoSOverridingOptions, QoSPolicyKind
 
 __all__ = [
     "InvalidQosOverridesError",

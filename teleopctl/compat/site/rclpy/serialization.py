@@ -2,16 +2,16 @@
 
 from typing import Any
 
-from teleopctl.interfaces import cdr
+from teleopctl.interfaces import deserialize, serialize
 
 __all__ = ["deserialize_message", "serialize_message"]
 
 
 def serialize_message(message: Any) -> bytes:
     """Return the CDR bytes of a message, encapsulation included."""
-    return bytes(cdr.serialize(message))
+    return bytes(serialize(message))
 
 
 def deserialize_message(serialized_message: bytes, message_type: Any) -> Any:
     """Return the message of a type that CDR bytes hold."""
-    return cdr.deserialize(serialized_message, message_type)
+    return deserialize(serialized_message, message_type)

@@ -1,5 +1,5 @@
 """``rclpy.service``. Service servers."""
 
-from teleopctl.node.endpoints.service import Service
+from teleopctl.node import Service
 
 __all__ = ["Service"]

@@ -1,5 +1,5 @@
 """``rclpy.signals``. Which signals a context heeds."""
 
-from teleopctl.node.values.signals import SignalHandlerOptions
+from teleopctl.node import SignalHandlerOptions
 
 __all__ = ["SignalHandlerOptions"]

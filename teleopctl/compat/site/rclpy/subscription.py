@@ -1,5 +1,5 @@
 """``rclpy.subscription``. Subscriptions."""
 
-from teleopctl.node.endpoints.subscription import Subscription
+from teleopctl.node import Subscription
 
 __all__ = ["Subscription"]

@@ -1,5 +1,5 @@
 """``rclpy.task``. Futures and tasks."""
 
-from teleopctl.node.values.future import Future, Task
+from teleopctl.node import Future, Task
 
 __all__ = ["Future", "Task"]

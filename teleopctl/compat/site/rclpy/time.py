@@ -1,7 +1,7 @@
 """``rclpy.time``. Points in time."""
 
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
-from teleopctl.node.values.time import Duration, Time
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.node import Duration, Time
 
 __all__ = ["CONVERSION_CONSTANT", "Duration", "Time"]
 

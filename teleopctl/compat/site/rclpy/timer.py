@@ -1,5 +1,5 @@
 """``rclpy.timer``. Timers and rates."""
 
-from teleopctl.node.endpoints.timer import Rate, Timer
+from teleopctl.node import Rate, Timer
 
 __all__ = ["Rate", "Timer"]

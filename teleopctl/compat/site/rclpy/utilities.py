@@ -4,10 +4,15 @@ import sys
 from collections.abc import Sequence
 
 from rclpy import get_rmw_implementation_identifier
-from teleopctl.interfaces.stamps import from_seconds
-from teleopctl.node.context import Context
-from teleopctl.node.lifetime import get_default_context, ok, shutdown, try_shutdown
-from teleopctl.node.values.ros_args import parse_ros_arguments
+from teleopctl.interfaces import from_seconds
+from teleopctl.node import (
+    Context,
+    get_default_context,
+    ok,
+    parse_ros_arguments,
+    shutdown,
+    try_shutdown,
+)
 
 __all__ = [
     "get_default_context",

@@ -1,6 +1,6 @@
 """``rclpy.validate_full_topic_name``. The rules of absolute topic names."""
 
-from teleopctl.node.values.names import validate_absolute_name
+from teleopctl.node import validate_absolute_name
 
 __all__ = ["validate_full_topic_name"]
 

@@ -1,7 +1,6 @@
 """``rclpy.validate_namespace``. The rules of namespaces."""
 
-from teleopctl.node.values.exceptions import InvalidNamespaceException
-from teleopctl.node.values.names import absolute_namespace
+from teleopctl.node import InvalidNamespaceException, absolute_namespace
 
 __all__ = ["validate_namespace"]
 

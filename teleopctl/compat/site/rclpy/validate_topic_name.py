@@ -1,6 +1,6 @@
 """``rclpy.validate_topic_name``. The rules of topic names."""
 
-from teleopctl.node.values.names import expand_name
+from teleopctl.node import expand_name
 
 __all__ = ["validate_topic_name"]
 

@@ -1,10 +1,7 @@
 """``rclpy.wait_for_message``. One message, without a subscription of one's own."""
 
-from teleopctl.interfaces.message import MessageT
-from teleopctl.node.lifetime import spin_until_future_complete
-from teleopctl.node.node import Node
-from teleopctl.node.values.future import Future
-from teleopctl.node.values.qos import QoSProfile
+from teleopctl.interfaces import MessageT
+from teleopctl.node import Future, Node, QoSProfile, spin_until_future_complete
 
 __all__ = ["wait_for_message"]
 

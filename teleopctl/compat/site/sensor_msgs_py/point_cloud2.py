@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import InvalidMessageError
-from teleopctl.interfaces.store import get_message
+from teleopctl.interfaces import get_message
 
 Points = npt.NDArray[Any]
 

@@ -1,6 +1,6 @@
 """``tf2_geometry_msgs.tf2_geometry_msgs``. Importing it lets buffers transform these messages."""
 
-from teleopctl.tf.geometry import (
+from teleopctl.tf import (
     do_transform_point,
     do_transform_polygon_stamped,
     do_transform_pose,

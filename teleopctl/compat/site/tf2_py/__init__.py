@@ -1,7 +1,7 @@
 """``tf2_py``: the buffer without a node, and what goes wrong with transforms."""
 
-from teleopctl.tf.buffer import Buffer as BufferCore
-from teleopctl.tf.errors import (
+from teleopctl.tf import (
+    Buffer as BufferCore,
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,

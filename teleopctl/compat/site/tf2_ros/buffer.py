@@ -1,5 +1,5 @@
 """``tf2_ros.buffer``. Transforms of the last seconds."""
 
-from teleopctl.tf.buffer import Buffer
+from teleopctl.tf import Buffer
 
 __all__ = ["Buffer"]

@@ -1,6 +1,6 @@
 """``tf2_ros.buffer_interface``. What a buffer converts, and how to add to it."""
 
-from teleopctl.tf.conversions import (
+from teleopctl.tf import (
     BufferInterface,
     ConvertRegistration,
     NotImplementedException,

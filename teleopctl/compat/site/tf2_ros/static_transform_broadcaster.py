@@ -1,5 +1,5 @@
 """``tf2_ros.static_transform_broadcaster``. Transforms that do not change."""
 
-from teleopctl.tf.broadcaster import StaticTransformBroadcaster
+from teleopctl.tf import StaticTransformBroadcaster
 
 __all__ = ["StaticTransformBroadcaster"]

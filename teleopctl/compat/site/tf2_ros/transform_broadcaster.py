@@ -1,5 +1,5 @@
 """``tf2_ros.transform_broadcaster``. Transforms that change."""
 
-from teleopctl.tf.broadcaster import TransformBroadcaster
+from teleopctl.tf import TransformBroadcaster
 
 __all__ = ["TransformBroadcaster"]

@@ -1,5 +1,5 @@
 """``tf2_ros.transform_listener``. What fills a buffer."""
 
-from teleopctl.tf.listener import TransformListener
+from teleopctl.tf import TransformListener
 
 __all__ = ["TransformListener"]

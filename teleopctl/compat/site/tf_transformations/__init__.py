@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl import tf
 from teleopctl.errors import InvalidParameterError
-from teleopctl.tf import transforms
 
 Array = npt.NDArray[np.float64]
 Vector = Sequence[float] | Array
@@ -30,7 +30,7 @@ def _check_axes(axes: str) -> None:
         )
 
 
-def _quaternion(values: Vector) -> transforms.Quaternion:
+def _quaternion(values: Vector) -> tf.Quaternion:
     x, y, z, w = (float(value) for value in values)
     return (x, y, z, w)
 
@@ -38,7 +38,7 @@ def _quaternion(values: Vector) -> transforms.Quaternion:
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = _DEFAULT_AXES) -> Array:
     """Return the rotation by roll, pitch and yaw."""
     _check_axes(axes)
-    return np.array(transforms.quaternion_from_rpy(ai, aj, ak))
+    return np.array(tf.quaternion_from_rpy(ai, aj, ak))
 
 
 def euler_from_quaternion(
@@ -46,23 +46,23 @@ def euler_from_quaternion(
 ) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation."""
     _check_axes(axes)
-    return transforms.rpy_from_quaternion(transforms.normalize(_quaternion(quaternion)))
+    return tf.rpy_from_quaternion(tf.normalize(_quaternion(quaternion)))
 
 
 def quaternion_multiply(quaternion1: Vector, quaternion0: Vector) -> Array:
     """Return the rotation that turns by the second, then by the first."""
-    return np.array(transforms.multiply(_quaternion(quaternion1), _quaternion(quaternion0)))
+    return np.array(tf.multiply(_quaternion(quaternion1), _quaternion(quaternion0)))
 
 
 def quaternion_conjugate(quaternion: Vector) -> Array:
     """Return a quaternion with its vector turned round."""
-    return np.array(transforms.conjugate(_quaternion(quaternion)))
+    return np.array(tf.conjugate(_quaternion(quaternion)))
 
 
 def quaternion_inverse(quaternion: Vector) -> Array:
     """Return the quaternion that takes another one back."""
     values = _quaternion(quaternion)
-    return np.array(transforms.conjugate(values)) / sum(value * value for value in values)
+    return np.array(tf.conjugate(values)) / sum(value * value for value in values)
 
 
 def quaternion_about_axis(angle: float, axis: Vector) -> Array:
@@ -70,21 +70,19 @@ def quaternion_about_axis(angle: float, axis: Vector) -> Array:
     x, y, z = (float(value) for value in axis)
     length = math.hypot(x, y, z)
     unit = (x / length, y / length, z / length)
-    return np.array(transforms.quaternion_from_axis_angle(unit, angle))
+    return np.array(tf.quaternion_from_axis_angle(unit, angle))
 
 
 def quaternion_slerp(quat0: Vector, quat1: Vector, fraction: float) -> Array:
     """Return the rotation between two, the shorter way."""
-    first, second = (transforms.normalize(_quaternion(each)) for each in (quat0, quat1))
-    return np.array(transforms.slerp(first, second, fraction))
+    first, second = (tf.normalize(_quaternion(each)) for each in (quat0, quat1))
+    return np.array(tf.slerp(first, second, fraction))
 
 
 def quaternion_matrix(quaternion: Vector) -> Array:
     """Return the matrix of a rotation."""
     matrix = np.identity(4)
-    matrix[:3, :3] = transforms.matrix_from_quaternion(
-        transforms.normalize(_quaternion(quaternion))
-    )
+    matrix[:3, :3] = tf.matrix_from_quaternion(tf.normalize(_quaternion(quaternion)))
     return matrix
 
 

@@ -39,7 +39,7 @@ from teleopctl.control.handles import (
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class JointTrajectoryController(ControllerInterface):

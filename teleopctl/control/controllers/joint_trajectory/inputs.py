@@ -17,11 +17,10 @@ from teleopctl.control.controllers.joint_trajectory.validation import (
     to_points,
     validate,
 )
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND, to_nanoseconds
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, to_nanoseconds
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
-    from teleopctl.node.values.logging import RcutilsLogger
+    from teleopctl.node import Node, RcutilsLogger
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
@@ -91,7 +90,7 @@ class TrajectoryInputs:
         settings: Settings,
         incoming: deque[Incoming],
     ) -> None:
-        from teleopctl.interfaces.store import get_message, get_service
+        from teleopctl.interfaces import get_message, get_service
         from teleopctl.node import DurabilityPolicy, QoSProfile
 
         self.active = False

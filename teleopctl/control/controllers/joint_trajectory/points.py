@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from teleopctl.interfaces.stamps import Stamp, to_nanoseconds
+from teleopctl.interfaces import Stamp, to_nanoseconds
 
 
 class PointLike(Protocol):

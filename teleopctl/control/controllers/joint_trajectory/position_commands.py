@@ -10,8 +10,8 @@ import math
 from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
-from teleopctl.robot.joint_rules import JointLimits
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.robot import JointLimits
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class Segment:

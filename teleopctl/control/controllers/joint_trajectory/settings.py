@@ -11,7 +11,7 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import Interpolat
 from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 
 if TYPE_CHECKING:
-    from teleopctl.node.values.parameter import AllowableParameterValue
+    from teleopctl.node import AllowableParameterValue
 
 _COMMANDS = (
     {POSITION},

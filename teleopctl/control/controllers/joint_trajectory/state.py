@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
-from teleopctl.interfaces.stamps import set_stamp
+from teleopctl.interfaces import set_stamp
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -34,7 +34,7 @@ class TrajectoryStatePublisher:
     """
 
     def __init__(self, node: Node, publish_queue: PublishQueue, settings: Settings) -> None:
-        from teleopctl.interfaces.store import get_message
+        from teleopctl.interfaces import get_message
 
         self._node = node
         kind: Any = get_message("control_msgs/msg/JointTrajectoryControllerState")

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.segment import Segment
-from teleopctl.interfaces.stamps import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class InterpolationMethod(Enum):

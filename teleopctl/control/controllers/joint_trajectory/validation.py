@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from teleopctl.control.controllers.joint_trajectory.points import PointLike, TrajectoryPoint
-from teleopctl.interfaces.stamps import Stamp, to_nanoseconds, to_seconds
+from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
 
 # float32 resolution: what a planner that works in single precision calls zero.
 _STILL = 1.2e-7

@@ -1,8 +1,7 @@
 """Launch files that do not follow the vocabulary: where, what, and what was expected."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.frontends.yaml.parser import parse_file

@@ -1,5 +1,5 @@
 """``rclpy.impl.logging_severity``. Severities."""
 
-from teleopctl.node.values.logging import LoggingSeverity
+from teleopctl.node import LoggingSeverity
 
 __all__ = ["LoggingSeverity"]

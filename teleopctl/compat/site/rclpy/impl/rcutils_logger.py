@@ -1,5 +1,5 @@
 """``rclpy.impl.rcutils_logger``. The logger class."""
 
-from teleopctl.node.values.logging import RcutilsLogger
+from teleopctl.node import RcutilsLogger
 
 __all__ = ["RcutilsLogger"]
