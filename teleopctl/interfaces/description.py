@@ -17,8 +17,11 @@ from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAP
 from teleopctl.interfaces.typenames import normalize
 
 if TYPE_CHECKING:
-    from type_description_interfaces.msg import Field as FieldMessage
-    from type_description_interfaces.msg import IndividualTypeDescription, TypeDescription
+    from type_description_interfaces.msg import (
+        Field as FieldMessage,
+        IndividualTypeDescription,
+        TypeDescription,
+    )
 
 _BASES = {number: base for base, number in BASE_IDS.items() if base != "char"}
 
