@@ -192,6 +192,9 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
     Args:
         folder: Whose processes; by default those of :func:`runtime_dir`.
     """
+    # A child that another command has stopped would stay a zombie.
+    for child in list(_children.values()):
+        child.poll()
     alive = []
     for path, record in _all_records(folder):
         if record is not None and is_alive(record):
@@ -269,7 +272,6 @@ def _await_ready(
         raise SystemFailureError(
             f"{name} was not ready within {timeout_s:g} s", hint=f"Its output is in {log_file}."
         )
-    stream.close()
     line = lines[0] if lines else ""
     if line == READY:
         return
@@ -279,7 +281,7 @@ def _await_ready(
 
 
 def _read_line(stream: IO[str], lines: list[str]) -> None:
-    with contextlib.suppress(ValueError):
+    with stream:
         lines.append(stream.readline().strip())
 
 

@@ -65,10 +65,11 @@ class Process:
             reader.start()
 
     def _read(self, name: str) -> None:
-        for line in getattr(self._popen, name):
-            with self._changed:
-                self._lines.append((name, line.rstrip("\n")))
-                self._changed.notify_all()
+        with getattr(self._popen, name) as stream:
+            for line in stream:
+                with self._changed:
+                    self._lines.append((name, line.rstrip("\n")))
+                    self._changed.notify_all()
         with self._changed:
             self._open_streams -= 1
             self._changed.notify_all()
@@ -165,6 +166,7 @@ class Process:
         with self._changed:
             # A descendant that lives on may keep the streams open.
             self._changed.wait_for(lambda: self._open_streams == 0, _LAST_LINES_S)
+        self._close_input()
         return status
 
     def kill(self) -> None:
@@ -178,11 +180,12 @@ class Process:
         self._popen.wait()
         for reader in self._readers:
             reader.join(_LAST_LINES_S)
-        for stream in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
-            # One that somebody else keeps open still has its reader.
-            if stream is not None and not any(reader.is_alive() for reader in self._readers):
-                with contextlib.suppress(OSError):
-                    stream.close()
+        self._close_input()
+
+    def _close_input(self) -> None:
+        if self._popen.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._popen.stdin.close()
 
     def report(self) -> str:
         """Its command line, all its output and its exit status, for the text of a failure."""

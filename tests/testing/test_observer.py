@@ -15,6 +15,7 @@ def test_a_message_that_a_program_sends_is_waited_for(ros_graph):
 
 def test_what_does_not_match_is_passed_over_and_stands_in_the_failure(ros_graph):
     ros_graph.spawn("topic pub --rate 50 /chatter std_msgs/msg/String '{data: hello}'")
+    ros_graph.wait_for_message(STRING, "/chatter")
     with pytest.raises(AssertionError, match=r"no message on /chatter within 1 s: .*data='hello'"):
         ros_graph.wait_for_message(STRING, "/chatter", lambda m: m.data == "bye", timeout_s=1)
     with pytest.raises(AssertionError, match=r"no message on /silence .*: none came"):
