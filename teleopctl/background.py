@@ -121,10 +121,10 @@ def start(
         env: Its whole environment, which also says where its record and its log belong; by
             default that of this process.
         ready_within_s: Wait, at most so many seconds, until the process calls
-            :func:`announce_ready`. None does not wait.
+            `announce_ready`. None does not wait.
 
     Raises:
-        TeleopctlError: The program cannot be started, or it reported a failure, ended or said
+        SystemFailureError: The program cannot be started, or it reported a failure, ended or said
             nothing in time instead of announcing that it is ready.
     """
     environment = dict(os.environ if env is None else env)
@@ -190,7 +190,7 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
     Those of launches are not, since what a launch that was killed had started may still run.
 
     Args:
-        folder: Whose processes; by default those of :func:`runtime_dir`.
+        folder: Whose processes; by default those of `runtime_dir`.
     """
     # A child that another command has stopped would stay a zombie.
     for child in list(_children.values()):
@@ -205,7 +205,7 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
 
 
 def ended_launches(folder: Path | None = None) -> list[ProcessRecord]:
-    """The launches that were killed and not yet forgotten, of a folder as in :func:`records`."""
+    """The launches that were killed and not yet forgotten, of a folder as in `records`."""
     return [r for _, r in _all_records(folder) if r and r.kind == LAUNCH and not is_alive(r)]
 
 

@@ -9,7 +9,7 @@ def read_text(path: Path) -> str:
     """Read a whole file.
 
     Raises:
-        TeleopctlError: It cannot be read, or is not UTF-8.
+        InvalidFileError: It cannot be read, or is not UTF-8.
     """
     try:
         return path.read_text(encoding="utf-8")

@@ -55,7 +55,7 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
         kind: What it is the name of, for the message.
 
     Raises:
-        TeleopctlError: Nothing has that name.
+        NotFoundError: Nothing has that name.
     """
     types = dict(known)
     if name not in types:

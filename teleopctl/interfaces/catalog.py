@@ -71,7 +71,7 @@ class Catalog:
         """Make types known; what is known already with the same fields stays as it is.
 
         Raises:
-            TeleopctlError: A type is in use with another definition.
+            InvalidMessageError: A type is in use with another definition.
         """
         with self._lock:
             for definition in definitions:
@@ -98,7 +98,7 @@ class Catalog:
             The names of its types.
 
         Raises:
-            TeleopctlError: There is no definition in the folder, or one cannot be understood.
+            InvalidMessageError: There is no definition in the folder, or one cannot be understood.
         """
         files = dict(_files(folder, package))
         if not files:

@@ -46,7 +46,7 @@ def sections(text: str, kind: str, where: str) -> list[str]:
         The texts of the sections.
 
     Raises:
-        TeleopctlError: The number of sections is not that of the kind.
+        InvalidDefinitionError: The number of sections is not that of the kind.
     """
     parts = [text] if kind == "msg" else _SEPARATOR.split(text)
     if len(parts) != _SECTIONS[kind]:
@@ -69,7 +69,7 @@ def parse(text: str, type_name: str, package: str, where: str | None = None) -> 
         The definition, ``text`` included.
 
     Raises:
-        TeleopctlError: A line cannot be understood; the message names it.
+        InvalidDefinitionError: A line cannot be understood; the message names it.
     """
     fields: dict[str, Field] = {}
     constants: list[Constant] = []

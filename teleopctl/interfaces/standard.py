@@ -43,7 +43,7 @@ def distribution() -> str:
     """Return the ROS 2 distribution whose types are used: ``ROS_DISTRO``, else Jazzy.
 
     Raises:
-        TeleopctlError: ``ROS_DISTRO`` names one whose types are not known.
+        UsageError: ``ROS_DISTRO`` names one whose types are not known.
     """
     name = os.environ.get("ROS_DISTRO") or DEFAULT_DISTRIBUTION
     if name == "rolling":

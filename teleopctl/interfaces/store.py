@@ -73,7 +73,7 @@ def get_message(type_name: str) -> type[Any]:
             action such as ``package/srv/Name_Request``.
 
     Raises:
-        TeleopctlError: There is no such message.
+        InvalidTypeNameError: There is no such message.
     """
     found = _classes.get(type_name)
     if found is not None and issubclass(found, Message):
@@ -112,7 +112,7 @@ def get_service(type_name: str) -> type[Any]:
             as ``package/action/Name_SendGoal``.
 
     Raises:
-        TeleopctlError: There is no such service.
+        InvalidTypeNameError: There is no such service.
     """
     name = normalize(type_name, "srv")
     if not _is_service(name):
@@ -135,7 +135,7 @@ def get_action(type_name: str) -> type[Any]:
         type_name: ``package/action/Name`` or ``package/Name``.
 
     Raises:
-        TeleopctlError: There is no such action.
+        InvalidTypeNameError: There is no such action.
     """
     name = normalize(type_name, "action")
     if not _is_action(name):
@@ -267,7 +267,7 @@ def add_description(description: TypeDescription) -> None:
         description: As another node sent it; not trusted.
 
     Raises:
-        TeleopctlError: The description makes no sense, or contradicts what is known.
+        InvalidMessageError: The description makes no sense, or contradicts what is known.
     """
     from teleopctl.interfaces.description import definitions
 

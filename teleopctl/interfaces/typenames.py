@@ -46,7 +46,7 @@ def normalize(type_name: str, kind: str = "msg") -> str:
         ``package/kind/Name``.
 
     Raises:
-        TeleopctlError: The text is not the name of an interface type.
+        InvalidTypeNameError: The text is not the name of an interface type.
     """
     parts = type_name.split("/")
     if len(parts) == 2:

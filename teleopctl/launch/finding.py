@@ -32,7 +32,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
             one; the ending ``.yaml`` may be left out.
 
     Raises:
-        TeleopctlError: When there is no such package or file, or it is not a YAML file.
+        NotFoundError: When there is no such package or file, or it is not a YAML file.
     """
     candidates = [*_in_package(package, name)] if package is not None else [Path(name).expanduser()]
     candidates += [_BUILTIN / name, _BUILTIN / f"{name}.yaml"]

@@ -91,7 +91,7 @@ def camera_models(description: RobotDescription) -> list[CameraModel]:
     """The camera sensors.
 
     Raises:
-        TeleopctlError: If a ``<gazebo>`` tag is not well formed.
+        InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
     """
     return [
         _camera(sensor)

@@ -47,7 +47,7 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
         The joints, and a warning for each command interface that physics cannot offer.
 
     Raises:
-        TeleopctlError: If ``<ros2_control>`` is not well formed.
+        InvalidDescriptionError: If ``<ros2_control>`` is not well formed.
     """
     parts: dict[str, ComponentInfo] = {
         joint.name: joint for component in description.ros2_control for joint in component.joints

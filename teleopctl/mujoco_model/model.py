@@ -47,7 +47,7 @@ class RobotModel:
         """The camera of a name, or the first one for an empty name.
 
         Raises:
-            TeleopctlError: If the robot has none of that name, or none at all.
+            InvalidDescriptionError: If the robot has none of that name, or none at all.
         """
         for camera in self.cameras:
             if name in ("", camera.name):
@@ -71,7 +71,7 @@ def build_model(
         The compiled model; two calls with the same description give identical ones.
 
     Raises:
-        TeleopctlError: If MuJoCo cannot simulate the description.
+        InvalidDescriptionError: If MuJoCo cannot simulate the description.
     """
     spec = import_urdf(description.urdf)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -50,7 +50,7 @@ def import_urdf(urdf: str) -> Any:
         The spec: bodies, joints and geometry as the URDF has them, meshes by their URIs.
 
     Raises:
-        TeleopctlError: If MuJoCo does not accept the description; the message is MuJoCo's.
+        InvalidDescriptionError: If MuJoCo does not accept the description; the message is MuJoCo's.
     """
     text = _with_compiler_options(urdf)
     try:

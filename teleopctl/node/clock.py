@@ -15,7 +15,7 @@ from teleopctl.node.values.time import ClockType, Duration, Time
 class Clock:
     """A source of time.
 
-    ``Clock(clock_type=ClockType.ROS_TIME)`` is a :class:`ROSClock`, as in rclpy.
+    ``Clock(clock_type=ClockType.ROS_TIME)`` is a `ROSClock`, as in rclpy.
     """
 
     def __new__(cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> Clock:
@@ -31,7 +31,7 @@ class Clock:
         return self._clock_type
 
     def nanoseconds(self) -> int:
-        """Return the present time in nanoseconds, without making a :class:`Time`."""
+        """Return the present time in nanoseconds, without making a `Time`."""
         if self._clock_type == ClockType.STEADY_TIME:
             return time.monotonic_ns()
         return time.time_ns()
@@ -78,7 +78,7 @@ class Clock:
             owner.forget_on_shutdown(wake.set)
 
     def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
-        """Sleep for a span of this clock's time; see :meth:`sleep_until`."""
+        """Sleep for a span of this clock's time; see `sleep_until`."""
         return self.sleep_until(self.now() + duration, context)
 
 
@@ -134,7 +134,7 @@ class ROSClock(Clock):
             listener()
 
     def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
-        """Wait as :meth:`Clock.wait_until` does, along simulated time when that is active."""
+        """Wait as `Clock.wait_until` does, along simulated time when that is active."""
         if not self._simulated:
             return super().wait_until(deadline_ns, wake)
         with self._moved:

@@ -30,7 +30,7 @@ class Context:
     """What ``init()`` starts and ``shutdown()`` ends.
 
     The session is opened when the first node needs it. One process normally has one context,
-    :meth:`default`.
+    `default`.
     """
 
     _default: ClassVar[Context | None] = None

@@ -61,7 +61,7 @@ class Executor(abc.ABC):
 
     @property
     def is_shutdown(self) -> bool:
-        """True after :meth:`shutdown` (ours)."""
+        """True after `shutdown` (ours)."""
         return self._is_shutdown
 
     # -- nodes -----------------------------------------------------------------------------------
@@ -321,7 +321,7 @@ class MultiThreadedExecutor(Executor):
 
     Args:
         num_threads: Size of the pool; the number of processors, at least 2, if None.
-        context: See :class:`Executor`.
+        context: See `Executor`.
     """
 
     def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:

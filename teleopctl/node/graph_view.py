@@ -64,7 +64,7 @@ class GraphView(abc.ABC):
         )
 
     def matched_publishers(self, topic: str) -> int:
-        """Return how many publishers a topic has (ours; same as :meth:`count_publishers`)."""
+        """Return how many publishers a topic has (ours; same as `count_publishers`)."""
         return self.count_publishers(topic)
 
     def count_publishers(self, topic_name: str) -> int:

@@ -27,7 +27,7 @@ def init(
     signal_handler_options: SignalHandlerOptions | None = None,
     session_mode: SessionMode = "peer",
 ) -> Context:
-    """Start a context; see :meth:`Context.init`. It may be used as a context manager.
+    """Start a context; see `Context.init`. It may be used as a context manager.
 
     Raises:
         RuntimeError: It runs already.
@@ -100,7 +100,7 @@ def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
 
 
 def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its own
-    """Make a node; the options are those of :class:`Node`."""
+    """Make a node; the options are those of `Node`."""
     from teleopctl.node.node import Node
 
     return Node(node_name, **options)
@@ -119,7 +119,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Wait for one callback of a node and run it; see :meth:`Executor.spin_once`."""
+    """Wait for one callback of a node and run it; see `Executor.spin_once`."""
     with _served(node, executor) as chosen:
         chosen.spin_once(timeout_sec)
 

@@ -22,7 +22,7 @@ class Node(NodeParameters):
         context: Where it lives; the default context if None.
         cli_args: A command line of its own, with ``--ros-args`` groups.
         namespace: Its namespace, unless ``__ns`` is remapped.
-        use_global_arguments: Heed the command line that ``init()`` was given.
+        use_global_arguments: Whether the command-line arguments of ``init()`` apply.
         enable_rosout: Publish log messages on ``/rosout``.
         rosout_qos_profile: For that.
         start_parameter_services: Offer the parameters to the graph.
@@ -94,7 +94,7 @@ class Node(NodeParameters):
             LoggerService(self)
 
     def destroy_node(self) -> None:
-        """Take the node and all that it has out of the graph; twice is once."""
+        """Take the node and all that it has out of the graph. Idempotent."""
         self._forget_graph_callbacks()
         if self.executor is not None:
             self.executor.remove_node(self)

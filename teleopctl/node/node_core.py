@@ -32,11 +32,11 @@ class NodeCore(GraphView):
         context: Where it lives; the default context if None.
         cli_args: A command line of its own, with ``--ros-args`` groups.
         namespace: Its namespace, unless ``__ns`` is remapped.
-        use_global_arguments: Heed the command line that ``init()`` was given.
+        use_global_arguments: Whether the command-line arguments of ``init()`` apply.
 
     Attributes:
-        executor: Who runs the callbacks, if anybody does.
-        failure: What a thread of the node's own ended with, see :meth:`fail`.
+        executor: The executor that runs its callbacks, or None.
+        failure: What a thread of the node's own ended with, see `fail`.
         enclave: The security enclave that it announces.
         entity_id: Its number within the session.
 

@@ -159,7 +159,7 @@ class NodeEndpoints(NodeCore):
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]:
-        """Make a subscription; see :class:`Subscription` for the callback and ``immediate``.
+        """Make a subscription; see `Subscription` for the callback and ``immediate``.
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
@@ -244,7 +244,7 @@ class NodeEndpoints(NodeCore):
             callback: Called each period.
             callback_group: For multi-threaded executors.
             clock: The node's clock if None, so simulated time counts where it is used.
-            autostart: Start at once; else :meth:`Timer.reset` does.
+            autostart: Start at once; else `Timer.reset` does.
         """
         timer = Timer(
             self,

@@ -142,7 +142,7 @@ class NodeParameters(NodeEndpoints):
         return declared
 
     def undeclare_parameter(self, name: str) -> None:
-        """Forget a parameter; see :meth:`ParameterStore.undeclare` for what it raises."""
+        """Forget a parameter; see `ParameterStore.undeclare` for what it raises."""
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
@@ -161,7 +161,7 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.get(name)
 
     def get_parameters(self, names: Iterable[str]) -> list[Parameter]:
-        """Return several parameters; raises as :meth:`get_parameter`."""
+        """Return several parameters; raises as `get_parameter`."""
         return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
@@ -180,11 +180,11 @@ class NodeParameters(NodeEndpoints):
         return dict(self._parameters.overrides)
 
     def get_parameter_type(self, name: str) -> ParameterType:
-        """Return the type of a parameter; raises as :meth:`get_parameter`."""
+        """Return the type of a parameter; raises as `get_parameter`."""
         return self.get_parameter_types([name])[0]
 
     def get_parameter_types(self, names: Iterable[str]) -> list[ParameterType]:
-        """Return the types of several parameters; raises as :meth:`get_parameter`."""
+        """Return the types of several parameters; raises as `get_parameter`."""
         return [self.get_parameter(name).type_ for name in names]
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
@@ -207,7 +207,7 @@ class NodeParameters(NodeEndpoints):
         return self._parameters.descriptor(name)
 
     def describe_parameters(self, names: Iterable[str]) -> list[ParameterDescriptor]:
-        """Return several descriptors; raises as :meth:`describe_parameter`."""
+        """Return several descriptors; raises as `describe_parameter`."""
         return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(

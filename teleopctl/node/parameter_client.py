@@ -139,7 +139,7 @@ class AsyncParameterClient:
         parameters: Sequence[Parameter | ParameterMessage],
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
-        """Set parameters one by one; each is a :class:`Parameter` or its message."""
+        """Set parameters one by one; each is a `Parameter` or its message."""
         return self._send("SetParameters", callback, parameters=_messages(parameters))
 
     def set_parameters_atomically(
@@ -147,7 +147,7 @@ class AsyncParameterClient:
         parameters: Sequence[Parameter | ParameterMessage],
         callback: DoneCallback[SetParametersAtomically.Response] | None = None,
     ) -> ResponseFuture[SetParametersAtomically.Response]:
-        """Set all parameters or none; each is a :class:`Parameter` or its message."""
+        """Set all parameters or none; each is a `Parameter` or its message."""
         return self._send("SetParametersAtomically", callback, parameters=_messages(parameters))
 
     def delete_parameters(
@@ -162,7 +162,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
-        """Set what a parameter file holds, one by one; see :func:`parameter_messages`."""
+        """Set what a parameter file holds, one by one; see `parameter_messages`."""
         return self.set_parameters(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
         )
@@ -173,7 +173,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: DoneCallback[SetParametersAtomically.Response] | None = None,
     ) -> ResponseFuture[SetParametersAtomically.Response]:
-        """Set all that a parameter file holds, or nothing; see :func:`parameter_messages`."""
+        """Set all that a parameter file holds, or nothing; see `parameter_messages`."""
         return self.set_parameters_atomically(
             list(parameter_messages(parameter_file, use_wildcard).values()), callback
         )

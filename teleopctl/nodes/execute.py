@@ -36,7 +36,7 @@ def run_executable(package: str | None, executable: str, args: Sequence[str]) ->
 
 
 def execute(executable: Executable, args: Sequence[str]) -> int:
-    """Run a program that was found, see :func:`run_executable`."""
+    """Run a program that was found, see `run_executable`."""
     from teleopctl.compat import activation
 
     activation.activate()

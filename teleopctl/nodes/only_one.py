@@ -12,7 +12,7 @@ def refuse_a_second(node: Node) -> None:
     It has announced itself already, so of two that start at the same time at least one notices.
 
     Raises:
-        TeleopctlError: There is another one.
+        RefusedError: There is another one.
     """
     name = node.get_fully_qualified_name()
     if node.get_fully_qualified_node_names().count(name) > 1:

@@ -58,7 +58,7 @@ def main(args: list[str] | None = None) -> int:
         args: Command line; None takes the process's.
 
     Raises:
-        TeleopctlError: When the arguments are wrong.
+        UsageError: When the arguments are wrong.
     """
     words = sys.argv[1:] if args is None else args
     program = parse_ros_arguments(words).program
@@ -92,7 +92,7 @@ def parse_old_style(words: Sequence[str]) -> tuple[str, str, Transform]:
     """Read frame, child frame and transform from arguments by position.
 
     Raises:
-        TeleopctlError: When a number is none.
+        UsageError: When a number is none.
     """
     *texts, frame_id, child_frame_id = words
     try:

@@ -73,7 +73,7 @@ def find_package(name: str) -> Package:
     """Find a package by its name.
 
     Raises:
-        TeleopctlError: When no source knows the name.
+        NotFoundError: When no source knows the name.
     """
     package = lookup_package(name)
     if package is None:
@@ -188,7 +188,7 @@ def resolve_uri(uri: str) -> Path:
     The file need not exist.
 
     Raises:
-        TeleopctlError: When the package is unknown or the scheme is another one.
+        NotFoundError: When the package is unknown or the scheme is another one.
     """
     scheme, separator, rest = uri.partition("://")
     if not separator:

@@ -45,8 +45,8 @@ class RobotDescription:
         """Read a URDF.
 
         Raises:
-            TeleopctlError: When it is not XML, is not a robot, its links form no tree, or a joint
-                follows one that does not exist or, in the end, itself.
+            InvalidDescriptionError: When it is not XML, is not a robot, its links form no tree, or
+                a joint follows one that does not exist or, in the end, itself.
         """
         robot = _parse_robot(text)
         links, joints = read_links(robot), read_joints(robot)
@@ -78,7 +78,7 @@ class RobotDescription:
         """The hardware components; none when there is no ``<ros2_control>``.
 
         Raises:
-            TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
+            InvalidDescriptionError: When a tag breaks the grammar or contradicts the URDF.
         """
         from teleopctl.robot.ros2_control_tag import read_components
 
@@ -88,7 +88,7 @@ class RobotDescription:
         """Return the hardware components.
 
         Raises:
-            TeleopctlError: When there is none, or when a tag is wrong.
+            InvalidDescriptionError: When there is none, or when a tag is wrong.
         """
         if not self.ros2_control:
             raise InvalidDescriptionError("no 'ros2_control' tag found in the URDF")
@@ -104,7 +104,7 @@ class RobotDescription:
         """What the description tells a simulator.
 
         Raises:
-            TeleopctlError: When a ``<gazebo>`` cannot be read.
+            InvalidDescriptionError: When a ``<gazebo>`` cannot be read.
         """
         from teleopctl.robot.gazebo_tag import read_gazebo
 
@@ -125,8 +125,8 @@ def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     """Return the one link without a parent.
 
     Raises:
-        TeleopctlError: When a joint names a missing link, a link has two parents, or the links
-            do not form one tree.
+        InvalidDescriptionError: When a joint names a missing link, a link has two parents, or the
+            links do not form one tree.
     """
     if not links:
         raise InvalidDescriptionError("No link elements found in urdf file")

@@ -40,7 +40,7 @@ def parse(text: str) -> Element:
     """Parse a URDF document.
 
     Raises:
-        TeleopctlError: When it is empty or not XML, with ros2_control's message.
+        InvalidDescriptionError: When it is empty or not XML, with ros2_control's message.
     """
     if not text.strip():
         raise InvalidDescriptionError("empty URDF passed to robot")
@@ -70,7 +70,7 @@ def required(element: Element, attribute: str) -> str:
     """Return an attribute.
 
     Raises:
-        TeleopctlError: When it is missing or empty.
+        InvalidDescriptionError: When it is missing or empty.
     """
     value = element.get(attribute)
     if not value:
@@ -108,7 +108,7 @@ def number(element: Element, attribute: str, default: float | None = None) -> fl
         default: What a missing attribute means, or None when it is required.
 
     Raises:
-        TeleopctlError: When it is required and missing, or is no number.
+        InvalidDescriptionError: When it is required and missing, or is no number.
     """
     text = element.get(attribute)
     if text is None and default is not None:
@@ -125,7 +125,7 @@ def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
     """Return an attribute that holds ``count`` numbers separated by blanks.
 
     Raises:
-        TeleopctlError: When it is missing or holds anything else.
+        InvalidDescriptionError: When it is missing or holds anything else.
     """
     text = required(element, attribute)
     values = [to_number(part) for part in text.split()]
@@ -141,7 +141,7 @@ def vector(element: Element, attribute: str, default: Vector3 | None = None) -> 
     """Return an attribute as three numbers.
 
     Raises:
-        TeleopctlError: When it is required and missing, or is something else.
+        InvalidDescriptionError: When it is required and missing, or is something else.
     """
     if element.get(attribute) is None and default is not None:
         return default
@@ -153,7 +153,7 @@ def boolean(text: str, where: str) -> bool:
     """Read ``true`` or ``false`` in any letter case.
 
     Raises:
-        TeleopctlError: When it is anything else.
+        InvalidDescriptionError: When it is anything else.
     """
     lowered = text.strip().lower()
     if lowered not in ("true", "false"):

@@ -108,7 +108,7 @@ def read_gazebo(robot: Element) -> GazeboTag:
     """Read every ``<gazebo>`` of a ``<robot>``.
 
     Raises:
-        TeleopctlError: When a value is no number, or a camera has no image.
+        InvalidDescriptionError: When a value is no number, or a camera has no image.
     """
     links: dict[str, LinkPhysics] = {}
     sensors: list[Sensor] = []

@@ -146,7 +146,7 @@ def read_components(robot: Element, joints: Mapping[str, Joint]) -> tuple[Hardwa
         joints: The joints of the URDF.
 
     Raises:
-        TeleopctlError: When a tag breaks the grammar or contradicts the URDF.
+        InvalidDescriptionError: When a tag breaks the grammar or contradicts the URDF.
     """
     components: dict[str, HardwareInfo] = {}
     for element in robot.findall("ros2_control"):
@@ -251,8 +251,8 @@ def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) ->
     """Take the command interfaces off a joint that follows another one.
 
     Raises:
-        TeleopctlError: When only the URDF says that it follows, which is an error in ROS 2 too;
-            descriptions written for the older form, with parameters, have such interfaces.
+        InvalidDescriptionError: When only the URDF says that it follows, which is an error in
+            ROS 2 too; descriptions of the older form, with parameters, have such interfaces.
     """
     if not part.command_interfaces:
         return part

@@ -179,7 +179,7 @@ def read_links(robot: Element) -> dict[str, Link]:
     """Read every ``<link>`` of a ``<robot>``, in the order of the file.
 
     Raises:
-        TeleopctlError: When one is incomplete or a name stands twice.
+        InvalidDescriptionError: When one is incomplete or a name stands twice.
     """
     materials = {}
     for element in robot.findall("material"):
@@ -204,7 +204,7 @@ def read_joints(robot: Element) -> dict[str, Joint]:
     """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
 
     Raises:
-        TeleopctlError: When one is incomplete or a name stands twice.
+        InvalidDescriptionError: When one is incomplete or a name stands twice.
     """
     joints: dict[str, Joint] = {}
     for element in robot.findall("joint"):

@@ -48,7 +48,7 @@ def expand_xacro(path: Path | str, mappings: Mapping[str, str] | None = None) ->
         URDF as text.
 
     Raises:
-        TeleopctlError: When the file is missing, is not XML, or cannot be expanded.
+        InvalidDescriptionError: When the file is missing, is not XML, or cannot be expanded.
     """
     import xacro
     from xacro import substitution_args

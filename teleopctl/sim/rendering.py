@@ -138,7 +138,7 @@ def make_renderer(
         The renderer, and a sentence for the log on what was chosen and why.
 
     Raises:
-        TeleopctlError: If the quality is unknown or a system library for drawing is missing.
+        UnavailableError: If the quality is unknown or a system library for drawing is missing.
     """
     if quality == "full":
         return CameraRenderer(model, camera, FULL, image), f"drawing at quality {FULL}"

@@ -183,7 +183,7 @@ class RosGraph:
     def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
         """Bring a launch file up: ``teleopctl launch --detach WORDS``, until everything is up.
 
-        It is ended with the graph, or by :meth:`LaunchedSystem.stop`.
+        It is ended with the graph, or by `LaunchedSystem.stop`.
 
         Args:
             words: As on the command line: ``[PACKAGE] FILE [NAME:=VALUE]…``.

@@ -217,7 +217,7 @@ class Buffer(BufferInterface):
                 future.set_result(found)
 
     def leave_answers_to(self, node: "Node") -> None:
-        """Have the executor of a node call :meth:`answer_awaited`, and what waits (ours)."""
+        """Have the executor of a node call `answer_awaited`, and what waits (ours)."""
         self._listening = node
 
     def can_transform(

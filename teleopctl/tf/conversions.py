@@ -66,15 +66,15 @@ class ConvertRegistration:
         _direct[key] = callback
 
     def get_from_msg(self, key: type) -> Convert:
-        """Return how a type is made from its message; raises :class:`TypeException`."""
+        """Return how a type is made from its message; raises `TypeException`."""
         return _known(_from_message, key)
 
     def get_to_msg(self, key: type) -> Convert:
-        """Return how a type becomes its message; raises :class:`TypeException`."""
+        """Return how a type becomes its message; raises `TypeException`."""
         return _known(_to_message, key)
 
     def get_convert(self, key: tuple[type, type]) -> Convert:
-        """Return the direct way from one type to another; raises :class:`TypeException`."""
+        """Return the direct way from one type to another; raises `TypeException`."""
         return _known(_direct, key)
 
 
@@ -166,12 +166,12 @@ class BufferInterface(abc.ABC):
         """Return a stamped object in another frame as that stood at another time.
 
         Args:
-            object_stamped: As for :meth:`transform`.
+            object_stamped: As for `transform`.
             target_frame: The frame in which it is wanted.
             target_time: When the target is looked at.
             fixed_frame: The frame that does not move between the two times.
-            timeout: As for :meth:`transform`.
-            new_type: As for :meth:`transform`.
+            timeout: As for `transform`.
+            new_type: As for `transform`.
 
         Raises:
             TransformException: As ``lookup_transform_full`` does.

@@ -2,7 +2,7 @@
 
 An attachment tells the number of the message (per publisher or client, from 1 without gaps), the
 time at which it was sent and who sent it. Receivers written in C++ throw on a malformed one, so
-nothing but :func:`encode` may produce attachments.
+nothing but `encode` may produce attachments.
 """
 
 import struct

@@ -1,7 +1,7 @@
 """The ROS graph as the liveliness tokens of a domain tell it.
 
-Nothing is stored or cached between processes: :func:`query_graph` asks once, a
-:class:`GraphWatcher` follows the changes. Both give a :class:`Graph`, a snapshot with ROS's own
+Nothing is stored or cached between processes: `query_graph` asks once, a
+`GraphWatcher` follows the changes. Both give a `Graph`, a snapshot with ROS's own
 questions as methods.
 """
 

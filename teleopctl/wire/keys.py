@@ -33,7 +33,7 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
         domain: ROS domain.
         name: Fully qualified name, ``/robot1/chatter``.
         type_name: ROS name of the type, ``std_msgs/msg/String``; for a service that of the service.
-        type_hash: ``RIHS01_…``, or :data:`ANY_HASH` to subscribe to every version of the type.
+        type_hash: ``RIHS01_…``, or `ANY_HASH` to subscribe to every version of the type.
     """
     # One slash at either end is dropped, not all of them: that is what the other side does.
     name = name.removeprefix("/").removesuffix("/")

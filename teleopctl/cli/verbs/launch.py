@@ -86,7 +86,7 @@ def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
     """Divide a command line into package, file and arguments.
 
     Raises:
-        TeleopctlError: There is no file, or an argument is not ``name:=value``.
+        UsageError: There is no file, or an argument is not ``name:=value``.
     """
     from teleopctl.launch import is_launch_file
 

@@ -49,7 +49,7 @@ class Codecs:
         """Return the function that writes messages of a type.
 
         Raises:
-            TeleopctlError: The type cannot be sent.
+            InvalidMessageError: The type cannot be sent.
         """
         function: Writer = self._find(_Key(type_name, "write", False))
         return function
@@ -58,7 +58,7 @@ class Codecs:
         """Return the function that reads messages of a type in one byte order.
 
         Raises:
-            TeleopctlError: The type cannot be received.
+            InvalidMessageError: The type cannot be received.
         """
         direction = "read_little" if is_little else "read_big"
         function: Reader = self._find(_Key(type_name, direction, False))

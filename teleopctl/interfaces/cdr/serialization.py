@@ -38,7 +38,7 @@ def serialize(message: Message) -> bytearray:
     A block of numbers is copied once, into the result.
 
     Raises:
-        TeleopctlError: A field holds what its type cannot; the message names the field.
+        InvalidMessageError: A field holds what its type cannot; the message names the field.
     """
     write = _writers.get(type(message)) or _find_writer(type(message))
     data = bytearray(_HEADER)
@@ -62,7 +62,7 @@ def deserialize(
         message_class: The class of the message.
 
     Raises:
-        TeleopctlError: The bytes are not a message of that class.
+        InvalidMessageError: The bytes are not a message of that class.
     """
     if type(data) is not bytes and type(data) is not bytearray:
         data = memoryview(data).cast("B")
@@ -91,7 +91,7 @@ def as_numpy(message: Message, field: str) -> NumberArray:
     The result may be read-only, and while it refers to an ``array.array`` that cannot be resized.
 
     Raises:
-        TeleopctlError: The message has no such field, or it does not hold numbers.
+        InvalidMessageError: The message has no such field, or it does not hold numbers.
     """
     for candidate in message.__definition__.fields:
         if candidate.attribute == field:

@@ -51,7 +51,7 @@ def message_from_yaml(
             ``builtin_interfaces/msg/Time``; the present by default.
 
     Raises:
-        TeleopctlError: The text is not YAML, a field is unknown, or a value does not fit its
+        UsageError: The text is not YAML, a field is unknown, or a value does not fit its
             field; the message has the path of the field, what was expected and what was there.
     """
     assert issubclass(message_class, Message)

@@ -63,7 +63,7 @@ def convert(text: str, type_name: str) -> object:
         type_name: ``bool``, ``int``, ``float``, ``str``, or ``list_of_`` one of these.
 
     Raises:
-        TeleopctlError: When the text is not of that type.
+        LaunchError: When the text is not of that type.
     """
     if type_name.startswith("list_of_"):
         items = _scalars(text)
@@ -89,7 +89,7 @@ def unify(values: list[Any]) -> list[Any]:
     """Give a list the single type that a parameter needs: integers beside floats become floats.
 
     Raises:
-        TeleopctlError: When the items have types that do not go together.
+        LaunchError: When the items have types that do not go together.
     """
     kinds = {type(value) for value in values}
     if kinds == {int, float}:

@@ -34,7 +34,7 @@ class Substitution:
         """Return the text that a substitution stands for.
 
         Raises:
-            TeleopctlError: It has the wrong number of arguments, or fails.
+            LaunchError: It has the wrong number of arguments, or fails.
         """
         self._check_count(call)
         arguments = self.arguments(call, context)

@@ -74,7 +74,7 @@ class Child:
         return self.was_signalled and status in _ENDED_BY_TERMINATION
 
     def start(self) -> None:
-        """Start the process; nothing is read from it before :meth:`attend`.
+        """Start the process; nothing is read from it before `attend`.
 
         Raises:
             OSError: It cannot be started, or its log cannot be written.

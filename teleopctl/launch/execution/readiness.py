@@ -81,7 +81,7 @@ def wait_for_node(
         The full names of its nodes; empty when the process did its work and ended.
 
     Raises:
-        TeleopctlError: It died, or did not appear in time; the message has the end of its log.
+        LaunchError: It died, or did not appear in time; the message has the end of its log.
     """
     deadline = time.monotonic() + timeout_s
     graph = new_nodes.snapshot()
@@ -119,7 +119,7 @@ def wait_for_launch(
         timeout_s: Upper bound in seconds.
 
     Raises:
-        TeleopctlError: A process died, or did not come up in time; what runs goes on running.
+        LaunchError: A process died, or did not come up in time; what runs goes on running.
     """
     folder = status.folder_of(record)
     deadline = time.monotonic() + timeout_s

@@ -80,7 +80,7 @@ def find_running(name: str, *, include_ended: bool = False) -> list[Running]:
     executable's, or its node's.
 
     Raises:
-        TeleopctlError: Nothing of that name runs; the message lists what does.
+        NotFoundError: Nothing of that name runs; the message lists what does.
     """
     everything = running(include_ended=include_ended)
     for names in (_exact_names, _node_names, _executable_names):

@@ -23,7 +23,7 @@ def flag(text: str) -> bool:
     """Read a condition.
 
     Raises:
-        TeleopctlError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
+        LaunchError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
     """
     word = text.strip().lower()
     if word in ("true", "1"):
@@ -37,7 +37,7 @@ def number(text: str) -> float:
     """Read a finite number.
 
     Raises:
-        TeleopctlError: When it is something else.
+        LaunchError: When it is something else.
     """
     try:
         value = float(text)
@@ -52,7 +52,7 @@ def integer(text: str) -> int:
     """Read an integer.
 
     Raises:
-        TeleopctlError: When it is something else.
+        LaunchError: When it is something else.
     """
     try:
         return int(text)
@@ -64,7 +64,7 @@ def words(text: str) -> list[str]:
     """Split a command line as a shell splits it.
 
     Raises:
-        TeleopctlError: When a quotation is left open.
+        LaunchError: When a quotation is left open.
     """
     try:
         return shlex.split(text)

@@ -73,7 +73,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     """Sends requests to one service; made by ``Node.create_client``.
 
     Unlike rclpy's, a call to a service that nobody serves, or whose server goes away, ends with
-    :class:`ServiceUnavailableError` instead of waiting for ever, and ``call()`` may be used inside
+    `ServiceUnavailableError` instead of waiting for ever, and ``call()`` may be used inside
     a callback: answers do not need the executor.
     """
 

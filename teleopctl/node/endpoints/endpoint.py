@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Endpoint(abc.ABC):
     """One endpoint of a node: its key, its liveliness token and its GID.
 
-    Subclasses declare their data channel first and call :meth:`_announce` last, so that nobody
+    Subclasses declare their data channel first and call `_announce` last, so that nobody
     meets an endpoint that does not serve yet; closing goes the other way round.
 
     Args:
@@ -75,7 +75,7 @@ class Endpoint(abc.ABC):
             raise InvalidHandle(f"{type(self).__name__} of '{self.name}' was destroyed")
 
     def destroy(self) -> None:
-        """Take the endpoint out of the graph and close its channel; twice is once."""
+        """Take the endpoint out of the graph and close its channel. Idempotent."""
         if self._destroyed:
             return
         self._destroyed = True

@@ -147,7 +147,7 @@ class MatchedHandler(EventHandler):
 
     Args:
         node: Whose graph, context and executor are used.
-        callback: Gets a :class:`MatchedInfo`.
+        callback: Gets a `MatchedInfo`.
         group: For multi-threaded executors.
         wanted: Kind, name and type of the endpoints on the other side.
     """

@@ -56,7 +56,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         node: Owner.
         msg_type: Message class.
         topic: Fully qualified name.
-        callback: ``callback(msg)`` or ``callback(msg, info)`` with a :class:`MessageInfo`.
+        callback: ``callback(msg)`` or ``callback(msg, info)`` with a `MessageInfo`.
         callback_group: For multi-threaded executors.
         qos: Quality of service.
         raw: Hand over the CDR bytes instead of a message.

@@ -65,7 +65,7 @@ class Timer:
         return self._cancelled
 
     def cancel(self) -> None:
-        """Stop calling until :meth:`reset`."""
+        """Stop calling until `reset`."""
         self._cancelled = True
 
     def reset(self) -> None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 class Waitable:
     """Base of what queues arrivals on any thread until its node's executor takes them.
 
-    An arrival is queued first and then told with :meth:`tell_executor`; an executor that gets the
-    node later asks :meth:`pending`. So none is missed, whichever comes first.
+    An arrival is queued first and then told with `tell_executor`; an executor that gets the
+    node later asks `pending`. So none is missed, whichever comes first.
     """
 
     node: NodeCore

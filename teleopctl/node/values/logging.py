@@ -258,25 +258,25 @@ class RcutilsLogger:
         return True
 
     def debug(self, message: str, **filters: object) -> bool:
-        """Log a message of severity DEBUG; see :meth:`log` for the filters."""
+        """Log a message of severity DEBUG; see `log` for the filters."""
         return self.log(message, LoggingSeverity.DEBUG, _depth=2, **filters)  # type: ignore[arg-type]
 
     def info(self, message: str, **filters: object) -> bool:
-        """Log a message of severity INFO; see :meth:`log` for the filters."""
+        """Log a message of severity INFO; see `log` for the filters."""
         return self.log(message, LoggingSeverity.INFO, _depth=2, **filters)  # type: ignore[arg-type]
 
     def warning(self, message: str, **filters: object) -> bool:
-        """Log a message of severity WARN; see :meth:`log` for the filters."""
+        """Log a message of severity WARN; see `log` for the filters."""
         return self.log(message, LoggingSeverity.WARN, _depth=2, **filters)  # type: ignore[arg-type]
 
     warn = warning
 
     def error(self, message: str, **filters: object) -> bool:
-        """Log a message of severity ERROR; see :meth:`log` for the filters."""
+        """Log a message of severity ERROR; see `log` for the filters."""
         return self.log(message, LoggingSeverity.ERROR, _depth=2, **filters)  # type: ignore[arg-type]
 
     def fatal(self, message: str, **filters: object) -> bool:
-        """Log a message of severity FATAL; see :meth:`log` for the filters."""
+        """Log a message of severity FATAL; see `log` for the filters."""
         return self.log(message, LoggingSeverity.FATAL, _depth=2, **filters)  # type: ignore[arg-type]
 
 

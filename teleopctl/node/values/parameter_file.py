@@ -91,7 +91,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
     """Read a parameter file.
 
     Raises:
-        TeleopctlError: The file cannot be read, is not YAML or has another layout.
+        InvalidFileError: The file cannot be read, is not YAML or has another layout.
     """
     import yaml
 
@@ -130,7 +130,7 @@ def parameter_messages(
         A ``rcl_interfaces/msg/Parameter`` for each dotted name.
 
     Raises:
-        TeleopctlError: The file cannot be read or is no parameter file, or a node has no section.
+        InvalidFileError: The file cannot be read or is no parameter file, or a node has no section.
         TypeError: A value is none that parameters can have.
     """
     from teleopctl.node.values.parameter import Parameter

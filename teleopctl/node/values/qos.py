@@ -30,7 +30,7 @@ class _Policy(enum.IntEnum):
         """Return the member of that name.
 
         Raises:
-            TeleopctlError: There is none.
+            UsageError: There is none.
         """
         try:
             return cls[name.upper()]
@@ -253,7 +253,7 @@ class QoSPresetProfiles(enum.Enum):
         """Return the preset of that name.
 
         Raises:
-            TeleopctlError: There is none.
+            UsageError: There is none.
         """
         preset = cls.__members__.get(name.upper())
         if preset is None or preset.value is None:

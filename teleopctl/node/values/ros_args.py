@@ -159,7 +159,7 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
     """Read a command line.
 
     Raises:
-        TeleopctlError: A rule or an option is malformed; exit status 2.
+        UsageError: A rule or an option is malformed; exit status 2.
     """
     ros, program = _groups(args)
     remaps: list[RemapRule] = []

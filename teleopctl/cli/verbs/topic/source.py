@@ -72,7 +72,7 @@ def find_sources(topics: Sequence[str]) -> list[TopicSource]:
     """Look several topics up; those whose type cannot be told are reported and left out.
 
     Raises:
-        TeleopctlError: None is left.
+        UnavailableError: None is left.
         RouterNotRunning: No router answers.
     """
     found = []

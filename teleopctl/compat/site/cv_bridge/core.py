@@ -79,7 +79,7 @@ class CvBridge:
         return self.cvtColor(pixels, img_msg.encoding, desired_encoding)
 
     def cvtColor(self, cvim: Pixels, encoding_in: str, encoding_out: str) -> Pixels:  # noqa: N802
-        """Return pixels in another encoding; see :meth:`imgmsg_to_cv2` for what it raises."""
+        """Return pixels in another encoding; see `imgmsg_to_cv2` for what it raises."""
         if encoding_out in ("passthrough", "", encoding_in):
             return cvim
         given, wanted = _NAMED.match(encoding_in), _NAMED.match(encoding_out)

@@ -1,4 +1,4 @@
-"""``rclpy.qos_event``. The earlier name of :mod:`rclpy.event_handler`."""
+"""``rclpy.qos_event``. The earlier name of `rclpy.event_handler`."""
 
 from rclpy.event_handler import (
     PublisherEventCallbacks,

@@ -67,10 +67,10 @@ def read_points(
         skip_nans: Leave points out that have a NaN.
         uvs: The numbers of the wanted points; all if None.
         reshape_organized_cloud: Give the array two dimensions where the cloud is organized: its
-            width and its height, in this order, as :func:`create_cloud` takes it.
+            width and its height, in this order, as `create_cloud` takes it.
 
     Raises:
-        TeleopctlError: The cloud has no such field, or its rows are padded.
+        InvalidMessageError: The cloud has no such field, or its rows are padded.
     """
     kind = dtype_from_fields(cloud.fields, cloud.point_step)
     if cloud.height > 1 and cloud.row_step != cloud.width * cloud.point_step:
@@ -105,7 +105,7 @@ def read_points_numpy(
     """Return the points as a plain array, a column for each field; all are of one type.
 
     Raises:
-        TeleopctlError: As :func:`read_points`, or the fields are of several types.
+        InvalidMessageError: As `read_points`, or the fields are of several types.
     """
     points = read_points(cloud, field_names, skip_nans, uvs, reshape_organized_cloud)
     columns = [points[name] for name in points.dtype.names or ()]
@@ -141,7 +141,7 @@ def create_cloud(
         point_step: Bytes of a point; as many as the fields take if None.
 
     Raises:
-        TeleopctlError: The points have another number of values than there are fields.
+        InvalidMessageError: The points have another number of values than there are fields.
     """
     kind = dtype_from_fields(fields, point_step)
     names = kind.names or ()

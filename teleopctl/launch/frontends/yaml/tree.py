@@ -20,7 +20,7 @@ def load(path: Path) -> Element:
     """Read a YAML file.
 
     Raises:
-        TeleopctlError: When the file cannot be read or is not YAML; the message has the line.
+        LaunchError: When the file cannot be read or is not YAML; the message has the line.
     """
     loader = ros_yaml.RosLoader(read_text(path))
     try:
