@@ -34,7 +34,6 @@ follows from the class.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable
 from typing import ClassVar, Self
 
@@ -67,6 +66,8 @@ class TeleopctlError(Exception):
 
     def at(self, place: str) -> Self:
         """Return the same error with the place of its cause, such as ``file:line``, in front."""
+        import copy  # takes longer to load than many commands take to decide
+
         located = copy.copy(self)
         located.place = place
         located.message = f"{place}: {self.message}"

@@ -55,7 +55,9 @@ def test_ours_are_found_without_reading_entry_points(monkeypatch):
     monkeypatch.setattr(plugins, "_installed", None)
     for kind in KINDS:
         for name in kind.ours:
-            assert plugins.find(kind, name) == (name, kind.ours[name], "")
+            found = plugins.find(kind, name)
+            assert found is not None
+            assert (found.name, found.target, found.distribution) == (name, kind.ours[name], "")
 
 
 def test_a_strangers_plug_in_is_found_loaded_and_listed(site):

@@ -37,9 +37,10 @@ class Partner:
         assert self._process.stdout.readline() == "ready\n"
 
     def stop(self):
-        assert self._process.stdin is not None
+        assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
         self._process.wait(10)
+        self._process.stdout.close()
 
 
 def raw_round_trip(size, _):
