@@ -11,6 +11,7 @@ import importlib.util
 import json
 import os
 import sys
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ DEFAULT_DISTRIBUTION = "jazzy"
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical")
 
 _FORMAT = 1
+_LONGEST_PLACE = 150  # file names may have 255 bytes
 _BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
 
 # rosbags drops the default values of its definitions. These are the ones that are not the zero of
@@ -150,7 +152,19 @@ def cache_folder() -> Path:
 
 
 def _cache_file(module: str) -> Path:
-    return cache_folder() / f"{module}.json"
+    # Each environment has its own, or two that are used in turn would always make theirs anew.
+    site = str(_stores().parents[2])[-_LONGEST_PLACE:]
+    place = "".join(letter if letter.isalnum() else "-" for letter in site)
+    return cache_folder() / f"{module}{place}.json"
+
+
+@cache
+def _stores() -> Path:
+    """Return the folder of the tables that rosbags has."""
+    spec = importlib.util.find_spec("rosbags")
+    assert spec is not None
+    assert spec.submodule_search_locations is not None
+    return Path(spec.submodule_search_locations[0]) / "typesys" / "stores"
 
 
 def _fingerprint() -> list[list[Any]]:
@@ -158,10 +172,7 @@ def _fingerprint() -> list[list[Any]]:
 
     Reading the version itself takes longer than reading the whole cache.
     """
-    spec = importlib.util.find_spec("rosbags")
-    assert spec is not None
-    assert spec.submodule_search_locations is not None
-    folder = Path(spec.submodule_search_locations[0]) / "typesys" / "stores"
+    folder = _stores()
     with os.scandir(folder) as entries:
         stats = [(entry.name, entry.stat()) for entry in entries if entry.name.endswith(".py")]
     return [[str(folder)], *sorted([name, s.st_size, s.st_mtime_ns] for name, s in stats)]

@@ -37,10 +37,24 @@ def define(folder: Path, name: str, text: str) -> Path:
     return path
 
 
+def table_file():
+    return standard._cache_file("ros2_jazzy")
+
+
+def test_two_environments_used_in_turn_do_not_throw_each_others_table_away(
+    cache_folder, monkeypatch
+):
+    standard.StandardTypes("jazzy")
+    own = table_file()
+    monkeypatch.setattr(standard, "_stores", lambda: Path("/another/lib/rosbags/typesys/stores"))
+    assert table_file().parent == cache_folder
+    assert table_file() != own
+
+
 def test_the_table_of_a_distribution_is_kept_in_a_file(cache_folder):
     fresh = standard.StandardTypes("jazzy")
     (file,) = cache_folder.iterdir()
-    assert file.name == "ros2_jazzy.json"
+    assert file == table_file()
     cached = standard.StandardTypes("jazzy")
     assert cached.names() == fresh.names()
     assert [cached.find(name) for name in cached.names()] == [
@@ -60,14 +74,14 @@ def test_the_table_of_a_distribution_is_kept_in_a_file(cache_folder):
 )
 def test_a_broken_file_is_replaced(cache_folder, content):
     cache_folder.mkdir()
-    (cache_folder / "ros2_jazzy.json").write_bytes(content)
+    table_file().write_bytes(content)
     assert standard.StandardTypes("jazzy").find("std_msgs/msg/String") is not None
-    assert len(json.loads((cache_folder / "ros2_jazzy.json").read_bytes())["types"]) > 100
+    assert len(json.loads(table_file().read_bytes())["types"]) > 100
 
 
 def test_a_broken_row_is_replaced(cache_folder):
     standard.StandardTypes("jazzy")
-    file = cache_folder / "ros2_jazzy.json"
+    file = table_file()
     content = json.loads(file.read_bytes())
     content["types"]["std_msgs/msg/String"] = [[], [["data", [7, "x"]]]]
     file.write_text(json.dumps(content), encoding="utf-8")
