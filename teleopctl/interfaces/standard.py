@@ -154,7 +154,7 @@ def cache_folder() -> Path:
 def _cache_file(module: str) -> Path:
     # Each environment has its own, or two that are used in turn would always make theirs anew.
     site = str(_stores().parents[2])[-_LONGEST_PLACE:]
-    place = "".join(letter if letter.isalnum() else "-" for letter in site)
+    place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
     return cache_folder() / f"{module}{place}.json"
 
 
