@@ -2,36 +2,37 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+import ast
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
-
-# The packages that programs import, in the order in which a reader meets them.
-PACKAGES = ("node", "interfaces", "wire", "tf", "robot", "mujoco_model", "control", "sim", "launch")
+PUBLIC_NAMES = ROOT / "tests" / "public_names.txt"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages."""
     start = (ROOT / "README.md").read_text(encoding="utf-8").replace("(docs/", "(")
     files.append(File.generated(config, "index.md", content=start))
-    for package in PACKAGES:
-        text = _reference(f"teleopctl.{package}")
+    lines = PUBLIC_NAMES.read_text(encoding="utf-8").split()
+    for package in dict.fromkeys(line.split(".")[1] for line in lines):
+        text = _reference(package)
         files.append(File.generated(config, f"reference/{package}.md", content=text))
     return files
 
 
-def _reference(name: str) -> str:
-    """A page that documents every public name of a package where it is defined."""
-    module = import_module(name)
-    lines = [f"# {name}", "", str(module.__doc__ or "").strip(), ""]
-    for public in sorted(getattr(module, "__all__", ()), key=str.casefold):
-        value = getattr(module, public)
-        home = getattr(value, "__module__", None)
-        if not isinstance(home, str) or not home.startswith("teleopctl."):
-            home = name
-        lines += [f"::: {home}.{getattr(value, '__name__', public)}", ""]
+def _reference(package: str) -> str:
+    """A page that documents every public name of a folder where it is defined."""
+    door = ast.parse((ROOT / "teleopctl" / package / "__init__.py").read_text(encoding="utf-8"))
+    homes = {
+        alias.name: statement.module
+        for statement in ast.walk(door)
+        if isinstance(statement, ast.ImportFrom) and (statement.module or "").count(".") > 1
+        for alias in statement.names
+    }
+    lines = [f"# teleopctl.{package}", "", ast.get_docstring(door) or "", ""]
+    for name in sorted(homes, key=str.casefold):
+        lines += [f"::: {homes[name]}.{name}", ""]
     return "\n".join(lines)
