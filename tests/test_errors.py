@@ -1,0 +1,55 @@
+"""The tree of errors is what its drawing says, and the exit status follows from the class."""
+
+import re
+
+import pytest
+
+from teleopctl import control, errors, node, tf, wire
+from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
+
+LINE = re.compile(r"^((?:│   )*)[├└]── (\w+)", re.MULTILINE)
+
+
+def drawn() -> dict[str, str]:
+    """Each class of the drawing with the class that it hangs from."""
+    parents, above = {}, ["TeleopctlError"]
+    for indent, name in LINE.findall(str(errors.__doc__)):
+        depth = len(indent) // 4 + 1
+        above[depth:] = [name]
+        parents[name] = above[depth - 1]
+    return parents
+
+
+def class_named(name: str) -> type[TeleopctlError]:
+    for place in (errors, control, node, tf, wire):
+        if hasattr(place, name):
+            found: type[TeleopctlError] = getattr(place, name)
+            return found
+    raise AssertionError(f"there is no class {name}")
+
+
+@pytest.mark.parametrize(("name", "parent"), drawn().items())
+def test_each_class_hangs_where_it_is_drawn(name, parent):
+    assert class_named(name).__bases__ == (class_named(parent),)
+
+
+def test_each_class_of_the_module_is_drawn():
+    defined = {
+        name
+        for name, value in vars(errors).items()
+        if isinstance(value, type) and issubclass(value, TeleopctlError)
+    }
+    assert defined - {"TeleopctlError"} <= set(drawn())
+
+
+def test_only_what_was_asked_wrongly_ends_with_status_2():
+    for name in drawn():
+        found = class_named(name)
+        assert found.exit_status == (2 if issubclass(found, UsageError) else 1)
+
+
+def test_an_error_can_be_told_its_place_and_stays_what_it_is():
+    located = NotFoundError("there is no such arm", hint="buy one").at("arm.yaml:3")
+    assert isinstance(located, NotFoundError)
+    assert (located.message, located.hint) == ("arm.yaml:3: there is no such arm", "buy one")
+    assert located.place == "arm.yaml:3"
