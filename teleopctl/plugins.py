@@ -272,7 +272,8 @@ NODES = Kind(
             "tf2_ros/static_transform_publisher": "static_transform_publisher",
             "tf2_ros/tf2_echo": "tf2_echo",
         }.items()
-    },
+    }
+    | {"xacro/xacro": "xacro:main"},  # the library's own program
 )
 """Programs of packages, as ``package/executable``: functions that take no argument."""
 

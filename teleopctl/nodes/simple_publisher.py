@@ -19,7 +19,7 @@ class SimplePublisher(Node):
         self._publisher = self.create_publisher(String, "chatter", 10)
         self._counter = 0
         self._timer = self.create_timer(PERIOD_S, self._publish)
-        self.get_logger().info("Publishing at 1 Hz")
+        self.get_logger().info(f"Publishing at {1 / PERIOD_S} Hz")
 
     def _publish(self) -> None:
         message = String()

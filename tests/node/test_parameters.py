@@ -84,6 +84,24 @@ def test_a_callback_refuses_and_its_reason_is_told(node):
     assert (answer.successful, answer.reason) == (False, "too fast")
 
 
+@pytest.mark.parametrize("add", ["on_set", "pre_set"])
+def test_a_callback_that_returns_nothing_refuses_the_change_and_is_warned_of(
+    node, make_node, spin_until, add
+):
+    log: list[Any] = []
+    make_node("listener").create_subscription(
+        get_message("rcl_interfaces/msg/Log"), "/rosout", log.append, 10
+    )
+    node.declare_parameter("speed", 1.0)
+    heard: list[object] = []
+    getattr(node, f"add_{add}_parameters_callback")(heard.append)
+    answer = node.set_parameters([Parameter("speed", value=9.0)])[0]
+    assert (answer.successful, answer.reason) == (False, "Callback returned an invalid type")
+    assert node.get_parameter("speed").value == 1.0
+    assert len(heard) == 1
+    spin_until(lambda: any("list.append: Callback returned" in each.msg for each in log))
+
+
 def test_together_means_all_or_none(node):
     node.declare_parameter("a", 1)
     node.declare_parameter("b", 1)

@@ -33,13 +33,13 @@ def test_a_detached_node_is_up_when_the_command_returns(ros):
     entry = processes(ros)["simple_publisher"]
     assert entry["kind"] == "node"
     assert runs(entry["pid"])
-    assert "Publishing at 1 Hz" in ros.run("logs simple_publisher").stdout
+    assert "Publishing at 1.0 Hz" in ros.run("logs simple_publisher").stdout
     stopped = ros.run("stop simple_publisher")
     assert (stopped.returncode, stopped.stdout) == (0, "simple_publisher has been stopped\n")
     assert "simple_publisher" not in processes(ros)
     assert ros.run("node list").stdout == ""
     # The log is there for who wants to know what was.
-    assert "Publishing at 1 Hz" in ros.run("logs simple_publisher").stdout
+    assert "Publishing at 1.0 Hz" in ros.run("logs simple_publisher").stdout
 
 
 def test_a_detached_node_that_dies_is_reported_with_the_end_of_its_log(ros):
@@ -104,7 +104,7 @@ def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_list
     (publisher,) = [line for line in lines if line.startswith("  simple_publisher-1 ")]
     assert " teleopctl.nodes teleop_py_pkg simple_publisher --ros-args " in publisher
     for name in ("simple_publisher-1", "two/simple_publisher-1", "mouth", "/mouth"):
-        assert "[mouth]: Publishing at 1 Hz" in ros.run(["logs", name]).stdout
+        assert "[mouth]: Publishing at 1.0 Hz" in ros.run(["logs", name]).stdout
     assert "[INFO] [simple_publisher-1]: process started with pid" in ros.run("logs two").stdout
 
     # One that was stopped stays stopped, even where it would be started again.

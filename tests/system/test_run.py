@@ -7,7 +7,12 @@ import sys
 
 import pytest
 
+from teleopctl.interfaces import get_message
+from teleopctl.node import qos_profile_latched
+from teleopctl.packages import package_share
 from teleopctl.testing import eventually
+
+ARM = "urdf/teleop.urdf.xacro"
 
 TALKER = """
 import sys
@@ -41,7 +46,7 @@ if __name__ == "__main__":
 
 def test_the_tutorials_publisher_and_subscriber_talk(ros):
     publisher = ros.spawn("run teleop_py_pkg simple_publisher")
-    publisher.wait_for_line(r"^\[INFO\] \[\d+\.\d+\] \[simple_publisher\]: Publishing at 1 Hz")
+    publisher.wait_for_line(r"^\[INFO\] \[\d+\.\d+\] \[simple_publisher\]: Publishing at 1.0 Hz")
     subscriber = ros.spawn("run teleop_py_pkg simple_subscriber")
     subscriber.wait_for_line(
         r"^\[INFO\] \[\d+\.\d+\] \[simple_subscriber\]: I heard: Hello ROS 2 - counter: \d+$"
@@ -50,6 +55,38 @@ def test_the_tutorials_publisher_and_subscriber_talk(ros):
         process.interrupt()
         assert process.wait() == 0
         assert "Traceback" not in process.stderr
+
+
+def test_a_description_given_as_the_tutorial_gives_it_is_published(ros):
+    expanded = ros.run(["run", "xacro", "xacro", str(package_share("teleop_description") / ARM)])
+    assert expanded.returncode == 0, expanded.stderr
+    description = expanded.stdout.rstrip("\n")  # as $(…) hands it over
+    assert description.startswith("<?xml")
+    assert "$(find" not in description
+    node = ros.spawn(
+        [
+            *("run", "robot_state_publisher", "robot_state_publisher"),
+            *("--ros-args", "-p", f"robot_description:={description}"),
+        ]
+    )
+    node.wait_for_line("got segment claw_support")
+    published = ros.wait_for_message(
+        get_message("std_msgs/msg/String"), "/robot_description", qos=qos_profile_latched
+    )
+    assert published.data == description
+
+
+def test_xacro_finds_our_packages_and_says_what_it_does_not_find(ros, tmp_path):
+    file = tmp_path / "a.xacro"
+    for package, status in (("teleop_description", 0), ("nowhere", 2)):
+        file.write_text(
+            '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+            f'<link name="$(find {package})"/></robot>'
+        )
+        done = ros.run(["run", "xacro", "xacro", str(file)])
+        assert done.returncode == status, done.stderr
+        assert (str(package_share("teleop_description")) in done.stdout) == (status == 0)
+        assert ("nowhere" in done.stderr) == (status != 0)
 
 
 def test_the_tutorials_parameter_node_takes_overrides_and_reports_changes(ros):

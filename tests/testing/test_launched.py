@@ -72,6 +72,6 @@ def test_the_report_of_a_failure_has_the_output_of_all_that_ran(ros_graph):
         r"--- ROS graph: process \d+ ---",
         "no_such_package",
         r"--- ROS graph: router-.*\.log ---|--- ROS graph: talker-.*\.log ---",
-        r"\[simple_publisher-1\].*Publishing at 1 Hz",
+        r"\[simple_publisher-1\].*Publishing at 1.0 Hz",
     ):
         assert re.search(part, done.stdout), f"{part} is not in\n{done.stdout}"

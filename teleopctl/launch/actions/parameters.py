@@ -60,4 +60,6 @@ def _parameter_value(element: Element) -> ParameterTree:
         return [_parameter_value(item) for item in element.value]
     if isinstance(element.value, bool | int | float):
         return element.value
-    return element.template()
+    template = element.template()
+    # YAML has typed it already: quoted digits are a text. Only what a substitution gives is open.
+    return "".join(map(str, template.parts)) if template.is_literal else template

@@ -40,10 +40,10 @@ def infer(text: str) -> object:
 def _scalars(text: str) -> object:
     """Return the scalar, or list of scalars, that a text is in YAML, else the text."""
     # A robot description is long and never a scalar: it is not worth a parser's time.
-    if "\n" in text.strip() or text.lstrip().startswith("<"):
+    if "\n" in text.strip():
         return text
     try:
-        value = ros_yaml.load(text)
+        value = ros_yaml.load_value(text)
     except yaml.YAMLError:
         return text
     if isinstance(value, bool | int | float | str):

@@ -35,8 +35,8 @@ class Condition:
     expected: bool
 
 
-# A parameter's value: texts are evaluated and then typed, other scalars are what they are.
-ParameterTree = Template | bool | int | float | list["ParameterTree"]
+# A parameter's value: a template is evaluated and then typed, a scalar is what it is.
+ParameterTree = Template | bool | int | float | str | list["ParameterTree"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,8 @@ class Parameter:
     Attributes:
         name: Dotted name.
         value: Its value.
-        type_name: The type that ``type:`` demands, or None to read the text as YAML does.
+        type_name: The type that ``type:`` demands, or None to read what substitutions
+            give as YAML does.
     """
 
     name: Template

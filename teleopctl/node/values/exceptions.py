@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.errors import TeleopctlError, UnavailableError, shortened
 
 if TYPE_CHECKING:
     from teleopctl.node.values.parameter import Parameter
@@ -140,8 +140,9 @@ class InvalidParameterTypeException(ParameterException):
     """A value has another type than the parameter was declared with."""
 
     def __init__(self, parameter: Parameter, expected_type: str) -> None:
+        value = shortened(str(parameter.value))
         super().__init__(
-            f"Trying to set parameter '{parameter.name}' to '{parameter.value}' of type "
+            f"Trying to set parameter '{parameter.name}' to '{value}' of type "
             f"'{parameter.type_.name}', expecting type '{expected_type}'",
             parameter.name,
         )
@@ -151,4 +152,7 @@ class InvalidParameterValueException(ParameterException):
     """A value was refused by a callback or a range."""
 
     def __init__(self, name: str, value: object, reason: str) -> None:
-        super().__init__(f"Invalid parameter value ({value}) for parameter. Reason: {reason}", name)
+        super().__init__(
+            f"Invalid parameter value ({shortened(str(value))}) for parameter. Reason: {reason}",
+            name,
+        )

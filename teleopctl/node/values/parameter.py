@@ -7,6 +7,7 @@ import enum
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
+from teleopctl.errors import shortened
 from teleopctl.interfaces import get_message
 
 if TYPE_CHECKING:
@@ -129,7 +130,9 @@ class Parameter:
         if not isinstance(chosen, ParameterType):
             raise TypeError("type must be an instance of 'Parameter.Type'")
         if not chosen.check(value) and value is not None:
-            raise ValueError(f"Type '{chosen.name}' and value '{value}' do not agree")
+            raise ValueError(
+                f"Type '{chosen.name}' and value '{shortened(str(value))}' do not agree"
+            )
         self._name = name
         self._type = chosen
         # Any: only its declaration knows the type, and a union would have to be narrowed by every
@@ -210,7 +213,7 @@ def parameter_value_from_yaml(text: str) -> ParameterValue:
     from teleopctl import ros_yaml
 
     try:
-        value = ros_yaml.load(text)
+        value = ros_yaml.load_value(text)
         if value is None:
             value = text
         return Parameter("", value=value).get_parameter_value()

@@ -2,7 +2,7 @@
 
 Source: rcl's parameter file format. A section's name is a node's full name, with or without the
 leading slash; ``*`` stands for one part of it and ``**`` for any number of them. Nested values
-become dotted names.
+become dotted names. A name that occurs twice counts twice.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
     from teleopctl import ros_yaml
 
     try:
-        tree = ros_yaml.load(path.read_text(encoding="utf-8"))
+        tree = ros_yaml.load_merged(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InvalidFileError(
             f"cannot read the parameter file {path}: {error.strerror}"

@@ -80,6 +80,18 @@ def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
     return False
 
 
+def _invalid_answer(callback: Callable[..., object], answer: object, expected: str) -> str:
+    """Warn of a callback that returned something else than it has to, and return the reason."""
+    import logging  # takes longer to load than some commands run
+
+    name = getattr(callback, "__qualname__", type(callback).__qualname__)
+    reason = "Callback returned an invalid type"
+    logging.getLogger(__name__).warning(
+        "%s: %s: %s, not a %s", name, reason, type(answer).__name__, expected
+    )
+    return reason
+
+
 class ParameterStore:
     """Holds a node's parameters and guards every change.
 
@@ -300,6 +312,8 @@ class ParameterStore:
         wanted = list(parameters)
         for pre_set in reversed(self.pre_set_callbacks):
             wanted = pre_set(wanted)
+            if not isinstance(wanted, Sequence):
+                return result(False, _invalid_answer(pre_set, wanted, "list of parameters"))
         with self._lock:
             problem = self._first_problem(wanted) or self._ask_callbacks(wanted)
             if problem is not None:
@@ -347,6 +361,9 @@ class ParameterStore:
         """Return the reason of the first callback that refuses; None when all agree."""
         for callback in tuple(self.on_set_callbacks):
             answer = callback(parameters)
+            # A callback without a return statement, as in rclpy.
+            if not isinstance(answer, get_message("rcl_interfaces/msg/SetParametersResult")):
+                return _invalid_answer(callback, answer, "SetParametersResult")
             if not answer.successful:
                 return answer.reason or "refused by a callback"
         return None

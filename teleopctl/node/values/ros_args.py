@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teleopctl.errors import UsageError
+from teleopctl.errors import UsageError, shortened
 from teleopctl.node.values.names import expand_name, fully_qualified
 
 _RULE = re.compile(
-    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
+    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$",
+    re.DOTALL,
 )
 _FLAGS = {
     "--enable-rosout-logs": ("rosout_logs", True),
@@ -134,7 +135,7 @@ def _rule(option: str, text: str) -> re.Match[str]:
     match = _RULE.match(text)
     if match is None:
         raise UsageError(
-            f"Couldn't parse the rule '{text}' of {option}",
+            f"Couldn't parse the rule '{shortened(text)}' of {option}",
             hint="rules have the form [NODE:]NAME:=VALUE",
         )
     return match
@@ -147,10 +148,10 @@ def _parameter_rule(text: str) -> ParameterRule:
 
     match = _rule("--param", text)
     try:
-        value = ros_yaml.load(match["right"])
+        value = ros_yaml.load_value(match["right"])
     except yaml.YAMLError as error:
         raise UsageError(
-            f"The value of parameter '{match['left']}' is not YAML: {match['right']!r}",
+            f"The value of parameter '{match['left']}' is not YAML: {shortened(match['right'])!r}",
         ) from error
     return ParameterRule(match["node"], match["left"], "" if value is None else value)
 

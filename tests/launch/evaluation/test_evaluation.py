@@ -158,6 +158,9 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     param:
     - {{name: rate, value: 2.5}}
     - {{name: text, value: "24", type: str}}
+    - {{name: quoted, value: '24'}}
+    - {{name: quoted_list, value: ['1', "true"]}}
+    - {{name: demanded, value: '24', type: int}}
     - {{name: list, value: [1, 2]}}
     - name: nested
       param:
@@ -183,6 +186,9 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
                 "use_sim_time": True,
                 "rate": 2.5,
                 "text": "24",
+                "quoted": "24",
+                "quoted_list": ["1", "true"],
+                "demanded": 24,
                 "list": [1, 2],
                 "nested.inner": 2,
             }

@@ -67,6 +67,37 @@ def test_a_parameter_file_speaks_to_nodes_by_name_and_wildcard(tmp_path):
     assert arguments.parameter_overrides("other", "/ns") == {"a": 4, "b.c": "x"}
 
 
+def test_what_starts_as_a_robot_description_is_the_text_that_was_given():
+    description = '<?xml version="1.0" ?>\n<!-- a: #b -->\n<robot name="x">\n</robot>\n'
+    arguments = parse_ros_arguments(["--ros-args", "-p", f"robot_description:={description}"])
+    overrides = arguments.parameter_overrides("robot_state_publisher", "/")
+    assert overrides == {"robot_description": description}
+
+
+def test_a_long_value_is_cut_in_the_message():
+    with pytest.raises(TeleopctlError, match="not YAML") as error:
+        parse_ros_arguments(["--ros-args", "-p", "x:=[" + "long " * 1000])
+    assert len(error.value.message) < 300
+
+
+def test_a_key_that_stands_twice_in_a_parameter_file_counts_twice(tmp_path):
+    path = tmp_path / "params.yaml"
+    path.write_text(
+        "talker:\n  ros__parameters: {a: 1, gains: {p: 1}, b: first}\n"
+        "talker:\n  ros__parameters: {c: 3, gains: {i: 2}, gains: {d: 3}, b: second}\n",
+        encoding="utf-8",
+    )
+    arguments = parse_ros_arguments(["--ros-args", "--params-file", str(path)])
+    assert arguments.parameter_overrides("talker", "/") == {
+        "a": 1,
+        "gains.p": 1,
+        "gains.i": 2,
+        "gains.d": 3,
+        "b": "second",
+        "c": 3,
+    }
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
