@@ -175,13 +175,32 @@ def test_a_service_may_be_called_inside_a_callback(make_node, spin_until, contex
     server.destroy_node()
 
 
-def test_a_call_that_nobody_serves_ends_with_an_error(make_node, executor):
+def test_a_request_that_nobody_serves_stays_pending(make_node, executor):
     client = make_node().create_client(ADD, "nobody")
-    assert not client.wait_for_service(timeout_sec=0)
     future = client.call_async(ADD.Request())
-    executor.spin_until_future_complete(future, 10)
+    # It is known by now that nobody is there: who asks for that hears of it …
     with pytest.raises(ServiceUnavailableError, match="/nobody"):
-        future.result()
+        client.call_async(ADD.Request()).wait_for_response()
+    # … and who awaits the answer goes on waiting.
+    executor.spin_until_future_complete(future, 0.05)
+    assert not future.done()
+    assert client.call(ADD.Request(), timeout_sec=0.05) is None
+    client.remove_pending_request(future)
+
+
+def test_a_node_that_awaits_an_answer_outlives_a_missing_server(make_node, spin_until):
+    node = make_node()
+    client = node.create_client(ADD, "nobody")
+    asked, ticks = [], []
+
+    async def ask():
+        asked.append(client.call_async(ADD.Request()))
+        await asked[-1]
+
+    node.create_timer(0.001, ask)
+    node.create_timer(0.001, lambda: ticks.append(1))
+    spin_until(lambda: len(asked) >= 5 and len(ticks) >= 5)
+    assert not any(future.done() for future in asked)
 
 
 def test_a_callback_that_raises_ends_the_spinning(make_node, executor):

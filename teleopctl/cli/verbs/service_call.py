@@ -48,7 +48,7 @@ def call(
             if not as_json:
                 console.out(f"requester: making request: {request!r}\n")
                 console.flush()
-            response = client.call(request, timeout)
+            response = client.call_async(request).wait_for_response(timeout)
             if response is None:
                 raise UnavailableError(
                     f"'{client.service_name}' did not answer within {timeout:g} s"

@@ -40,12 +40,20 @@ class ResponseFuture(Future[ResponseT]):
     def __init__(self, client: Client[RequestT, ResponseT]) -> None:
         super().__init__()
         self._client = client
+        self._settled = threading.Event()
+        self.on_end(self._settled.set)
+
+    def reached_nobody(self) -> None:
+        """Tell who waits in `wait_for_response` that no server will answer (ours)."""
+        self._settled.set()
 
     def _call(self, callback: Callable[[Future[ResponseT]], object]) -> None:
         self._client.call_back(functools.partial(callback, self))
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
-        """Block this thread until the response is there (ours).
+        """Block this thread until the response is there, or nobody is left to give it (ours).
+
+        For commands, which say who is missing; `Client.call` waits as rclpy does.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits for ever.
@@ -57,24 +65,51 @@ class ResponseFuture(Future[ResponseT]):
             ServiceUnavailableError: No server answers.
             ExternalShutdownException: The context was shut down meanwhile.
         """
+        settled = self._wait_for(self._settled.wait, timeout_sec)
+        if self.done():
+            return self.result()
+        self._client.remove_pending_request(self)
+        if settled:
+            name = self._client.service_name
+            raise ServiceUnavailableError(f"service '{name}' did not answer: no server for it")
+        return None
+
+    def wait_until_answered(self, timeout_sec: float | None = None) -> ResponseT | None:
+        """Block this thread until the response is there, whoever gives it (ours).
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+
+        Returns:
+            The response, None when the time ran out: the request is given up then.
+
+        Raises:
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        if self._wait_for(self.wait, timeout_sec):
+            return self.result()
+        self._client.remove_pending_request(self)
+        return None
+
+    def _wait_for(self, wait: Callable[[float | None], bool], timeout_sec: float | None) -> bool:
         context = self._client.node.context
         context.on_shutdown(self.cancel)
         try:
-            answered = context.ok() and self.wait(timeout_sec)
+            ended = context.ok() and wait(timeout_sec)
         finally:
             context.forget_on_shutdown(self.cancel)
+        if not context.ok() and (self.cancelled() or not ended):
             self._client.remove_pending_request(self)
-        if self.cancelled() and not context.ok():
             raise ExternalShutdownException
-        return self.result() if answered else None
+        return ended
 
 
 class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     """Sends requests to one service; made by ``Node.create_client``.
 
-    Unlike rclpy's, a call to a service that nobody serves, or whose server goes away, ends with
-    `ServiceUnavailableError` instead of waiting for ever, and ``call()`` may be used inside
-    a callback: answers do not need the executor.
+    A request that reaches no server, or whose server goes away, stays pending until the caller
+    gives it up (`remove_pending_request`, a timeout): a server that comes later never sees it.
+    Unlike rclpy's, ``call()`` may be used inside a callback: answers do not need the executor.
     """
 
     def __init__(
@@ -128,7 +163,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         """Send a request.
 
         Returns:
-            A future of the response; it ends with ServiceUnavailableError when no server answers.
+            A future of the response; it stays pending while no server answers.
 
         Raises:
             TypeError: The request is of another type.
@@ -147,15 +182,8 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
-        def end() -> None:
-            with self._lock:
-                self._pending.discard(future)
-            future.set_exception(
-                ServiceUnavailableError(f"service '{self.name}' did not answer: no server for it")
-            )
-
         self._channel.get(
-            zenoh.handlers.Callback(receive, end, indirect=False),
+            zenoh.handlers.Callback(receive, future.reached_nobody, indirect=False),
             payload=payload,
             attachment=encode_attachment(sequence, time.time_ns(), self.gid),
         )
@@ -172,10 +200,9 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             The response, None when the time ran out.
 
         Raises:
-            ServiceUnavailableError: No server answers.
             ExternalShutdownException: The context was shut down meanwhile.
         """
-        return self.call_async(request).wait_for_response(timeout_sec)
+        return self.call_async(request).wait_until_answered(timeout_sec)
 
     def call_back(self, callback: Callable[[], object]) -> None:
         """Have the executor of the node call a function, now or when the node gets one."""

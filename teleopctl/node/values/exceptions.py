@@ -42,7 +42,7 @@ class InvalidHandle(Exception):
 
 
 class ServiceUnavailableError(UnavailableError):
-    """A request ended without an answer: nobody serves the name, or the server went away."""
+    """A request has no answer: nobody serves the name, or the server went away."""
 
 
 class NameValidationException(TeleopctlError):
