@@ -15,6 +15,9 @@ from pathlib import Path
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import Executable, find_executable
 
+_PACKAGE = __name__.partition(".")[0]
+_FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")  # noqa: PTH100, PTH118, PTH120
+
 
 def run_executable(package: str | None, executable: str, args: Sequence[str]) -> int:
     """Find a program and run it to its end in this process.
@@ -29,7 +32,8 @@ def run_executable(package: str | None, executable: str, args: Sequence[str]) ->
         was shut down from outside, 1 after an exception, whose traceback has been printed.
 
     Raises:
-        TeleopctlError: When there is no such program, or it raised one itself.
+        TeleopctlError: There is no such program, or one of ours raised it. Of a user's program it
+            is an exception like any other.
         SystemExit: When the program called ``sys.exit``.
     """
     return execute(find_executable(package, executable), args)
@@ -53,11 +57,11 @@ def execute(executable: Executable, args: Sequence[str]) -> int:
         return _call(executable, args)
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    except TeleopctlError:
-        raise
-    except Exception as error:  # noqa: BLE001 -- the program's own, whatever it is
+    except Exception as error:
         if _is_external_shutdown(error):
             return 0
+        if isinstance(error, TeleopctlError) and not _passed_a_users_code(error, executable):
+            raise
         _print_traceback(error)
         return 1
 
@@ -134,15 +138,43 @@ def _is_external_shutdown(error: Exception) -> bool:
     return expected is not None and isinstance(error, expected)
 
 
-def _print_traceback(error: Exception) -> None:
-    """Print a traceback that begins in the user's program rather than in this module."""
+def _passed_a_users_code(error: BaseException, executable: Executable) -> bool:
+    if executable.target.startswith(f"{_PACKAGE}."):
+        return False
+    trace = error.__traceback__
+    while trace is not None:
+        if not _is_ours(trace.tb_frame.f_code.co_filename):
+            return True
+        trace = trace.tb_next
+    return False
+
+
+def _print_traceback(error: BaseException) -> None:
+    """Print a traceback of the program, without what is ours in it.
+
+    Of ours there stays what follows the user's last line, when the exception is none of ours.
+    """
     import traceback
 
-    ours = (__file__, importlib.__file__)
-    innermost = error.__traceback__
-    while innermost is not None and (
-        innermost.tb_frame.f_code.co_filename in ours
-        or innermost.tb_frame.f_code.co_filename.startswith("<frozen ")
-    ):
-        innermost = innermost.tb_next
-    traceback.print_exception(type(error), error, innermost)
+    told = [traceback.TracebackException.from_exception(error)]
+    for each in told:
+        frames = [f for f in each.stack if not _starts_programs(f.filename)]
+        of_user = [i for i, frame in enumerate(frames) if not _is_ours(frame.filename)]
+        if of_user:
+            foreseen = each.exc_type is not None and issubclass(each.exc_type, TeleopctlError)
+            behind = [] if foreseen else frames[of_user[-1] + 1 :]
+            frames = [*(frames[i] for i in of_user), *behind]
+        each.stack[:] = frames
+        told.extend(other for other in (each.__cause__, each.__context__) if other is not None)
+        told.extend(each.exceptions or ())
+    sys.stderr.write("".join(told[0].format()))
+    if isinstance(error, TeleopctlError) and error.hint:
+        sys.stderr.write(f"{error.hint}\n")
+
+
+def _is_ours(filename: str) -> bool:
+    return filename.startswith(_FOLDER) or _starts_programs(filename)
+
+
+def _starts_programs(filename: str) -> bool:
+    return filename in (__file__, importlib.__file__) or filename.startswith("<frozen ")

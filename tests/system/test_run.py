@@ -168,6 +168,18 @@ def test_the_end_of_a_program_is_the_end_of_the_command(ros):
     assert failed.returncode == 1
     assert "fails.py" in failed.stderr.splitlines()[1]
     assert failed.stderr.endswith("ValueError: mine\n")
+    # An exception of ours that it lets through is one of its own, as with rclpy.
+    (ros.folder / "names.py").write_text(
+        "import rclpy\nfrom std_msgs.msg import String\n\n\ndef main():\n    rclpy.init()\n"
+        "    node = rclpy.create_node('mine')\n"
+        "    node.create_publisher(String, 'no good', 10)\n\n\nmain()\n"
+    )
+    failed = ros.run("run ./names.py")
+    assert failed.returncode == 1
+    assert failed.stderr.startswith("Traceback (most recent call last):\n")
+    assert "names.py\", line 8, in main" in failed.stderr
+    assert "InvalidTopicNameException: Invalid topic name" in failed.stderr
+    assert "teleopctl/node" not in failed.stderr
     (ros.folder / "typo.py").write_text("x = (\n")
     failed = ros.run("run ./typo.py")
     assert failed.returncode == 1
