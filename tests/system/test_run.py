@@ -177,7 +177,7 @@ def test_the_end_of_a_program_is_the_end_of_the_command(ros):
     failed = ros.run("run ./names.py")
     assert failed.returncode == 1
     assert failed.stderr.startswith("Traceback (most recent call last):\n")
-    assert "names.py\", line 8, in main" in failed.stderr
+    assert 'names.py", line 8, in main' in failed.stderr
     assert "InvalidTopicNameException: Invalid topic name" in failed.stderr
     assert "teleopctl/node" not in failed.stderr
     (ros.folder / "typo.py").write_text("x = (\n")
