@@ -49,7 +49,11 @@ def overlapping_pairs(model: Any, positions: np.ndarray, ground: str) -> list[tu
     """
     data = mujoco.MjData(model)
     data.qpos[:] = positions
-    mujoco.mj_forward(model, data)
+    # Where the links are and what touches, but no forces: those need memory by the square of the
+    # contacts, and before this list is made, every link of a large robot may touch the next.
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
     pairs = set()
     for contact in data.contact:
         if contact.dist >= 0.0:

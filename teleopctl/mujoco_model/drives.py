@@ -124,13 +124,12 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
         model: The same spec compiled without actuators, for the joints' inertias.
         joints: The robot's movable joints.
     """
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    moved = _moved_inertias(model, joints)
     for joint in joints:
         if not joint.command_interfaces:
             continue
         element = spec.joint(joint.name)
-        inertia = _moved_inertia(model, data, joint.name, joints)
+        inertia = moved[joint.name]
         if not math.isfinite(joint.limits.effort):
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
@@ -145,19 +144,28 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
             motor.set_to_motor()
 
 
-def _moved_inertia(model: Any, data: Any, name: str, joints: list[JointSpec]) -> float:
-    """Inertia that a drive feels: its own joint's and that of all joints that follow.
+def _moved_inertias(model: Any, joints: list[JointSpec]) -> dict[str, float]:
+    """Inertia that each joint's drive feels: its own and that of all joints that follow it.
 
     With J the velocities of all joints while this one moves at 1 rad/s (or m/s), it is J^T M J.
     """
-    velocities = np.zeros(model.nv)
-    velocities[model.joint(name).dofadr[0]] = 1.0
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_makeM(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    moving = {joint.name: {int(model.joint(joint.name).dofadr[0]): 1.0} for joint in joints}
     for joint in joints:
-        if joint.mimic is not None and joint.mimic.joint == name:
-            velocities[model.joint(joint.name).dofadr[0]] = joint.mimic.multiplier
-    momentum = np.zeros(model.nv)
-    mujoco.mj_mulM(model, data, momentum, velocities)
-    return float(velocities @ momentum)
+        if joint.mimic is not None and joint.mimic.joint in moving:
+            dof = int(model.joint(joint.name).dofadr[0])
+            moving[joint.mimic.joint][dof] = joint.mimic.multiplier
+    inertias = {}
+    for name, velocities in moving.items():
+        # Few joints follow one: the rest of J, which is zero, is left out.
+        dofs, moved = list(velocities), np.array(list(velocities.values()))
+        inertias[name] = float(moved @ mass[np.ix_(dofs, dofs)] @ moved)
+    return inertias
 
 
 def _add_drive(spec: Any, joint: JointSpec, inertia: float) -> None:

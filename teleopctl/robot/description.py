@@ -149,12 +149,12 @@ def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
         raise InvalidDescriptionError(f"Two root links found: [{roots[0]}] and [{roots[1]}]")
     reached = {roots[0]}
     for start in links:
-        path: list[str] = []
+        path: dict[str, None] = {}  # in order, and quick to search
         name = start
         while name not in reached:
             if name in path:
-                raise InvalidDescriptionError(f"The links {path} form a ring")
-            path.append(name)
+                raise InvalidDescriptionError(f"The links {list(path)} form a ring")
+            path[name] = None
             name = parent_of[name].parent
         reached.update(path)
     return roots[0]

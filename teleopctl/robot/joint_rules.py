@@ -202,19 +202,22 @@ def resolve_mimics(
 def _leaders(
     follower: str, joints: Mapping[str, object], mimics: Mapping[str, Mimic]
 ) -> tuple[Mimic, ...]:
-    names, leaders = [follower], list[Mimic]()
-    multiplier, offset = 1.0, 0.0
-    while (mimic := mimics.get(names[-1])) is not None:
+    # Names in the order in which they follow; a dict, since a list is slow to search.
+    names, leaders = {follower: None}, list[Mimic]()
+    name, multiplier, offset = follower, 1.0, 0.0
+    while (mimic := mimics.get(name)) is not None:
         if mimic.joint not in joints:
             raise InvalidDescriptionError(
-                f"Joint '{names[-1]}' mimics the joint '{mimic.joint}', which does not exist"
+                f"Joint '{name}' mimics the joint '{mimic.joint}', which does not exist"
             )
         if mimic.joint in names:
             raise InvalidDescriptionError(
-                f"Joint '{follower}' mimics itself: the joints {names} follow each other in a ring"
+                f"Joint '{follower}' mimics itself: the joints {list(names)} follow each other "
+                "in a ring"
             )
         offset += multiplier * mimic.offset
         multiplier *= mimic.multiplier
         leaders.append(Mimic(mimic.joint, multiplier, offset))
-        names.append(mimic.joint)
+        name = mimic.joint
+        names[name] = None
     return tuple(leaders)
