@@ -360,8 +360,8 @@ LAUNCH_ACTIONS = Kind(
 """Entries of launch files, by the names that stand there (with underscores)."""
 
 _SUBSTITUTIONS = (
-    "all and anon any command dirname env equals eval file-param filename find-exec "
-    "find-pkg-share first-file if launch_log_dir log_dir node-exists not not-equals "
+    "all and anon any command dirname env equals eval file-controllers file-param filename "
+    "find-exec find-pkg-share first-file if launch_log_dir log_dir node-exists not not-equals "
     "optenv or var xacro"
 )
 

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.packages import find_package
+from teleopctl.packages import builtin_package, find_package
 
-_BUILTIN = Path(__file__).parent / "files"
 SUFFIXES = (".yaml", ".yml")
 """The endings of launch files."""
 
@@ -20,7 +19,24 @@ def is_launch_file(name: str) -> bool:
 
 def builtin_files() -> list[str]:
     """Return the names of the launch files that teleopctl brings."""
-    return sorted(path.name for path in _BUILTIN.glob("*.yaml"))
+    return sorted(path.name for path in _builtin_folder().glob("*.yaml"))
+
+
+def builtin_file(name: str) -> Path | None:
+    """Return the launch file of that name that teleopctl brings, or None."""
+    path = _builtin_folder() / name
+    return path if path.is_file() else None
+
+
+def is_builtin(file: Path) -> bool:
+    """Whether a launch file is one that teleopctl brings."""
+    return file.parent == _builtin_folder()
+
+
+def _builtin_folder() -> Path:
+    own = builtin_package("teleopctl")
+    assert own is not None
+    return own.share / "launch"
 
 
 def find_launch_file(package: str | None, name: str) -> Path:
@@ -35,7 +51,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
         NotFoundError: When there is no such package or file, or it is not a YAML file.
     """
     candidates = [*_in_package(package, name)] if package is not None else [Path(name).expanduser()]
-    candidates += [_BUILTIN / name, _BUILTIN / f"{name}.yaml"]
+    candidates += [_builtin_folder() / name, _builtin_folder() / f"{name}.yaml"]
     for path in candidates:
         if path.is_file():
             if path.suffix not in SUFFIXES:

@@ -1,8 +1,9 @@
-"""``python -m teleopctl.nodes [PACKAGE] EXECUTABLE [ARGS…]``: one node, one process.
+"""``python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS…]``: one node, one process.
 
 This is what ``teleopctl run`` and ``launch`` start, so it imports nothing that the node does not
 need; with ``-P``, so that a ``random.py`` in the current folder is not taken for Python's. A first
-argument that is a path stands for itself; otherwise the package comes first.
+argument that is a path stands for itself; otherwise the package comes first, with ``--builtin`` one
+that teleopctl brings itself.
 """
 
 import signal
@@ -32,15 +33,20 @@ def _take_interrupts() -> None:
 
 def _run() -> int:
     arguments = sys.argv[1:]
+    builtin = arguments[:1] == ["--builtin"]
+    if builtin:
+        del arguments[0]
     if arguments and is_path(arguments[0]):
         package, executable, rest = None, arguments[0], arguments[1:]
     elif len(arguments) > 1:
         package, executable, rest = arguments[0], arguments[1], arguments[2:]
     else:
-        sys.stderr.write("usage: python -m teleopctl.nodes [PACKAGE] EXECUTABLE [ARGS...]\n")
+        sys.stderr.write(
+            "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]\n"
+        )
         return 2
     try:
-        return run_executable(package, executable, rest)
+        return run_executable(package, executable, rest, builtin=builtin)
     except TeleopctlError as error:
         sys.stderr.write(f"{error.message}\n")
         if error.hint:

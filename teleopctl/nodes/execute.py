@@ -19,13 +19,16 @@ _PACKAGE = __name__.partition(".")[0]
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")  # noqa: PTH100, PTH118, PTH120
 
 
-def run_executable(package: str | None, executable: str, args: Sequence[str]) -> int:
+def run_executable(
+    package: str | None, executable: str, args: Sequence[str], *, builtin: bool = False
+) -> int:
     """Find a program and run it to its end in this process.
 
     Args:
         package: The program's package, or None when ``executable`` is a path or a unique name.
         executable: The program's name, or the path of a file.
         args: Its arguments, ``--ros-args`` among them; they are handed over as they are.
+        builtin: Whether only the packages count that teleopctl brings itself.
 
     Returns:
         The exit status: what the program returned, 130 when Ctrl-C ended it, 0 when its context
@@ -36,7 +39,7 @@ def run_executable(package: str | None, executable: str, args: Sequence[str]) ->
             is an exception like any other.
         SystemExit: When the program called ``sys.exit``.
     """
-    return execute(find_executable(package, executable), args)
+    return execute(find_executable(package, executable, builtin=builtin), args)
 
 
 def execute(executable: Executable, args: Sequence[str]) -> int:

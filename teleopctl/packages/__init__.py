@@ -9,11 +9,13 @@ if TYPE_CHECKING:
         PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
         Executable as Executable,
         Package as Package,
+        builtin_package as builtin_package,
         find_executable as find_executable,
         find_package as find_package,
         is_path as is_path,
         list_packages as list_packages,
         lookup_package as lookup_package,
+        package_layers as package_layers,
         package_share as package_share,
         resolve_uri as resolve_uri,
     )
@@ -23,7 +25,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "finding": "PACKAGE_PATH_VARIABLE Executable Package find_executable find_package "
-            "is_path list_packages lookup_package package_share resolve_uri",
+            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package find_executable "
+            "find_package is_path list_packages lookup_package package_layers package_share "
+            "resolve_uri",
         },
     )

@@ -11,7 +11,9 @@ Three sources form one overlay, the first one that knows a name wins:
    ``package/executable``.
 
 As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
-that is used in it, while executables that it does not define still come from the others.
+that is used in it, while executables that it does not define still come from the others. The one
+exception: the programs that teleopctl's own launch files name are always teleopctl's own, since the
+sources of ROS 2's ``controller_manager`` in some folder are no reason not to simulate there.
 """
 
 import os
@@ -33,8 +35,13 @@ PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 
 _HERE = Path(__file__).resolve().parents[1]
 
-# Packages that consist of files: name → folder at the root of a source checkout.
-_DATA_PACKAGES = {"teleop_description": "robot", "teleop_controller": "config"}
+# Packages that consist of files: name → folder at the root of a source checkout; a wheel has them
+# below share/.
+_DATA_PACKAGES = {
+    "teleop_description": "robot",
+    "teleop_controller": "config",
+    "teleopctl": "teleopctl/share/teleopctl",
+}
 
 
 class Executable(NamedTuple):
@@ -93,8 +100,17 @@ def lookup_package(name: str) -> Package | None:
         BrokenPluginError: A distribution offers it, but its files are not there.
     """
     # Entry points are dear to read: they are asked only when nothing else knows the package.
-    layers = _known(_folder_packages().get(name), _builtin_package(name))
+    layers = _known(_folder_packages().get(name), builtin_package(name))
     return _overlay(layers) if layers else _installed_package(name)
+
+
+def package_layers(name: str) -> list[Package]:
+    """Return all packages of a name, each before those that it hides; empty when there is none.
+
+    Raises:
+        BrokenPluginError: A distribution offers it, but its files are not there.
+    """
+    return _known(_folder_packages().get(name), builtin_package(name), _installed_package(name))
 
 
 def list_packages() -> list[Package]:
@@ -104,7 +120,7 @@ def list_packages() -> list[Package]:
     names.update(name.rpartition("/")[0] for name in nodes)
     listed = []
     for name in sorted(names - {""}):
-        layers = _known(_folder_packages().get(name), _builtin_package(name))
+        layers = _known(_folder_packages().get(name), builtin_package(name))
         with suppress(BrokenPluginError):  # told where it is used
             layers += _known(_installed_package(name))
         if layers:
@@ -121,17 +137,23 @@ def package_share(name: str) -> Path:
     return find_package(name).share
 
 
-def find_executable(package: str | None, name: str) -> Executable:
+def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
     """Find a program by package and name, by its name alone, or by its path.
 
     Args:
         package: The package, or None when ``name`` is a path or unique among all packages.
         name: The program's name, or the path of a file.
+        builtin: Whether only the packages count that teleopctl brings itself.
 
     Raises:
         TeleopctlError: When the package or the program is not found, or when several packages
             offer different programs of that name.
     """
+    if builtin:
+        own = builtin_package(package or "")
+        if own is None or name not in own.executables:
+            raise NotFoundError(f"teleopctl has no program '{name}' in a package '{package}'")
+        return own.executables[name]
     if package is not None:
         return _executable_of(package, name)
     if is_path(name):
@@ -217,7 +239,8 @@ def _overlay(layers: list[Package]) -> Package:
     return Package(name=layers[0].name, share=layers[0].share, executables=executables)
 
 
-def _builtin_package(name: str) -> Package | None:
+def builtin_package(name: str) -> Package | None:
+    """Return the package of that name that teleopctl brings itself, or None."""
     if name in _DATA_PACKAGES:
         installed = _HERE / "share" / name
         share = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
 from teleopctl.launch.model.template import Template
@@ -93,9 +94,14 @@ class Include(Action):
 
 
 def included_path(text: str, including: Path) -> Path:
-    """Return the file that an ``include`` names: a path, or a file beside the including one."""
+    """Return the file that an ``include`` names.
+
+    That is a path, a file beside the including one or in the current folder, or a built-in one; so
+    a ``sim.yaml`` of one's own includes the built-in ``sim.yaml`` by its name.
+    """
     path = resolve_uri(text)
     if path.is_absolute():
         return path
-    beside = including.parent / path
-    return beside if beside.is_file() else path.absolute()
+    candidates = [including.parent / path, path.absolute()]
+    others = [file for file in candidates if file.is_file() and file != including]
+    return next(iter(others), None) or builtin_file(text) or candidates[0]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.launch.model.scope import Scope
 
 
@@ -95,13 +95,18 @@ class LaunchContext:
 def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
     from teleopctl.robot import RobotDescription, expand_xacro
 
-    text = expand_xacro(file, dict(mappings))
+    try:
+        text = expand_xacro(file, dict(mappings))
+    except InvalidDescriptionError as error:
+        # It names the file at fault, which is not the launch file.
+        error.place = str(file)
+        raise
     if "<robot" in text:
         # A mistake is told here, once, and not by each of the nodes that would read it.
         try:
             RobotDescription.from_urdf(text)
         except TeleopctlError as error:
-            raise LaunchError(f"{file}: {error.message}", hint=error.hint) from error
+            raise error.at(str(file)) from error
     return text
 
 

@@ -13,6 +13,7 @@ from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
 from teleopctl.launch.evaluation.substitution import render
+from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import (
     NodePart,
@@ -116,8 +117,10 @@ class ProcessBuilder:
         if action.node is not None:
             package = self._text(action.node.package)
             program = self._text(action.node.executable)
-            find_executable(package, program)
-            command = [sys.executable, "-P", "-m", "teleopctl.nodes", package, program]
+            builtin = is_builtin(self._context.file)
+            find_executable(package, program, builtin=builtin)
+            command = [sys.executable, "-P", "-m", "teleopctl.nodes"]
+            command += [*(["--builtin"] if builtin else []), package, program]
             return package, program, command
         assert action.command is not None
         text = self._text(action.command)
@@ -184,6 +187,8 @@ class ProcessBuilder:
         try:
             return self._tree_value(entry.value, entry.type_name)
         except TeleopctlError as error:
+            if error.place is not None:
+                raise
             raise LaunchError(
                 f"parameter '{entry.name.source}': {error.message}", hint=error.hint
             ) from error

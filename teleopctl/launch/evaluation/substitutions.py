@@ -3,7 +3,8 @@
 ROS 2's own, and some of ours: ``$(xacro FILE name:=value …)`` is the robot description, expanded
 in this process, ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first
 of some files that exists, and ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file
-says about a node. Their names stand in `teleopctl.plugins`.
+says about a node, ``$(file-controllers FILE)`` the controllers that it configures. Their names
+stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from teleopctl.launch.model.template import Argument, Call
 from teleopctl.packages import package_share, resolve_uri
 
 _COMMAND_TIMEOUT_S = 60.0
+# How the type of a controller ends among the manager's parameters: NAME.type.
+_TYPE = ".type"
 
 
 class _Expression(Substitution):
@@ -173,6 +176,22 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
 
 
+def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
+    """The controllers of the controller manager's section, broadcasters first.
+
+    A broadcaster only reads, so that states are seen before anything moves.
+    """
+    from teleopctl.node import read_parameter_file
+
+    parameters = read_parameter_file(resolve_uri(arguments[0])).for_node("/controller_manager")
+    types = {
+        name.removesuffix(_TYPE): str(value)
+        for name, value in parameters.items()
+        if name.endswith(_TYPE)
+    }
+    return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
+
+
 def _not(arguments: Sequence[str], _: LaunchContext) -> str:
     return _word(not values.flag(arguments[0]))
 
@@ -218,6 +237,7 @@ ENV = Substitution(_env, 1, 2)
 EQUALS = Substitution(_equals, 2, 2)
 EVAL = _Expression(_eval, 1)
 FILENAME = Substitution(_filename, 0, 0)
+FILE_CONTROLLERS = Substitution(_file_controllers, 1, 1)
 FILE_PARAM = Substitution(_file_parameter, 3, 4)
 FIND_EXEC = Substitution(_find_exec, 1, 1)
 FIND_PKG_SHARE = Substitution(_find_pkg_share, 1, 1)

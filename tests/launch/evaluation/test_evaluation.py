@@ -132,6 +132,59 @@ def test_an_error_in_an_included_file_names_the_place_in_that_file(plan, tmp_pat
         plan("launch:\n- include: {file: inner.yaml}")
 
 
+@pytest.mark.parametrize("file", ["sim.yaml", "$(find-pkg-share teleopctl)/launch/sim.yaml"])
+def test_a_built_in_file_is_included_by_its_name_or_its_path(plan, file):
+    text = f"launch:\n- include: {{file: {file}, arg: [{{name: camera, value: 'false'}}]}}"
+    assert [process.name for process in plan(text).processes] == [
+        "mujoco_sim-1",
+        "ros2_control_node-2",
+        "robot_state_publisher-3",
+        "spawner-4",
+    ]
+
+
+def test_a_file_of_ones_own_includes_the_built_in_one_of_the_same_name(tmp_path):
+    path = tmp_path / "display.yaml"
+    path.write_text("launch:\n- include: {file: display.yaml}")
+    assert len(evaluate(parse_file(path), {}, tmp_path / "log").processes) == 2
+
+
+def test_built_in_files_start_built_in_programs_whatever_the_folder_holds(
+    plan, tmp_path, monkeypatch
+):
+    package = tmp_path / "ws" / "controller_manager"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>controller_manager</name></package>")
+    (package / "setup.py").write_text(
+        "setup(entry_points={'console_scripts': ['spawner = gone.spawner:main']})"
+    )
+    monkeypatch.chdir(tmp_path / "ws")
+    own = "- node: {pkg: controller_manager, exec: spawner, args: a}"
+    processes = plan(f"launch:\n{own}\n- include: {{file: spawn_controllers.yaml}}").processes
+    commands = [process.command[3:7] for process in processes]
+    assert commands == [
+        ["teleopctl.nodes", "controller_manager", "spawner", "a"],
+        ["teleopctl.nodes", "--builtin", "controller_manager", "spawner"],
+    ]
+
+
+def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(
+        "controller_manager:\n"
+        "  ros__parameters:\n"
+        "    update_rate: 50\n"
+        "    wrist: {type: forward_command_controller/ForwardCommandController}\n"
+        "    states: {type: joint_state_broadcaster/JointStateBroadcaster}\n"
+    )
+    text = "launch:\n- include: {file: spawn_controllers.yaml}"
+    (spawner,) = plan(text, controllers_file=str(mine)).processes
+    assert spawner.command[6:10] == ["spawner", "states", "wrist", "--param-file"]
+    mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
+    with pytest.raises(TeleopctlError, match="mine.yaml configures no controllers"):
+        plan(text, controllers_file=str(mine))
+
+
 def test_a_file_that_includes_itself_is_an_error(plan):
     with pytest.raises(TeleopctlError, match="levels deep"):
         plan("launch:\n- include: {file: main.yaml}")
@@ -317,8 +370,31 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
 def test_a_description_that_is_no_robot_is_an_error_before_anything_starts(plan, tmp_path):
     arm = tmp_path / "arm.urdf"
     arm.write_text('<robot name="x"><link name="a"/><link name="b"/></robot>')
-    with pytest.raises(TeleopctlError, match=r"main.yaml:2: .*arm.urdf: Two root links found"):
+    with pytest.raises(TeleopctlError) as raised:
         plan("launch:\n" + echo(f"$(xacro {arm})"))
+    assert raised.value.message == f"{arm}: Two root links found: [a] and [b]"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "Cannot read {arm}: No such file or directory"),
+        ("<robot", "{arm}:1:7: invalid XML: unclosed token"),
+    ],
+)
+def test_a_mistake_in_a_description_names_the_description_and_not_the_launch_file(
+    plan, tmp_path, text, message
+):
+    arm = tmp_path / "arm.urdf"
+    if text is not None:
+        arm.write_text(text)
+    node = (
+        "- node: {pkg: robot_state_publisher, exec: robot_state_publisher, param: "
+        f"[{{name: robot_description, value: $(xacro {arm})}}]}}"
+    )
+    with pytest.raises(TeleopctlError) as raised:
+        plan(f"launch:\n{node}")
+    assert raised.value.message == message.format(arm=arm)
 
 
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
