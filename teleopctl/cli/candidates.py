@@ -65,6 +65,14 @@ def programs(context: typer.Context, incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
+def package_names(incomplete: str) -> list[str]:
+    """Names of packages."""
+    from teleopctl import packages
+
+    names = (package.name for package in packages.list_packages())
+    return [name for name in names if name.startswith(incomplete)]
+
+
 def launch_words(context: typer.Context, incomplete: str) -> list[str]:
     """For ``launch``: files and packages, then a package's files or a file's arguments."""
     from teleopctl.launch import files_in_package, is_launch_file

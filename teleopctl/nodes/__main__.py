@@ -13,6 +13,8 @@ from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
 
+_USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]"
+
 
 def main() -> int:
     """Run the executable that the command line names and return its exit status."""
@@ -41,9 +43,7 @@ def _run() -> int:
     elif len(arguments) > 1:
         package, executable, rest = arguments[0], arguments[1], arguments[2:]
     else:
-        sys.stderr.write(
-            "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]\n"
-        )
+        sys.stderr.write(f"{_USAGE}\n")
         return 2
     try:
         return run_executable(package, executable, rest, builtin=builtin)

@@ -181,7 +181,7 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
     (spawner,) = plan(text, controllers_file=str(mine)).processes
     assert spawner.command[6:10] == ["spawner", "states", "wrist", "--param-file"]
     mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
-    with pytest.raises(TeleopctlError, match="mine.yaml configures no controllers"):
+    with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
 
 
@@ -379,7 +379,7 @@ def test_a_description_that_is_no_robot_is_an_error_before_anything_starts(plan,
     ("text", "message"),
     [
         (None, "Cannot read {arm}: No such file or directory"),
-        ("<robot", "{arm}:1:7: invalid XML: unclosed token"),
+        ("<robot", "{arm}:1:1: invalid XML: unclosed token"),
     ],
 )
 def test_a_mistake_in_a_description_names_the_description_and_not_the_launch_file(
