@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def live_graph() -> Graph:
-    """Ask the router for every node and endpoint of this domain.
+    """Ask for every node and endpoint of this domain.
 
     Raises:
         RouterNotRunning: No router answers.

@@ -6,7 +6,6 @@ is connected to it, and Zenoh reports each connection as it comes about: togethe
 new peer has met everybody.
 """
 
-import json
 import os
 import threading
 import time
@@ -16,6 +15,7 @@ import zenoh
 
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import how_to_start
+from teleopctl.wire.roll_call import listed_peers, router_key
 
 LONGEST_WAIT_S = 0.5
 """No longer than Zenoh's own wait: a peer that left without a word is listed for a while."""
@@ -87,32 +87,40 @@ def meet_peers(
             )
 
 
+def hear_peers(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
+    """Return once the tokens of all peers that are connected have come, or after the time is up.
+
+    A peer hands its tokens over when a connection opens, so that they are here when it has answered
+    a question that was put after that.
+    """
+    deadline = time.monotonic() + within_s
+    for peer in session.info.peers_zid():
+        _ask(session, f"@/{peer}/peer", max(0.0, deadline - time.monotonic()))
+
+
 def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:
     """Ask a router for the identities of the peers that are connected to it."""
+    return listed_peers(_ask(session, router_key(router), timeout_s))
+
+
+def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:
+    """What a participant tells about itself under its key; nothing when the time is up."""
     offered = threading.Event()
 
     def note(status: zenoh.MatchingStatus) -> None:
         if status.matching:
             offered.set()
 
-    with session.declare_querier(f"@/{router}/router", timeout=timeout_s) as querier:
+    # Zenoh takes no time limit of nothing.
+    with session.declare_querier(key, timeout=max(timeout_s, 0.001)) as querier:
         querier.declare_matching_listener(note)
-        # A query sent before the router has told what it offers would end without an answer.
+        # A query sent before the other has told what it offers would end without an answer.
         if not cast(zenoh.MatchingStatus, querier.matching_status).matching:
             offered.wait(timeout_s)
         for reply in querier.get():
             if reply.ok is not None:
-                return _listed_peers(reply.ok.payload.to_bytes())
-    return set()
-
-
-def _listed_peers(report: bytes) -> set[str]:
-    """Read the peers out of a router's report; a report of another form lists none."""
-    try:
-        sessions = json.loads(report)["sessions"]
-        return {entry["peer"] for entry in sessions if entry["whatami"] == "peer"}
-    except (ValueError, KeyError, TypeError):
-        return set()
+                return reply.ok.payload.to_bytes()
+    return b""
 
 
 def _router_patience_s() -> float | None:

@@ -17,8 +17,14 @@ import zenoh
 
 from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
 from teleopctl.wire.address import RouterAddress, tcp_address
-from teleopctl.wire.config import how_to_start, probe_config, reason_of, router_config
-from teleopctl.wire.session import RouterNotRunning, open_configured, open_session
+from teleopctl.wire.config import (
+    how_to_start,
+    probe_config,
+    reason_of,
+    router_config,
+    session_config,
+)
+from teleopctl.wire.session import RouterNotRunning, open_configured
 
 # The rest is imported where a router is started or stopped: most commands only find it running.
 if TYPE_CHECKING:
@@ -70,7 +76,7 @@ def ensure_router() -> None:
         UsageError: The configuration of sessions or of the router cannot be used.
     """
     try:
-        open_session("client").close()
+        open_configured(session_config("client")).close()
     except RouterNotRunning as failure:
         if not daemon_address().serves(failure.router):
             raise

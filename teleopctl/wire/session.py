@@ -46,18 +46,34 @@ def domain_id() -> int:
 def open_session(mode: SessionMode) -> zenoh.Session:
     """Open a session; whoever opens it closes it.
 
-    A client speaks to the router alone: for short commands. A peer talks to the other peers
-    directly. It is returned once it is connected to those that the router knows; what they
-    subscribe to reaches it within another millisecond or so, so that a publisher that must not
-    lose its first message waits for a match. A peer also starts without a router, with a warning,
-    and finds it later.
+    A client speaks to the router alone: for short commands. Where the router does not know all
+    peers, whoever asks for a client gets a peer, which asks them itself.
+
+    A peer talks to the other peers directly. It is returned once it is connected to those that the
+    router knows; what they subscribe to reaches it within another millisecond or so, so that a
+    publisher that must not lose its first message waits for a match. A peer also starts without a
+    router, with a warning, and finds it later.
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
         UsageError: The configuration is faulty.
         UnavailableError: A peer cannot listen.
     """
-    return open_configured(session_config(mode))
+    config = session_config(mode)
+    session = open_configured(config)
+    if mode == "client" and config.mode == "client":
+        from teleopctl.wire.roll_call import router_knows_all
+
+        if not router_knows_all(session):
+            config = session_config("peer")
+            # With a router on another machine it is a client again: peers there are out of reach.
+            if config.mode == "peer":
+                from teleopctl.wire.introduction import hear_peers
+
+                session.close()
+                session = open_configured(config)
+                hear_peers(session)
+    return session
 
 
 def open_configured(config: SessionConfig) -> zenoh.Session:

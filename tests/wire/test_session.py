@@ -9,7 +9,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import router_config, session_config
-from teleopctl.wire.introduction import _listed_peers, meet_peers
+from teleopctl.wire.introduction import meet_peers
 from teleopctl.wire.session import RouterNotRunning, domain_id, open_session
 
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66"
@@ -286,11 +286,3 @@ def test_a_router_elsewhere_is_not_waited_for(ros_without_router, monkeypatch):
     monkeypatch.setenv("TELEOPCTL_ROUTER", f"tcp/localhost:{free_port()}")
     with pytest.raises(RouterNotRunning):
         open_session("client")
-
-
-@pytest.mark.parametrize(
-    "report",
-    [b"", b"[]", b"{}", b"\xff", b'{"sessions": 1}', b'{"sessions": [[]]}', b'{"sessions": [{}]}'],
-)
-def test_a_router_with_a_strange_report_has_no_peers(report):
-    assert _listed_peers(report) == set()

@@ -1,0 +1,53 @@
+"""Whom the router lists, and whether it has heard the tokens of all of them.
+
+A router of Zenoh 1.9 or newer drops the tokens that a peer of Zenoh 1.8 or older (ROS 2 of 2026)
+hands over as it connects; of those it hears only what is announced later. A node that was there
+before the router (re)started would stay unknown to whoever asks the router alone.
+"""
+
+from __future__ import annotations
+
+import json
+
+import zenoh
+
+from teleopctl.wire.keys import LIVELINESS_PREFIX
+
+# Of every domain: to the router, peers of all domains are alike.
+_FIRST_NODES = f"{LIVELINESS_PREFIX}/*/*/0/0/NN/**"
+_LONGEST_WAIT_S = 1.0
+
+
+def router_key(router: str) -> str:
+    """Where a router tells about itself, by its Zenoh id."""
+    return f"@/{router}/router"
+
+
+def listed_peers(report: bytes) -> set[str]:
+    """Read the Zenoh ids of the peers out of a router's report; one of another form lists none."""
+    try:
+        sessions = json.loads(report)["sessions"]
+        return {entry["peer"] for entry in sessions if entry["whatami"] == "peer"}
+    except (ValueError, KeyError, TypeError):
+        return set()
+
+
+def router_knows_all(session: zenoh.Session) -> bool:
+    """Whether the router has the tokens of all peers that are connected to it.
+
+    A process numbers its nodes and endpoints from 0 and announces them in that order. Whose first
+    node the router knows, of that process it missed nothing; a peer whose first node it does not
+    know may have none, or may have been there before the router.
+
+    Args:
+        session: A session in client mode.
+    """
+    peers: set[str] = set()
+    for router in session.info.routers_zid():
+        for reply in session.get(router_key(str(router)), timeout=_LONGEST_WAIT_S):
+            if reply.ok is not None:
+                peers |= listed_peers(reply.ok.payload.to_bytes())
+    for reply in session.liveliness().get(_FIRST_NODES, timeout=_LONGEST_WAIT_S):
+        if reply.ok is not None:
+            peers.discard(str(reply.ok.key_expr).split("/")[2])
+    return not peers
