@@ -40,9 +40,6 @@ from typing import ClassVar, Self
 EXIT_INTERRUPTED = 130
 """The exit status after Ctrl-C, as shells have it."""
 
-# Characters: about two lines of a terminal.
-_LONGEST_QUOTE = 160
-
 
 class TeleopctlError(Exception):
     """A failure with a message for a person and, where there is one, the next thing to do.
@@ -150,11 +147,6 @@ class SystemFailureError(TeleopctlError):
 
 class DefectError(TeleopctlError):
     """An exception that no part of the program foresaw."""
-
-
-def shortened(text: str) -> str:
-    """A text that was given, such as a parameter's value, cut to what a message has room for."""
-    return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:

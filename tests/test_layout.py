@@ -12,7 +12,16 @@ PACKAGE = Path(__file__).parents[1] / "teleopctl"
 LONGEST_FILE_LINES = 400
 MOST_FILES_OF_A_FOLDER = 16
 
-GROUND = {"background", "errors", "lazy", "packages", "plugins", "ros_yaml", "text_file"}
+GROUND = {
+    "background",
+    "errors",
+    "lazy",
+    "packages",
+    "plugins",
+    "printable",
+    "ros_yaml",
+    "text_file",
+}
 
 # What each folder may import beside the ground. A folder that is not listed may import nothing.
 ALLOWED = {
@@ -45,6 +54,7 @@ ALLOWED_ON_THE_GROUND = {
     "lazy": set(),
     "packages": {"errors", "lazy", "plugins"},
     "plugins": {"errors"},
+    "printable": set(),
     "ros_yaml": {"errors"},
     "text_file": {"errors"},
 }

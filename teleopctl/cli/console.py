@@ -1,7 +1,8 @@
 """The only place that writes to the terminal.
 
-Data goes to stdout as plain text; warnings, notes and errors go to stderr. Nothing here needs Rich,
-which takes longer to load than most verbs run; ``--help`` on a terminal is what uses it.
+Data goes to stdout as plain text; warnings, notes and errors go to stderr. What comes from others
+may hold control characters: they are made visible here, see `teleopctl.printable`. Nothing needs
+Rich, which takes longer to load than most verbs run; ``--help`` on a terminal is what uses it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TextIO
 
 from teleopctl.cli.program import PROGRAM
 from teleopctl.errors import TeleopctlError
+from teleopctl.printable import printable_json, printable_line, printable_text
 
 _BOLD_RED = "\x1b[1;31m"
 _YELLOW = "\x1b[33m"
@@ -21,14 +23,19 @@ _RESET = "\x1b[0m"
 Json = Mapping[str, "Json"] | Sequence["Json"] | str | int | float | bool | None
 
 
-def out(text: str = "") -> None:
-    """Write a line of data to stdout."""
-    sys.stdout.write(text + "\n")
+def out(line: str = "") -> None:
+    """Write one line of data to stdout."""
+    sys.stdout.write(printable_line(line) + "\n")
 
 
 def out_lines(lines: Iterable[str]) -> None:
     """Write many lines of data to stdout at once."""
-    sys.stdout.write("".join(line + "\n" for line in lines))
+    sys.stdout.write("".join(printable_line(line) + "\n" for line in lines))
+
+
+def out_text(text: str) -> None:
+    """Write data of several lines to stdout, with a line break at its end."""
+    sys.stdout.write(printable_text(text) + "\n")
 
 
 def flush() -> None:
@@ -45,23 +52,24 @@ def out_json(document: Json, *, compact: bool = False) -> None:
     """
     import json
 
-    out(json.dumps(document, ensure_ascii=False, indent=None if compact else 2))
+    text = json.dumps(document, ensure_ascii=False, indent=None if compact else 2)
+    sys.stdout.write(printable_json(text) + "\n")
 
 
 def note(text: str) -> None:
     """Write a line about what goes on, for a person, to stderr."""
-    sys.stderr.write(text + "\n")
-    sys.stderr.flush()
+    _note(printable_text(text))
 
 
 def warn(text: str) -> None:
     """Write a warning to stderr."""
-    note(_coloured(f"WARNING: {text}", _YELLOW, sys.stderr))
+    _note(_coloured(f"WARNING: {printable_text(text)}", _YELLOW, sys.stderr))
 
 
 def error(failure: TeleopctlError) -> None:
     """Write what went wrong and what to do about it to stderr."""
-    note(f"{_coloured(f'{PROGRAM}:', _BOLD_RED, sys.stderr)} {failure.message}")
+    begin = _coloured(f"{PROGRAM}:", _BOLD_RED, sys.stderr)
+    _note(f"{begin} {printable_text(failure.message)}")
     if failure.hint:
         note(f"  {failure.hint}")
 
@@ -108,6 +116,11 @@ def discard_output() -> None:
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, sys.stdout.fileno())
     os.close(null)
+
+
+def _note(text: str) -> None:
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
 
 
 def _coloured(text: str, colour: str, stream: TextIO) -> str:

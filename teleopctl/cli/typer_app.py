@@ -23,6 +23,7 @@ from teleopctl.cli import ros2_options, ros2_verbs
 from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
+from teleopctl.printable import printable_line
 
 
 def run(words: Sequence[str]) -> int:
@@ -288,7 +289,12 @@ def _candidates(name: str) -> Callable[..., list[str]] | None:
         found: Callable[..., list[str]] = plugins.load(plugins.COMPLETIONS, name)
     except TeleopctlError:
         return None
-    return found
+
+    @wraps(found)  # Typer reads from it what to hand over
+    def printable(*args: object, **options: object) -> list[str]:
+        return [printable_line(candidate) for candidate in found(*args, **options)]
+
+    return printable
 
 
 class _Tidy:

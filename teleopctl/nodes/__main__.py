@@ -12,6 +12,7 @@ import sys
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
+from teleopctl.printable import printable_text
 
 _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]"
 
@@ -48,9 +49,9 @@ def _run() -> int:
     try:
         return run_executable(package, executable, rest, builtin=builtin)
     except TeleopctlError as error:
-        sys.stderr.write(f"{error.message}\n")
+        sys.stderr.write(f"{printable_text(error.message)}\n")
         if error.hint:
-            sys.stderr.write(f"{error.hint}\n")
+            sys.stderr.write(f"{printable_text(error.hint)}\n")
         return error.exit_status
 
 

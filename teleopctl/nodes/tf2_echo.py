@@ -5,6 +5,7 @@ import sys
 
 from teleopctl.errors import UsageError
 from teleopctl.node import Node, init, parse_ros_arguments
+from teleopctl.printable import printable_text
 from teleopctl.tf import Transform, echo_text, echo_transforms
 
 _USAGE = "Usage: tf2_echo SOURCE_FRAME TARGET_FRAME [RATE]"
@@ -58,5 +59,5 @@ def _show(stamp: int, transform: Transform) -> None:
 
 
 def _print(text: str) -> None:
-    sys.stdout.write(f"{text}\n")
+    sys.stdout.write(f"{printable_text(text)}\n")
     sys.stdout.flush()

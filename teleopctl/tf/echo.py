@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from teleopctl.interfaces import split
 from teleopctl.node import Duration, Node
+from teleopctl.printable import printable_line
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.listener import TransformListener
@@ -118,6 +119,6 @@ def _wait_for_first(
         if known:
             return True
         if not ended.is_set():
-            wait(f"Waiting for transform {target} ->  {source}: {reason}")
+            wait(printable_line(f"Waiting for transform {target} ->  {source}: {reason}"))
         timeout = _WAIT
     return False

@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from teleopctl.interfaces import from_dds, to_dds
+from teleopctl.printable import printable_line
 from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
 
@@ -124,13 +125,15 @@ def format_token(token: NodeToken | EndpointToken) -> str:
 
 
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
-    """Read a token, or return None for a text that is not one; never raises.
+    r"""Read a token, or return None for a text that is not one; never raises.
 
-    Everything but the text comes from other processes, so its size and form are checked.
+    It comes from another process, so its size and form are checked. Control characters, which no
+    name of ROS has, are visible in what it says (``\x1b``); ``text`` is as it was received.
     """
     if len(text) > _LONGEST_TOKEN:
         return None
-    chunks = text.split("/")
+    # Nobody who shows a name has to think of what else it may hold.
+    chunks = printable_line(text).split("/")
     if len(chunks) < _NODE_CHUNKS or chunks[0] != LIVELINESS_PREFIX or "" in chunks:
         return None
     domain, nid, eid = decimal(chunks[1]), decimal(chunks[3]), decimal(chunks[4])

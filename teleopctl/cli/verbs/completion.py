@@ -36,7 +36,7 @@ complete -o default -F _teleopctl_completion {program}"""
 
 def bash() -> None:
     """Print bash's script."""
-    console.out(_BASH.format(variable=COMPLETION_VARIABLE, program=PROGRAM))
+    console.out_text(_BASH.format(variable=COMPLETION_VARIABLE, program=PROGRAM))
 
 
 def zsh() -> None:

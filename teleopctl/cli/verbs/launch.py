@@ -62,7 +62,7 @@ def launch(
     if show_args:
         from teleopctl.launch import describe_arguments
 
-        console.out_lines(describe_arguments(file, arguments))
+        console.out_text("\n".join(describe_arguments(file, arguments)))
         return 0
     # In the background nobody sees the difference between the streams, and a log is to be whole.
     plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
@@ -121,9 +121,11 @@ def _print(plan: "LaunchPlan") -> None:
 
     for process in plan.processes:
         console.out(f"{process.name}:")
-        console.out(f"  {process.command[0] if process.shell else command_text(process.command)}")
+        console.out_text(
+            f"  {process.command[0] if process.shell else command_text(process.command)}"
+        )
         for variable, value in process.environment.items():
-            console.out(f"  env {variable}={value or ''}")
+            console.out_text(f"  env {variable}={value or ''}")
     for path, content in plan.files.items():
         console.out(f"{path}:")
         console.out_lines(f"  {line}" for line in content.splitlines())

@@ -46,7 +46,7 @@ def call(
         while True:
             started = time.monotonic()
             if not as_json:
-                console.out(f"requester: making request: {request!r}\n")
+                console.out_text(f"requester: making request: {request!r}\n")
                 console.flush()
             response = client.call_async(request).wait_for_response(timeout)
             if response is None:
@@ -56,7 +56,7 @@ def call(
             if as_json:
                 console.out_json(message_to_dict(response), compact=True)
             else:
-                console.out(f"response:\n{response!r}\n")
+                console.out_text(f"response:\n{response!r}\n")
             console.flush()
             if rate is None:
                 return

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from teleopctl.errors import TeleopctlError, UnavailableError, shortened
+from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
     from teleopctl.node.values.parameter import Parameter

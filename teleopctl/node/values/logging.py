@@ -3,7 +3,8 @@
 Source: rcutils. ``RCUTILS_CONSOLE_OUTPUT_FORMAT`` (default
 ``[{severity}] [{time}] [{name}]: {message}``), ``RCUTILS_COLORIZED_OUTPUT`` (0, 1; unset: only on
 a terminal) and ``RCUTILS_LOGGING_USE_STDOUT`` are honoured. Loggers form a tree by the dots in
-their names; a level that is not set is inherited. Library code uses Python's ``logging``, which
+their names; a level that is not set is inherited. Of a message's control characters only line
+breaks and colours go to the console as they are. Library code uses Python's ``logging``, which
 `library_logging` leads here.
 """
 
@@ -20,6 +21,7 @@ from typing import NamedTuple
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import split
+from teleopctl.printable import printable_line, printable_log
 
 _DEFAULT_FORMAT = "[{severity}] [{time}] [{name}]: {message}"
 _RESET = "\033[0m"
@@ -83,11 +85,11 @@ class _Console:
             self._format.replace("{severity}", severity.name)
             .replace("{time}", f"{sec}.{nanosec:09d}")
             .replace("{time_as_nanoseconds}", str(time_ns))
-            .replace("{name}", name)
+            .replace("{name}", printable_line(name))
             .replace("{function_name}", caller.function)
             .replace("{file_name}", caller.file)
             .replace("{line_number}", str(caller.line))
-            .replace("{message}", message)
+            .replace("{message}", printable_log(message))
         )
         if self._colors:
             line = f"{_COLORS[severity]}{line}{_RESET}"

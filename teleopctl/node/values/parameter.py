@@ -7,8 +7,8 @@ import enum
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from teleopctl.errors import shortened
 from teleopctl.interfaces import get_message
+from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teleopctl.errors import UsageError, shortened
+from teleopctl.errors import UsageError
 from teleopctl.node.values.names import expand_name, fully_qualified
+from teleopctl.printable import shortened
 
 _RULE = re.compile(
     r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$",

@@ -165,7 +165,7 @@ def switch_controllers(
         )
     if not ok:
         raise RefusedError(message)
-    console.out(message)
+    console.out_text(message)
 
 
 def reload_controller_libraries(

@@ -33,7 +33,7 @@ def dump_parameters(
         return
     import yaml
 
-    console.out(yaml.safe_dump(document, allow_unicode=True).rstrip("\n"))
+    console.out_text(yaml.safe_dump(document, allow_unicode=True).rstrip("\n"))
 
 
 def load_parameters(

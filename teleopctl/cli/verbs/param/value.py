@@ -35,7 +35,7 @@ def get_parameter(
         )
         return
     shown = str(parameter_value_to_python(value))
-    console.out(shown if hide_type else f"{value_label(value.type)} {shown}")
+    console.out_text(shown if hide_type else f"{value_label(value.type)} {shown}")
 
 
 def set_parameter(

@@ -33,7 +33,7 @@ def echo_transform(
         if as_json:
             console.out_json(_document(source_frame, target_frame, stamp, transform), compact=True)
         else:
-            console.out(echo_text(stamp, transform))
+            console.out_text(echo_text(stamp, transform))
         console.flush()
 
     # Ctrl-C is the ordinary end of a stream

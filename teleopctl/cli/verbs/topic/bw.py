@@ -36,7 +36,7 @@ def measure_bandwidth(
         if as_json:
             console.out_json(bandwidth._asdict(), compact=True)
         else:
-            console.out(bandwidth_text(bandwidth))
+            console.out_text(bandwidth_text(bandwidth))
 
     if not as_json:
         console.out(f"Subscribed to [{source.topic}]")

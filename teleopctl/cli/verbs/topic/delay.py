@@ -48,6 +48,6 @@ def measure_delay(
         if as_json:
             console.out_json(summary._asdict(), compact=True)
         else:
-            console.out(delay_text(summary))
+            console.out_text(delay_text(summary))
 
     listen([source], arrive, report, raw=False)

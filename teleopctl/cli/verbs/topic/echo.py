@@ -136,7 +136,7 @@ def _writer(
         if with_info:
             lines = [f"{key}: {_yaml_scalar(entry)}" for key, entry in sorted(_shown(info).items())]
             console.out_lines([*lines, "---"])
-        console.out(f"{style.yaml(value)}---")
+        console.out_text(f"{style.yaml(value)}---")
 
     if as_json:
         return write_json

@@ -58,7 +58,8 @@ def measure_rate(
         elif len(sources) > 1:
             console.out_lines(_table(summaries))
         else:
-            console.out_lines(rate_text(summary) for summary in summaries.values())
+            for summary in summaries.values():
+                console.out_text(rate_text(summary))
 
     listen(sources, arrive, report, raw=wanted is None)
 

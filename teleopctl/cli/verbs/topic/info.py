@@ -1,6 +1,6 @@
 """``teleopctl topic info``."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
@@ -35,22 +35,31 @@ def topic_info(
             }
         )
     else:
-        end = "\n" if verbose else ""
-        console.out(f"Type: {types[0] if len(types) == 1 else list(types)}{end}")
-        console.out(f"Publisher count: {len(publishers)}{end}")
-        if verbose:
-            console.out_lines(_block(endpoint, "PUBLISHER") for endpoint in publishers)
-        console.out(f"Subscription count: {len(subscriptions)}{end}")
-        if verbose:
-            console.out_lines(_block(endpoint, "SUBSCRIPTION") for endpoint in subscriptions)
+        console.out_lines(_lines(types, publishers, subscriptions, verbose=verbose))
     console.flush()
     _warn_of_mismatch(topic, [*publishers, *subscriptions])
 
 
-def _block(endpoint: "EndpointToken", endpoint_type: str) -> str:
+def _lines(
+    types: Sequence[str],
+    publishers: Sequence["EndpointToken"],
+    subscriptions: Sequence["EndpointToken"],
+    *,
+    verbose: bool,
+) -> Iterator[str]:
+    end = [""] if verbose else []
+    yield from (f"Type: {types[0] if len(types) == 1 else list(types)}", *end)
+    for title, endpoints in (("Publisher", publishers), ("Subscription", subscriptions)):
+        yield from (f"{title} count: {len(endpoints)}", *end)
+        if verbose:
+            for endpoint in endpoints:
+                yield from _block(endpoint, title.upper())
+
+
+def _block(endpoint: "EndpointToken", endpoint_type: str) -> list[str]:
     from teleopctl.cli.verbs.topic.qos_text import qos_lines
 
-    lines = [
+    return [
         f"Node name: {endpoint.node}",
         f"Node namespace: {endpoint.namespace}",
         f"Topic type: {endpoint.type_name}",
@@ -58,8 +67,8 @@ def _block(endpoint: "EndpointToken", endpoint_type: str) -> str:
         f"Endpoint type: {endpoint_type}",
         f"GID: {endpoint.gid.hex('.')}",
         *qos_lines(endpoint.qos),
+        "",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def _record(endpoint: "EndpointToken") -> dict[str, console.Json]:

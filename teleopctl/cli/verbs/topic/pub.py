@@ -112,7 +112,7 @@ def publish(
                 now = node.get_clock().now().to_msg()
                 message = message_from_yaml(message_class, text, now=now)
             if print_every and number % print_every == 0:
-                console.out(f"publishing #{number}: {message!r}\n")
+                console.out_text(f"publishing #{number}: {message!r}\n")
                 console.flush()
             publisher.publish(message)
         time.sleep(max(0.0, keep_alive))

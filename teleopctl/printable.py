@@ -1,0 +1,56 @@
+r"""Texts of others as a terminal, a log or a table may show them.
+
+Names, messages and errors that come over the wire may hold anything. A control character among
+them could move the cursor, change the window's title, ring, or begin a line that somebody else
+seems to have written; so it is shown as Python writes it, such as ``\x1b``.
+"""
+
+from __future__ import annotations
+
+_ESCAPES = {code: f"\\x{code:02x}" for code in (*range(0x20), *range(0x7F, 0xA0))} | {
+    # What breaks a line, and what turns the direction of the text that follows.
+    code: f"\\u{code:04x}"
+    for code in (0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
+}
+_IN_LINES = _ESCAPES | {ord("\n"): "\\n", ord("\r"): "\\r"}
+del _IN_LINES[ord("\t")]
+_IN_TEXTS = {code: escape for code, escape in _IN_LINES.items() if code != ord("\n")}
+_IN_JSON = {code: f"\\u{code:04x}" for code in _ESCAPES if code >= 0x7F}
+
+# Characters: about two lines of a terminal.
+_LONGEST_QUOTE = 160
+
+
+def printable_line(text: str) -> str:
+    """A text as one line: every control character but tabs is made visible."""
+    return text if text.isprintable() else text.translate(_IN_LINES)
+
+
+def printable_text(text: str) -> str:
+    """A text of any number of lines: line breaks stay, other control characters are visible."""
+    if text.replace("\n", "").isprintable():
+        return text
+    if "\r" not in text:
+        return text.translate(_IN_TEXTS)
+    return "\r\n".join(part.translate(_IN_TEXTS) for part in text.split("\r\n"))
+
+
+def printable_log(text: str) -> str:
+    """The same of a log message, in which colours may stand; they end with the message."""
+    if "\x1b[" not in text:
+        return printable_text(text)
+    import re
+
+    parts = re.split(r"(\x1b\[[0-9;]*m)", text)
+    shown = "".join(part if index % 2 else printable_text(part) for index, part in enumerate(parts))
+    return f"{shown}\x1b[0m" if len(parts) > 1 else shown
+
+
+def printable_json(document: str) -> str:
+    """A JSON document whose texts hold no control characters; JSON itself escapes but the first."""
+    return document.translate(_IN_JSON)
+
+
+def shortened(text: str) -> str:
+    """A text that was given, such as a parameter's value, cut to what a message has room for."""
+    return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"
