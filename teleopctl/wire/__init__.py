@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.wire.keys import topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
+    from teleopctl.wire.refusals import Refusals as Refusals
     from teleopctl.wire.router import (
         daemon_address as daemon_address,
         ensure_router as ensure_router,
@@ -51,6 +52,7 @@ else:
             "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
             "keys": "topic_key",
             "qos": "INFINITE_NS EndpointQos",
+            "refusals": "Refusals",
             "router": "daemon_address ensure_router find_router router_is_running start_router "
             "stop_router",
             "session": "RouterNotRunning domain_id open_session",

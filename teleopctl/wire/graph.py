@@ -13,6 +13,11 @@ from teleopctl.wire.keys import liveliness_key
 from teleopctl.wire.session import domain_id
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token
 
+MOST_TOKENS = 100_000
+"""Endpoints of a graph that a watcher follows: ten times a large fleet's, in 100 MB."""
+
+_LONGEST_REPORTED = 200
+
 _NodeKey = tuple[str, str, str, int]
 
 
@@ -157,6 +162,9 @@ class GraphWatcher:
         domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
         on_change: Called without arguments after each change, on the transport's thread: it must
             be quick and must not raise.
+
+    Attributes:
+        refusals: The tokens that could not be read.
     """
 
     def __init__(
@@ -168,12 +176,15 @@ class GraphWatcher:
         # Imported here because a single query does without it.
         import threading
 
+        from teleopctl.wire.refusals import Refusals
+
         self._changed = threading.Condition()
         self._tokens: dict[str, NodeToken | EndpointToken] = {}
         self._graph: Graph | None = None
         self._closed = False
         self._interrupted = False
         self._on_change = on_change
+        self.refusals = Refusals("a token of the graph", _report)
         self._subscriber = session.liveliness().declare_subscriber(
             liveliness_key(domain_id() if domain is None else domain),
             # Not indirect: that would be a thread which keeps a program that ends without closing
@@ -235,6 +246,11 @@ class GraphWatcher:
         text = str(sample.key_expr)
         token = parse_token(text)
         if token is None:
+            self.refusals.refuse(f"{text[:_LONGEST_REPORTED]!r} cannot be read")
+            return
+        if len(self._tokens) >= MOST_TOKENS and text not in self._tokens:
+            if sample.kind == zenoh.SampleKind.PUT:
+                self.refusals.refuse(f"there are {MOST_TOKENS} already")
             return
         with self._changed:
             if sample.kind == zenoh.SampleKind.PUT:
@@ -253,6 +269,12 @@ class GraphWatcher:
         key = _node_key(node)
         for text in [t for t, token in self._tokens.items() if _node_key(token) == key]:
             del self._tokens[text]
+
+
+def _report(text: str) -> None:
+    import logging
+
+    logging.getLogger(__name__).warning("%s", text)
 
 
 def _node_key(token: NodeToken | EndpointToken) -> _NodeKey:

@@ -115,7 +115,7 @@ def test_a_garbage_sample_is_dropped_and_the_next_one_arrives(make_node, context
     context.session.put(subscription.key, b"\x00\x01\x00\x00\xff\xff\xff\xff")
     node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
     spin_until(lambda: got)
-    assert (subscription.undecodable, got[0].data) == (1, "x")
+    assert (subscription.refusals.count, got[0].data) == (1, "x")
 
 
 def test_a_service_answers(make_node, executor):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
+from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message
 from teleopctl.node.values.parameter import Parameter, ParameterType
 from teleopctl.node.values.parameter_store import result
@@ -21,7 +22,10 @@ USE_SIM_TIME = "use_sim_time"
 
 # rosgraph_msgs/msg/Clock as CDR, after the encapsulation: int32 sec, uint32 nanosec. Every node of
 # a process reads each of these messages, so it is done without making a message of them.
-_CLOCK_BY_ORDER = {1: struct.Struct("<iI"), 0: struct.Struct(">iI")}
+_CLOCK_BY_ORDER = {
+    b"\x00\x01": struct.Struct("<iI").unpack_from,
+    b"\x00\x00": struct.Struct(">iI").unpack_from,
+}
 _ENCAPSULATION_SIZE = 4
 
 
@@ -66,5 +70,10 @@ class TimeSource:
             self._subscription = None
 
     def _move(self, data: bytes) -> None:
-        sec, nanosec = _CLOCK_BY_ORDER[data[1]].unpack_from(data, _ENCAPSULATION_SIZE)
+        try:
+            sec, nanosec = _CLOCK_BY_ORDER[data[:2]](data, _ENCAPSULATION_SIZE)
+        except (KeyError, struct.error):
+            raise InvalidMessageError(f"{len(data)} bytes are no rosgraph_msgs/msg/Clock") from None
+        if sec < 0 or nanosec >= NANOSECONDS_PER_SECOND:
+            raise InvalidMessageError(f"{sec} s and {nanosec} ns are no time")
         self._node.get_clock().set_simulated_time(sec * NANOSECONDS_PER_SECOND + nanosec)

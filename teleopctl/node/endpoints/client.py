@@ -8,26 +8,24 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, cast
+from typing import TYPE_CHECKING, Generic, cast
 
 import zenoh
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.patience import Patience
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import EntityKind, decode_attachment, encode_attachment
+from teleopctl.wire import EntityKind, Refusals, decode_attachment, encode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
-
-# Zenoh refuses an infinite timeout; thirty years are enough.
-_NO_TIMEOUT_S = 1e9
 
 
 def _look_again() -> None:
@@ -129,12 +127,8 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._pending: set[Future[ResponseT]] = set()
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
-        self._channel: Any = node.context.session.declare_querier(
-            self.key,
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=_NO_TIMEOUT_S,
-        )
+        self._patience = Patience()
+        self.refusals = Refusals(f"an answer of '{name}'", node.get_logger().error)
         self._announce()
 
     @property
@@ -182,8 +176,12 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
-        self._channel.get(
+        self.node.context.session.get(
+            self.key,
             zenoh.handlers.Callback(receive, future.reached_nobody, indirect=False),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=self._patience.next_s(),
             payload=payload,
             attachment=encode_attachment(sequence, time.time_ns(), self.gid),
         )
@@ -244,11 +242,13 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             return
         meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None or meta.sequence != sequence:
+            self.refusals.refuse("it came without a readable attachment, or with another's")
             return
         try:
             response = deserialize(sample.payload.to_bytes(), self.srv_type.Response)
         except TeleopctlError as error:
-            future.set_exception(error)
+            # Another server may answer better; else the caller waits until the query ends.
+            self.refusals.refuse(error.message)
             return
         with self._lock:
             self._pending.discard(future)
@@ -259,4 +259,3 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             pending, self._pending = self._pending, set()
         for future in pending:
             future.cancel()
-        self._channel.undeclare()

@@ -19,6 +19,9 @@ from teleopctl.wire import EndpointToken, EntityKind
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
+# More publishers of one topic than there are in any graph; a stranger may make identities up.
+_MOST_SENDERS = 1000
+
 # Any: what it is told depends on the event.
 EventCallback = Callable[[Any], object]
 
@@ -203,6 +206,8 @@ class MessageLostHandler(EventHandler):
         """Take note of an arrival: a message's number among those of its publisher."""
         with self._lock:
             missed = max(0, sequence - self._last.get(gid, sequence - 1) - 1)
+            if gid not in self._last and len(self._last) >= _MOST_SENDERS:
+                del self._last[next(iter(self._last))]
             self._last[gid] = sequence
             if not missed:
                 return

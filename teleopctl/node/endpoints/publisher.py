@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic
 import zenoh
 
 from teleopctl.interfaces import MessageT, serialize
+from teleopctl.node.endpoints.arrivals import MOST_ITEMS
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import MatchedHandler, PublisherEventCallbacks, check_supported
 from teleopctl.node.values.callback_groups import CallbackGroup
@@ -68,7 +69,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         return ext.declare_advanced_publisher(
             session,
             self.key,
-            cache=ext.CacheConfig(qos.queue_depth or 2**31),
+            cache=ext.CacheConfig(qos.queue_depth or MOST_ITEMS),
             publisher_detection=True,
             **options,
         )

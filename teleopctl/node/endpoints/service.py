@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import contextlib
 import functools
 import time
@@ -13,16 +12,21 @@ import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
+from teleopctl.node.endpoints.arrivals import KeepLast
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import Attachment, EntityKind, decode_attachment, encode_attachment
+from teleopctl.wire import Attachment, EntityKind, Refusals, decode_attachment, encode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
 
+
+# A depth in the QoS is met by each client's burst; a thousand hold what a whole system asks at
+# once, in 20 MB.
+_FEWEST_WAITING = 1000
 
 # It fills the response that it is given and returns it, or another one.
 ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
@@ -30,6 +34,9 @@ ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitab
 
 class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     """Answers requests on one name; made by ``Node.create_service``.
+
+    Requests wait in a queue as deep as the QoS says, at least a thousand; the oldest falls out,
+    which ends the wait of its client.
 
     Args:
         node: Owner.
@@ -40,6 +47,9 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         qos: Quality of service, as announced.
         immediate: Answer on the transport's receiving thread, without an executor; for answers
             that are short and touch nothing that a callback may hold.
+
+    Attributes:
+        refusals: What was dropped: bytes that are no request, and what found no room.
     """
 
     def __init__(
@@ -58,7 +68,9 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
         self.callback = callback
         self.callback_group = callback_group
-        self._queries: collections.deque[zenoh.Query] = collections.deque()
+        self._depth = max(qos.queue_depth or 0, _FEWEST_WAITING)
+        self._queries: KeepLast[zenoh.Query] = KeepLast(self._depth)
+        self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
         receive = self._answer_now if immediate else self._queue
         self._channel: Any = node.context.session.declare_queryable(
             self.key, zenoh.handlers.Callback(receive, indirect=False), complete=True
@@ -81,14 +93,15 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
 
     def take(self) -> Callable[[], object] | None:
         """Return the handling of the oldest request; None when none waits."""
-        try:
-            query = self._queries.popleft()
-        except IndexError:
+        query = self._queries.take()
+        if query is None:
             return None
         return functools.partial(self._handle, query)
 
     def _queue(self, query: zenoh.Query) -> None:
-        self._queries.append(query)
+        if len(self._queries) == self._depth:
+            self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
+        self._queries.put(query, 0)
         self.tell_executor()
 
     def _answer_now(self, query: zenoh.Query) -> None:
@@ -97,7 +110,7 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
             import traceback
 
-            self.node.get_logger().error(f"service '{self.name}' failed:\n{traceback.format_exc()}")
+            self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
     def _handle(self, query: zenoh.Query) -> Any:
         """Answer one request; a query that is let go of unanswered ends the client's wait."""
@@ -108,9 +121,7 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
                 raise InvalidMessageError("it came without payload or readable attachment")
             request = deserialize(payload.to_bytes(), self.srv_type.Request)
         except TeleopctlError as error:
-            self.node.get_logger().error(
-                f"dropped a request to '{self.name}': {error.message}", throttle_duration_sec=10.0
-            )
+            self.refusals.refuse(error.message)
             return None
         outcome = self.callback(request, self.srv_type.Response())
         if hasattr(outcome, "send"):
@@ -139,4 +150,4 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     def _close(self) -> None:
         self._channel.undeclare()
         # Letting go of a request ends the wait of its client.
-        self._queries.clear()
+        self._queries.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import functools
 import time
 from collections.abc import Callable
@@ -11,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
 
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
+from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import (
     MatchedHandler,
@@ -23,7 +23,7 @@ from teleopctl.node.endpoints.events import (
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
-from teleopctl.wire import EntityKind, decode_attachment
+from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -43,6 +43,8 @@ class MessageInfo(TypedDict):
 SubscriptionCallback: TypeAlias = (
     Callable[[MessageT], object] | Callable[[MessageT, MessageInfo], object]
 )
+# A sample and when it came, in nanoseconds since the epoch.
+_Arrival: TypeAlias = tuple[zenoh.Sample, int]
 RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInfo], object]
 
 
@@ -50,7 +52,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     """Receives messages of one type on one topic; made by ``Node.create_subscription``.
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
-    executor takes them.
+    executor takes them. Where all are to be kept, a full queue holds a reliable publisher up; see
+    `KeepAll`.
 
     Args:
         node: Owner.
@@ -61,7 +64,11 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         qos: Quality of service.
         raw: Hand over the CDR bytes instead of a message.
         immediate: Call back on the transport's receiving thread, without an executor. The
-            callback must be short and must not wait for other messages.
+            callback must be short and must not wait for other messages. It may raise
+            `InvalidMessageError` to refuse a message.
+
+    Attributes:
+        refusals: What was dropped: bytes that are no message, and what found no room.
     """
 
     def __init__(
@@ -82,11 +89,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self.callback_group = callback_group
         self.raw = raw
         self._wants_info = _takes_two(callback)
-        # Appending to a full one drops the oldest; both ends are safe to use from any thread.
-        self._samples: collections.deque[tuple[zenoh.Sample, int]] = collections.deque(
-            maxlen=qos.queue_depth
-        )
-        self.undecodable = 0
+        self._samples = self._make_queue(qos)
+        self.refusals = Refusals(f"a message on '{topic}'", node.get_logger().error)
         self._lost: MessageLostHandler | None = None
         receive = self._handle_now if immediate else self._queue
         self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
@@ -105,6 +109,16 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         if callbacks.message_lost is not None:
             self._lost = MessageLostHandler(self.node, callbacks.message_lost, group)
             self.events = (*self.events, self._lost)
+
+    def _make_queue(self, qos: QoSProfile) -> KeepAll[_Arrival] | KeepLast[_Arrival]:
+        if qos.queue_depth is not None:
+            return KeepLast(qos.queue_depth)
+        samples: KeepAll[_Arrival] = KeepAll(
+            is_patient=qos.reliability != ReliabilityPolicy.BEST_EFFORT
+        )
+        # A session does not close while a callback waits for room.
+        self.node.context.on_shutdown(samples.close)
+        return samples
 
     def _declare(self, qos: QoSProfile, handler: Any) -> Any:
         session = self.node.context.session
@@ -141,17 +155,17 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     def take(self) -> Callable[[], object] | None:
         """Return the call of the callback with the oldest sample; None when none waits."""
-        try:
-            sample, received_ns = self._samples.popleft()
-        except IndexError:
+        arrival = self._samples.take()
+        if arrival is None:
             return None
-        arguments = self._arguments(sample, received_ns)
+        arguments = self._arguments(*arrival)
         if arguments is None:
             return None
         return functools.partial(self.callback, *arguments)
 
     def _queue(self, sample: zenoh.Sample) -> None:
-        self._samples.append((sample, time.time_ns()))
+        if not self._samples.put((sample, time.time_ns()), len(sample.payload)):
+            self.refusals.refuse("the queue is full, and nothing is taken from it")
         if self._lost is not None and sample.attachment is not None:
             meta = decode_attachment(sample.attachment.to_bytes())
             if meta is not None:
@@ -164,12 +178,12 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
             return
         try:
             self.callback(*arguments)
+        except InvalidMessageError as error:
+            self.refusals.refuse(error.message)
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
             import traceback
 
-            self.node.get_logger().error(
-                f"callback of '{self.name}' failed:\n{traceback.format_exc()}"
-            )
+            self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
     def _arguments(self, sample: zenoh.Sample, received_ns: int) -> tuple[Any, ...] | None:
         """Decode a sample; None, counted and reported, when it is not what its key says."""
@@ -177,13 +191,13 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         try:
             message = payload if self.raw else deserialize(payload, self.msg_type)
         except TeleopctlError as error:
-            self._report(error.message)
+            self.refusals.refuse(error.message)
             return None
         if not self._wants_info:
             return (message,)
         meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None:
-            self._report("a sample came without a readable attachment")
+            self.refusals.refuse("it came without a readable attachment")
             return None
         info: MessageInfo = {
             "source_timestamp": meta.time_ns,
@@ -194,15 +208,12 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         }
         return (message, info)
 
-    def _report(self, reason: str) -> None:
-        self.undecodable += 1
-        self.node.get_logger().error(
-            f"dropped a message on '{self.name}': {reason}", throttle_duration_sec=10.0
-        )
-
     def _close(self) -> None:
+        # First: undeclaring waits for a callback that waits for room.
+        self._samples.close()
         self._channel.undeclare()
-        self._samples.clear()
+        self._samples.close()
+        self.node.context.forget_on_shutdown(self._samples.close)
 
 
 def _accepted(callback: Callable[..., object]) -> range:
