@@ -69,7 +69,7 @@ def test_a_value_of_another_type_is_refused_with_its_reason(ros, node):
 
 def test_describe_dump_and_load(ros, node, tmp_path):
     described = ros.run("param describe simple_parameter simple_int_param").stdout
-    assert described == "Parameter name: simple_int_param\n  Type: integer\n"
+    assert described == "Parameter name: simple_int_param\n  Type: integer\n  Constraints:\n"
     dumped = ros.run("param dump simple_parameter").stdout
     assert dumped == (
         "/simple_parameter:\n"
@@ -78,6 +78,7 @@ def test_describe_dump_and_load(ros, node, tmp_path):
         "    simple_string_param: Antonio\n"
         "    start_type_description_service: true\n"
         "    use_sim_time: false\n"
+        "\n"
     )
     file = tmp_path / "parameters.yaml"
     file.write_text("/simple_parameter:\n  ros__parameters:\n    simple_int_param: 7\n")

@@ -24,7 +24,6 @@ MessageType = TypeVar("MessageType")
 
 _BIG_ENDIAN, _LITTLE_ENDIAN = b"\0\0", b"\0\1"
 _HEADER = _LITTLE_ENDIAN + bytes(HEADER_SIZE - 2)
-_MAXIMUM_PADDING = 3
 
 _CODECS = Codecs(get_message)
 _writers: dict[type[Any], Writer] = {}
@@ -54,6 +53,8 @@ def deserialize(
 ) -> MessageType:
     """Return the message that bytes hold.
 
+    Bytes behind the message mean nothing: ROS 2 pads some that it serialised ahead by up to 64.
+
     Blocks of numbers are not copied: the message keeps ``data`` alive and refers to it until such
     a field is read.
 
@@ -76,10 +77,8 @@ def deserialize(
         else:
             raise ValueError(f"unknown encapsulation {bytes(data[:HEADER_SIZE]).hex()}")
         message, end = read(data, memoryview(data), HEADER_SIZE, size)
-        if not 0 <= size - end <= _MAXIMUM_PADDING:
-            raise ValueError(
-                f"{size - end} bytes are left over" if end < size else "it ends too early"
-            )
+        if end > size:
+            raise ValueError("it ends too early")
     except (struct.error, ValueError, OverflowError, MemoryError) as error:
         raise _unreadable(size, message_class, error) from error
     return message  # type: ignore[no-any-return] # made by the class that was passed

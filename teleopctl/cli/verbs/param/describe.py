@@ -40,13 +40,13 @@ def _block(descriptor: Any) -> list[str]:
     lines = [f"Parameter name: {descriptor.name}", f"  Type: {type_name(descriptor.type)}"]
     if descriptor.description:
         lines.append(f"  Description: {descriptor.description}")
-    constraints = []
+    lines.append("  Constraints:")
     if descriptor.read_only:
-        constraints.append("    Read only: true")
+        lines.append("    Read only: true")
     for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
-        constraints.append(f"    Min value: {limits.from_value}")
-        constraints.append(f"    Max value: {limits.to_value}")
-        constraints.append(f"    Step: {limits.step}")
+        lines.append(f"    Min value: {limits.from_value}")
+        lines.append(f"    Max value: {limits.to_value}")
+        lines.append(f"    Step: {limits.step}")
     if descriptor.additional_constraints:
-        constraints.append(f"    Additional constraints: {descriptor.additional_constraints}")
-    return [*lines, "  Constraints:", *constraints] if constraints else lines
+        lines.append(f"    Additional constraints: {descriptor.additional_constraints}")
+    return lines

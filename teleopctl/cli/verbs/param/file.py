@@ -33,7 +33,8 @@ def dump_parameters(
         return
     import yaml
 
-    console.out_text(yaml.safe_dump(document, allow_unicode=True).rstrip("\n"))
+    # It ends in an empty line, as ROS 2's does.
+    console.out_text(yaml.safe_dump(document, allow_unicode=True))
 
 
 def load_parameters(
