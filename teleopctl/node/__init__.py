@@ -10,6 +10,12 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
+    from teleopctl.node.clock_jumps import (
+        ClockChange as ClockChange,
+        JumpHandle as JumpHandle,
+        JumpThreshold as JumpThreshold,
+        TimeJump as TimeJump,
+    )
     from teleopctl.node.context import Context as Context
     from teleopctl.node.endpoints.client import Client as Client, ResponseFuture as ResponseFuture
     from teleopctl.node.endpoints.events import (
@@ -151,6 +157,7 @@ else:
         __name__,
         {
             "clock": "Clock ROSClock",
+            "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",
             "context": "Context",
             "endpoints.client": "Client ResponseFuture",
             "endpoints.events": "MatchedInfo MessageLostInfo PublisherEventCallbacks "

@@ -5,11 +5,15 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import to_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.time import ClockType, Duration, Time
+
+if TYPE_CHECKING:
+    from teleopctl.node.clock_jumps import ClockChange, JumpHandle, JumpThreshold, TimeJump
 
 
 class Clock:
@@ -24,6 +28,11 @@ class Clock:
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self._clock_type = clock_type
+        # Replaced, never changed, so that a jump may iterate without a lock.
+        self._jump_handles: tuple[JumpHandle, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(clock_type={self._clock_type.name})"
 
     @property
     def clock_type(self) -> ClockType:
@@ -39,6 +48,43 @@ class Clock:
     def now(self) -> Time:
         """Return the present time."""
         return Time(nanoseconds=self.nanoseconds(), clock_type=self._clock_type)
+
+    def create_jump_callback(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre_callback: Callable[[], object] | None = None,
+        post_callback: Callable[[TimeJump], object] | None = None,
+    ) -> JumpHandle:
+        """Have jumps of this clock told; only a `ROSClock` jumps.
+
+        The callbacks run where the clock is set, on the transport's thread for ``/clock``: they
+        should be quick.
+
+        Args:
+            threshold: Which jumps are told.
+            pre_callback: Called without arguments before the clock shows the new time.
+            post_callback: Called with the `TimeJump` when it does.
+
+        Raises:
+            ValueError: There is no callback, or one cannot be called.
+        """
+        from teleopctl.node.clock_jumps import JumpHandle
+
+        return JumpHandle(
+            clock=self,
+            threshold=threshold,
+            pre_callback=pre_callback,
+            post_callback=post_callback,
+        )
+
+    def add_jump_handle(self, handle: JumpHandle) -> None:
+        """Tell a handle of jumps (ours); handles add themselves."""
+        self._jump_handles = (*self._jump_handles, handle)
+
+    def remove_jump_handle(self, handle: JumpHandle) -> None:
+        """Tell a handle no more (ours)."""
+        self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
     def wait_until(self, deadline_ns: int, wake: threading.Event) -> bool:
         """Wait until the clock shows a time or an event is set.
@@ -110,13 +156,52 @@ class ROSClock(Clock):
 
     def set_simulated(self, active: bool) -> None:
         """Switch between simulated and system time."""
-        self._simulated = active
+        if active == self._simulated or not self._jump_handles:
+            self._simulated = active
+        else:
+            from teleopctl.node.clock_jumps import ClockChange
+
+            change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
+            self._jump(change, 0, lambda: setattr(self, "_simulated", active))
         self._tell()
 
     def set_simulated_time(self, nanoseconds: int) -> None:
         """Move simulated time; called for each message of ``/clock``."""
-        self._simulated_ns = nanoseconds
+        if self._simulated and self._jump_handles:
+            from teleopctl.node.clock_jumps import ClockChange
+
+            step = nanoseconds - self._simulated_ns
+            change = ClockChange.ROS_TIME_NO_CHANGE
+            self._jump(change, step, lambda: setattr(self, "_simulated_ns", nanoseconds))
+        else:
+            self._simulated_ns = nanoseconds
         self._tell()
+
+    def set_ros_time_override(self, time: Time) -> None:
+        """Set the time that the clock shows while simulated time is active.
+
+        Raises:
+            TypeError: It is no `Time`.
+        """
+        if not isinstance(time, Time):
+            raise TypeError(
+                f"Time must be specified as rclpy.time.Time. Received type: {type(time)}"
+            )
+        self.set_simulated_time(time.nanoseconds)
+
+    def _set_ros_time_is_active(self, enabled: bool) -> None:
+        self.set_simulated(enabled)  # rclpy's tests and time sources call it by that name
+
+    def _jump(self, change: ClockChange, step_ns: int, move: Callable[[], None]) -> None:
+        from teleopctl.node.clock_jumps import TimeJump
+
+        jump = TimeJump(change, Duration(nanoseconds=step_ns))
+        handles = self._jump_handles
+        for handle in handles:
+            handle.begin(jump)
+        move()
+        for handle in handles:
+            handle.end(jump)
 
     def on_jump(self, listener: Callable[[], None]) -> None:
         """Call ``listener`` whenever simulated time moves (executors re-check their timers)."""

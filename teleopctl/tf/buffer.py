@@ -1,33 +1,36 @@
-"""The buffer of transforms, with the methods of ``tf2_ros.Buffer``."""
+"""The buffer of transforms that waits for what it is asked, with ``tf2_ros.Buffer``'s methods."""
 
-import threading
+import logging
 import time as wall
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from teleopctl.interfaces import to_seconds
+from teleopctl.tf.buffer_core import BufferCore
 from teleopctl.tf.conversions import BufferInterface
 from teleopctl.tf.errors import TransformException
-from teleopctl.tf.history import Sample
-from teleopctl.tf.messages import stamp_of, transform_of, transform_stamped
+from teleopctl.tf.messages import stamp_of, transform_stamped
 from teleopctl.tf.transforms import Transform
-from teleopctl.tf.tree import FrameTree
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
 
-    from teleopctl.node import Future, Node
+    from teleopctl.node import Clock, Future, JumpHandle, Node, TimeJump
 
-_DEFAULT_CACHE_NS = 10_000_000_000
+_log = logging.getLogger(__name__)
+
+# From a second on a step back of the clock is a new run of the simulation, as in tf2_ros.
+_BACK_S = -1
 
 _Answer = TypeVar("_Answer")
 
 
-class Buffer(BufferInterface):
+class Buffer(BufferCore, BufferInterface):
     """Remembers where frames stood and answers where one stands in another.
 
     All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
-    at which every frame between the two is known.
+    at which every frame between the two is known. When the simulated time of its node goes back,
+    moving frames are forgotten.
 
     Args:
         cache_time: How far back moving frames are remembered; 10 s if None.
@@ -36,54 +39,44 @@ class Buffer(BufferInterface):
     """
 
     def __init__(self, cache_time: Any = None, node: "Node | None" = None) -> None:
-        super().__init__()
+        BufferInterface.__init__(self)
+        BufferCore.__init__(self, cache_time)
         self.node = node
-        self.cache_time_ns = _DEFAULT_CACHE_NS if cache_time is None else stamp_of(cache_time)
-        self._tree = FrameTree(self.cache_time_ns)
-        self._changed = threading.Condition()
         self._awaited: list[tuple[Callable[[], Any], Future[TransformStamped]]] = []
         self._listening: Node | None = None
+        self.jump_handle: JumpHandle | None = None
         if node is not None:
             from teleopctl.interfaces import get_service
 
             frames = get_service("tf2_msgs/srv/FrameGraph")
             self.srv = node.create_service(frames, "tf2_frames", self._tell_frames)
+            self._follow(node.get_clock())
 
     def _tell_frames(self, _request: Any, response: Any) -> Any:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
 
-    def set_transform(self, transform: Any, authority: str = "") -> bool:
-        """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
+    def _follow(self, clock: "Clock") -> None:
+        from teleopctl.node import Duration, JumpThreshold
 
-        Returns:
-            False when it was not taken: too old, known already, or not valid.
-        """
-        return self._set(transform, authority, static=False)
+        threshold = JumpThreshold(min_forward=None, min_backward=Duration(seconds=_BACK_S))
+        self.jump_handle = clock.create_jump_callback(
+            threshold, post_callback=self.time_jump_callback
+        )
 
-    def set_transform_static(self, transform: Any, authority: str = "") -> bool:
-        """Add a ``geometry_msgs/msg/TransformStamped`` that holds for all times.
+    def time_jump_callback(self, time_jump: "TimeJump") -> None:
+        """Forget where moving frames stood: what comes now has times of another run."""
+        went_back = time_jump.delta.nanoseconds < 0
+        _log.warning(
+            "Detected %s. Clearing TF buffer.",
+            "jump back in time" if went_back else "time source change",
+        )
+        self.clear()
 
-        Returns:
-            False when it is not valid.
-        """
-        return self._set(transform, authority, static=True)
-
-    def _set(self, message: Any, authority: str, *, static: bool) -> bool:
-        header = message.header
-        sample = Sample(stamp_of(header.stamp), header.frame_id, transform_of(message.transform))
-        with self._changed:
-            taken = self._tree.insert(sample, message.child_frame_id, authority, static=static)
-            if taken:
-                self._changed.notify_all()
+    def _set(self, message: Any, authority: str, *, static: bool) -> None:
+        super()._set(message, authority, static=static)
         if self._awaited and self._listening is None:
             self.answer_awaited()
-        return taken
-
-    def clear(self) -> None:
-        """Forget where moving frames stood."""
-        with self._changed:
-            self._tree.clear()
 
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: Any, timeout: Any = None
@@ -112,12 +105,7 @@ class Buffer(BufferInterface):
         self, target_frame: str, source_frame: str, stamp: int, timeout: Any = None
     ) -> tuple[int, Transform]:
         """Answer as ``lookup_transform`` does, in nanoseconds and plain numbers."""
-
-        def answer() -> tuple[int, Transform]:
-            target = self._tree.check(target_frame, "target_frame", "lookupTransform")
-            source = self._tree.check(source_frame, "source_frame", "lookupTransform")
-            return self._tree.lookup(target, source, stamp)
-
+        answer = self._between(target_frame, source_frame, stamp, "lookupTransform")
         return self._when_known(answer, timeout)
 
     def lookup_transform_full(
@@ -219,6 +207,8 @@ class Buffer(BufferInterface):
     def leave_answers_to(self, node: "Node") -> None:
         """Have the executor of a node call `answer_awaited`, and what waits (ours)."""
         self._listening = node
+        if self.jump_handle is None:
+            self._follow(node.get_clock())
 
     def can_transform(
         self,
@@ -233,13 +223,8 @@ class Buffer(BufferInterface):
         Returns:
             A bool, or (bool, why not) with ``return_debug_tuple``.
         """
-
-        def answer() -> tuple[int, Transform]:
-            target = self._tree.check(target_frame, "target_frame", "canTransform")
-            source = self._tree.check(source_frame, "source_frame", "canTransform")
-            return self._tree.lookup(target, source, stamp_of(time))
-
-        return self._told(answer, timeout, return_debug_tuple)
+        answer = self._between(target_frame, source_frame, stamp_of(time), "canTransform")
+        return self._known_in_time(answer, timeout, return_debug_tuple)
 
     def can_transform_full(
         self,
@@ -258,66 +243,9 @@ class Buffer(BufferInterface):
             fixed_frame,
             "canTransform",
         )
-        return self._told(answer, timeout, return_debug_tuple)
+        return self._known_in_time(answer, timeout, return_debug_tuple)
 
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
-        """Return the newest time at which every frame between two is known, as a ``Time``.
-
-        Raises:
-            LookupException: When a frame is not known.
-            ConnectivityException: When no chain joins the frames.
-        """
-        from teleopctl.node import ClockType, Time
-
-        with self._changed:
-            target = self._tree.check(target_frame, "target_frame", "getLatestCommonTime")
-            source = self._tree.check(source_frame, "source_frame", "getLatestCommonTime")
-            stamp = self._tree.latest_common_time(target, source)
-        return Time(nanoseconds=stamp, clock_type=ClockType.ROS_TIME)
-
-    def frame_names(self) -> list[str]:
-        """Return the names of all frames."""
-        with self._changed:
-            return self._tree.frames()
-
-    def all_frames_as_string(self) -> str:
-        """Return a sentence for each frame that has a parent."""
-        with self._changed:
-            pairs = list(self._tree.parents())
-        return "".join(f"Frame {child} exists with parent {parent}.\n" for child, parent in pairs)
-
-    def all_frames_as_yaml(self) -> str:
-        """Return the frames and what is known of each, as YAML that tf2's tools read."""
-        with self._changed:
-            lines = []
-            for child, parent in self._tree.parents():
-                stamp, is_static = self._tree.span(child) or (0, True)
-                lines.append(
-                    f"{child}: \n  parent: '{parent}'\n"
-                    f"  broadcaster: '{self._tree.authority(child) or 'default_authority'}'\n"
-                    f"  most_recent_transform: {to_seconds(stamp):.6f}\n"
-                    f"  is_static: {str(is_static).lower()}\n"
-                )
-        return "".join(lines) or "[]"
-
-    def _through(
-        self, target: tuple[str, int], source: tuple[str, int], fixed_frame: str, caller: str
-    ) -> Callable[[], tuple[int, Transform]]:
-        """Return the question where one frame at one time stood in another at another time."""
-        check = self._tree.check
-
-        def answer() -> tuple[int, Transform]:
-            return self._tree.lookup_through(
-                check(target[0], "target_frame", caller),
-                target[1],
-                check(source[0], "source_frame", caller),
-                source[1],
-                check(fixed_frame, "fixed_frame", caller),
-            )
-
-        return answer
-
-    def _told(
+    def _known_in_time(
         self, answer: Callable[[], object], timeout: Any, return_debug_tuple: bool
     ) -> bool | tuple[bool, str]:
         try:

@@ -72,7 +72,7 @@ class MovingHistory:
         """Add a sample and forget those that are too old by now.
 
         Returns:
-            False when it is itself too old, or one of that time is there already.
+            False when it is itself too old. One of a time that is known takes its place.
         """
         stamps, samples = self._stamps, self._samples
         if not stamps or sample.stamp > stamps[-1]:
@@ -83,11 +83,14 @@ class MovingHistory:
             if expired > len(stamps) // 4:
                 del stamps[:expired], samples[:expired]
             return True
-        index = bisect_left(stamps, sample.stamp)
-        if stamps[index] == sample.stamp or sample.stamp < stamps[-1] - self._length:
+        if sample.stamp < stamps[-1] - self._length:
             return False
-        stamps.insert(index, sample.stamp)
-        samples.insert(index, sample)
+        index = bisect_left(stamps, sample.stamp)
+        if stamps[index] == sample.stamp:
+            samples[index] = sample
+        else:
+            stamps.insert(index, sample.stamp)
+            samples.insert(index, sample)
         return True
 
     def at(self, stamp: int) -> Sample:

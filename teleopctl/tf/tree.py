@@ -5,6 +5,7 @@ Times are integers in nanoseconds; 0 asks for the newest time at which everythin
 
 import logging
 import math
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from teleopctl.tf.errors import (
     InvalidArgumentException,
     LookupException,
 )
-from teleopctl.tf.history import MovingHistory, Sample, StaticHistory
+from teleopctl.tf.history import MovingHistory, Sample, StaticHistory, seconds
 from teleopctl.tf.transforms import IDENTITY, Transform, normalize
 
 _log = logging.getLogger(__name__)
@@ -23,9 +24,8 @@ _log = logging.getLogger(__name__)
 _QUATERNION_TOLERANCE = 1e-2
 # Longer chains than this have a ring in them.
 _MAX_DEPTH = 1000
-# So many samples of a frame in a row that are older than its newest one mean that time itself
-# went back, as it does when a simulation starts again.
-_LATE_SAMPLES = 10
+# Seconds between two warnings of the same frame.
+_WARN_EVERY_S = 1.0
 _LOOP = "The tf tree is invalid because it contains a loop."
 
 
@@ -40,14 +40,13 @@ class FrameTree:
         self._length = length
         self._histories: dict[str, MovingHistory | StaticHistory] = {}
         self._frames: dict[str, str] = {}
-        self._late: dict[str, int] = {}
+        self._warned: dict[str, float] = {}
 
     def clear(self) -> None:
         """Forget how moving frames stood; static ones and the names of frames remain."""
         self._histories = {
             name: history for name, history in self._histories.items() if history.is_static
         }
-        self._late.clear()
 
     def insert(self, sample: Sample, child: str, authority: str, *, static: bool) -> bool:
         """Add where a frame stands.
@@ -59,8 +58,8 @@ class FrameTree:
             static: Whether it stands there for ever.
 
         Returns:
-            False when it was not taken: too old, known already, or not valid (then an error is
-            logged).
+            False when it was not taken: older than what is remembered, or not valid. Both are
+            logged, late ones once a second.
         """
         parent, child = sample.parent.removeprefix("/"), child.removeprefix("/")
         fault = _fault(sample.transform, parent, child, authority)
@@ -73,11 +72,8 @@ class FrameTree:
         if history is None or history.is_static != static:
             history = StaticHistory(sample) if static else MovingHistory(self._length)
             self._histories[child] = history
-        elif not static and self._went_back(child, sample.stamp - history.latest.stamp):
-            _log.warning("Detected jump back in time. Clearing TF buffer.")
-            self.clear()
-            history = self._histories[child] = MovingHistory(self._length)
         if not history.insert(sample):
+            self._warn_of_old_data(child, sample.stamp, authority)
             return False
         self._frames[child] = authority
         self._frames.setdefault(parent, "")
@@ -200,10 +196,17 @@ class FrameTree:
         ]
         return min(moving, default=0)
 
-    def _went_back(self, child: str, step: int) -> bool:
-        late = self._late.get(child, 0) + 1 if step < 0 else 0
-        self._late[child] = late
-        return late >= _LATE_SAMPLES
+    def _warn_of_old_data(self, child: str, stamp: int, authority: str) -> None:
+        now = time.monotonic()
+        if now - self._warned.get(child, -_WARN_EVERY_S) >= _WARN_EVERY_S:
+            self._warned[child] = now
+            _log.warning(
+                "TF_OLD_DATA ignoring data from the past for frame %s at time %s according to "
+                "authority %s",
+                child,
+                seconds(stamp),
+                authority,
+            )
 
     def _ancestors(self, frame: str) -> list[str]:
         """Return a frame, its present parent, that one's parent, up to the root."""

@@ -7,9 +7,10 @@ import pytest
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import ClockType, Duration, Time
 from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.buffer_core import BufferCore
 from teleopctl.tf.errors import ExtrapolationException, LookupException, TransformException
 from teleopctl.tf.messages import transform_stamped
-from teleopctl.tf.transforms import Transform
+from teleopctl.tf.transforms import Transform, quaternion_from_rpy
 
 S = 1_000_000_000
 NOW = Time()
@@ -125,3 +126,45 @@ def test_many_threads_may_write_and_read(buffer):
     for thread in threads:
         thread.join(30)
     assert failures == []
+
+
+def test_a_frame_stands_in_itself_even_if_nobody_knows_it(buffer):
+    answer = buffer.lookup_transform("nowhere", "nowhere", Time(seconds=5))
+    assert (answer.header.frame_id, answer.child_frame_id) == ("nowhere", "nowhere")
+    assert answer.header.stamp.sec == 5
+    assert answer.transform.rotation.w == 1.0
+    assert buffer.can_transform("nowhere", "nowhere", NOW)
+
+
+def test_the_core_answers_at_once_or_says_why_not():
+    core = BufferCore()
+    core.set_transform(stamped("a", "b", 1, 1), "me")
+    core.set_transform(stamped("a", "b", 2, 3), "me")
+    assert core.can_transform_core("a", "b", Time(seconds=1.5)) == (True, "")
+    answer = core.lookup_transform_core(target_frame="a", source_frame="b", time=Time(seconds=1.5))
+    assert answer.transform.translation.x == pytest.approx(2.0)
+    known, reason = core.can_transform_core("a", "b", Time(seconds=3))
+    assert not known
+    assert "extrapolation into the future" in reason
+    assert core.can_transform_full_core("b", Time(seconds=1), "b", Time(seconds=2), "a")[0]
+    moved = core.lookup_transform_full_core("b", Time(seconds=1), "b", Time(seconds=2), "a")
+    assert moved.transform.translation.x == pytest.approx(2.0)
+    with pytest.raises(LookupException):
+        core.lookup_transform_core("a", "c", NOW)
+
+
+def test_velocities_are_differences_over_time():
+    core = BufferCore()
+    for n in range(5):
+        turn = quaternion_from_rpy(0.0, 0.0, 0.5 * n)
+        place = Transform((3.0 * n, 0.0, 0.0), turn)
+        core.set_transform(transform_stamped("world", "hand", n * S, place), "me")
+    linear, angular = core.lookupVelocityCore("hand", "world", Time(seconds=2), Duration(seconds=2))
+    assert linear == pytest.approx((3.0, 0.0, 0.0))
+    assert angular == pytest.approx((0.0, 0.0, 0.5))
+    # A point a metre to the left in the world goes back as fast as the frame turns.
+    point = (6.0, 1.0, 0.0)
+    linear, _ = core.lookupVelocityFullCore(
+        "hand", "world", "world", point, "world", Time(seconds=2), Duration(seconds=2)
+    )
+    assert linear == pytest.approx((2.5, 0.0, 0.0))

@@ -165,3 +165,20 @@ def test_conversion_goes_through_the_message(buffer):
     moved = buffer.transform(message("PointStamped", "base"), "world", new_type=Place)
     assert moved == pytest.approx((1.0, 0.0, 0.0))
     assert type(convert(message("PointStamped", "base"), point)) is point
+
+
+def test_a_new_run_of_the_simulation_clears_what_moved(node):
+    buffer = Buffer()
+    TransformListener(buffer, node)
+    clock = node.get_clock()
+    clock.set_simulated(True)
+    clock.set_simulated_time(100_000_000_000)
+    buffer.set_transform(transform_stamped("a", "b", 99_000_000_000, Transform()))
+    buffer.set_transform_static(stamped("a", "still"))
+    clock.set_simulated_time(99_500_000_000)
+    assert buffer.can_transform("a", "b", Time())
+    clock.set_simulated_time(1_000_000_000)
+    assert not buffer.can_transform("a", "b", Time())
+    assert buffer.can_transform("a", "still", Time())
+    buffer.set_transform(transform_stamped("a", "b", 1_000_000_000, Transform()))
+    assert buffer.can_transform("a", "b", Time())

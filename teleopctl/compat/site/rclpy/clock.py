@@ -1,5 +1,21 @@
 """``rclpy.clock``. Clocks."""
 
-from teleopctl.node import Clock, ClockType, ROSClock
+from teleopctl.node import (
+    Clock,
+    ClockChange,
+    ClockType,
+    JumpHandle,
+    JumpThreshold,
+    ROSClock,
+    TimeJump,
+)
 
-__all__ = ["Clock", "ClockType", "ROSClock"]
+__all__ = [
+    "Clock",
+    "ClockChange",
+    "ClockType",
+    "JumpHandle",
+    "JumpThreshold",
+    "ROSClock",
+    "TimeJump",
+]

@@ -1,7 +1,7 @@
 """``tf2_py``: the buffer without a node, and what goes wrong with transforms."""
 
 from teleopctl.tf import (
-    Buffer as BufferCore,
+    BufferCore,
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,

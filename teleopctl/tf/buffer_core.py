@@ -1,0 +1,275 @@
+"""The buffer of transforms without a node and without waiting, with ``tf2_py``'s methods."""
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import to_seconds
+from teleopctl.tf.errors import TransformException
+from teleopctl.tf.history import Sample
+from teleopctl.tf.messages import stamp_of, transform_of, transform_stamped
+from teleopctl.tf.transforms import Transform, Vector3
+from teleopctl.tf.tree import FrameTree
+from teleopctl.tf.velocity import velocity
+
+if TYPE_CHECKING:
+    from teleopctl.node import Time
+
+_DEFAULT_CACHE_NS = 10_000_000_000
+
+Question = Callable[[], tuple[int, Transform]]
+
+
+class BufferCore:
+    """Remembers where frames stood and answers where one stood in another.
+
+    All methods may be called from any thread. A time of 0 (``Time()``) asks for the newest time
+    at which every frame between the two is known.
+
+    Args:
+        cache_time: How far back moving frames are remembered, a ``Duration``; 10 s if None.
+    """
+
+    def __init__(self, cache_time: Any = None) -> None:
+        self.cache_time_ns = _DEFAULT_CACHE_NS if cache_time is None else stamp_of(cache_time)
+        self._tree = FrameTree(self.cache_time_ns)
+        self._changed = threading.Condition()
+
+    # -- what is known ---------------------------------------------------------------------------
+
+    def set_transform(self, transform: Any, authority: str = "") -> None:
+        """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
+
+        One of a time that is known already takes its place. What is not valid, or older than what
+        is remembered, is logged and left out.
+        """
+        self._set(transform, authority, static=False)
+
+    def set_transform_static(self, transform: Any, authority: str = "") -> None:
+        """Add a ``geometry_msgs/msg/TransformStamped`` that holds for all times."""
+        self._set(transform, authority, static=True)
+
+    def _set(self, message: Any, authority: str, *, static: bool) -> None:
+        header = message.header
+        sample = Sample(stamp_of(header.stamp), header.frame_id, transform_of(message.transform))
+        with self._changed:
+            if self._tree.insert(sample, message.child_frame_id, authority, static=static):
+                self._changed.notify_all()
+
+    def clear(self) -> None:
+        """Forget where moving frames stood."""
+        with self._changed:
+            self._tree.clear()
+
+    # -- questions -------------------------------------------------------------------------------
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+        """Return where the source frame stands in the target frame, without waiting.
+
+        Args:
+            target_frame: The frame in which the answer is expressed.
+            source_frame: The frame that is looked for.
+            time: When; 0 for the newest time that is known.
+
+        Returns:
+            A ``geometry_msgs/msg/TransformStamped``.
+
+        Raises:
+            LookupException: When a frame is not known.
+            ConnectivityException: When no chain joins the frames.
+            ExtrapolationException: When the time lies outside of what is known.
+            InvalidArgumentException: When a frame's name is not allowed.
+        """
+        answer = self._between(target_frame, source_frame, stamp_of(time), "lookupTransform")
+        with self._changed:
+            stamp, transform = answer()
+        return transform_stamped(target_frame, source_frame, stamp, transform)
+
+    def lookup_transform_full_core(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> Any:
+        """Return where the source stood at one time, in the target as it stood at another.
+
+        Args:
+            target_frame: The frame in which the answer is expressed.
+            target_time: When the target is looked at.
+            source_frame: The frame that is looked for.
+            source_time: When the source is looked at.
+            fixed_frame: The frame that does not move between the two times.
+
+        Returns:
+            A ``geometry_msgs/msg/TransformStamped``.
+
+        Raises:
+            TransformException: As ``lookup_transform_core`` does.
+        """
+        target, source = (
+            (target_frame, stamp_of(target_time)),
+            (source_frame, stamp_of(source_time)),
+        )
+        answer = self._through(target, source, fixed_frame, "lookupTransform")
+        with self._changed:
+            stamp, transform = answer()
+        return transform_stamped(target_frame, source_frame, stamp, transform)
+
+    def can_transform_core(
+        self, target_frame: str, source_frame: str, time: Any
+    ) -> tuple[bool, str]:
+        """Tell whether ``lookup_transform_core`` would answer, and why not."""
+        return self._told(self._between(target_frame, source_frame, stamp_of(time), "canTransform"))
+
+    def can_transform_full_core(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> tuple[bool, str]:
+        """Tell whether ``lookup_transform_full_core`` would answer, and why not."""
+        target, source = (
+            (target_frame, stamp_of(target_time)),
+            (source_frame, stamp_of(source_time)),
+        )
+        return self._told(self._through(target, source, fixed_frame, "canTransform"))
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> "Time":
+        """Return the newest time at which every frame between two is known.
+
+        Raises:
+            LookupException: When a frame is not known.
+            ConnectivityException: When no chain joins the frames.
+        """
+        from teleopctl.node import ClockType, Time
+
+        with self._changed:
+            target = self._tree.check(target_frame, "target_frame", "getLatestCommonTime")
+            source = self._tree.check(source_frame, "source_frame", "getLatestCommonTime")
+            stamp = self._tree.latest_common_time(target, source)
+        return Time(nanoseconds=stamp, clock_type=ClockType.ROS_TIME)
+
+    def lookupVelocityCore(  # noqa: N802 -- tf2's name
+        self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
+    ) -> tuple[Vector3, Vector3]:
+        """Return how a frame moves, seen from and expressed in another one.
+
+        Args:
+            tracking_frame: The frame that moves.
+            observation_frame: The frame that it is seen from.
+            time: The middle of the interval.
+            averaging_interval: Over which time the movement is averaged, a ``Duration``.
+
+        Returns:
+            Metres per second of its origin, and radians per second.
+
+        Raises:
+            TransformException: As ``lookup_transform_core`` does.
+        """
+        frames = (tracking_frame, observation_frame, observation_frame, tracking_frame)
+        with self._changed:
+            return velocity(
+                self._tree, *frames, (0.0, 0.0, 0.0), stamp_of(time), stamp_of(averaging_interval)
+            )
+
+    def lookupVelocityFullCore(  # noqa: N802 -- tf2's name
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        reference_frame: str,
+        reference_point: Vector3,
+        reference_point_frame: str,
+        time: Any,
+        averaging_interval: Any,
+    ) -> tuple[Vector3, Vector3]:
+        """Return how a point that is fixed to a moving frame moves; see `lookupVelocityCore`.
+
+        Args:
+            tracking_frame: The frame that moves.
+            observation_frame: The frame that it is seen from.
+            reference_frame: The frame in which the answer is expressed.
+            reference_point: The point whose velocity is asked for.
+            reference_point_frame: The frame in which the point is given.
+            time: The middle of the interval.
+            averaging_interval: Over which time the movement is averaged, a ``Duration``.
+        """
+        frames = (tracking_frame, observation_frame, reference_frame, reference_point_frame)
+        when, interval = stamp_of(time), stamp_of(averaging_interval)
+        with self._changed:
+            return velocity(self._tree, *frames, reference_point, when, interval)
+
+    # -- the frames ------------------------------------------------------------------------------
+
+    def frame_names(self) -> list[str]:
+        """Return the names of all frames."""
+        with self._changed:
+            return self._tree.frames()
+
+    def _frameExists(self, frame_id: str) -> bool:  # noqa: N802 -- tf2's name
+        return frame_id in self.frame_names()
+
+    def _getFrameStrings(self) -> list[str]:  # noqa: N802 -- tf2's name
+        return self.frame_names()
+
+    def all_frames_as_string(self) -> str:
+        """Return a sentence for each frame that has a parent."""
+        with self._changed:
+            pairs = list(self._tree.parents())
+        return "".join(f"Frame {child} exists with parent {parent}.\n" for child, parent in pairs)
+
+    def all_frames_as_yaml(self) -> str:
+        """Return the frames and what is known of each, as YAML that tf2's tools read."""
+        with self._changed:
+            lines = []
+            for child, parent in self._tree.parents():
+                stamp, is_static = self._tree.span(child) or (0, True)
+                lines.append(
+                    f"{child}: \n  parent: '{parent}'\n"
+                    f"  broadcaster: '{self._tree.authority(child) or 'default_authority'}'\n"
+                    f"  most_recent_transform: {to_seconds(stamp):.6f}\n"
+                    f"  is_static: {str(is_static).lower()}\n"
+                )
+        return "".join(lines) or "[]"
+
+    # -- inside ----------------------------------------------------------------------------------
+
+    def _between(self, target_frame: str, source_frame: str, stamp: int, caller: str) -> Question:
+        """Return the question where one frame stands in another."""
+
+        def answer() -> tuple[int, Transform]:
+            # As in tf2 a frame stands in itself whether or not anybody has heard of it.
+            if target_frame != source_frame:
+                self._tree.check(target_frame, "target_frame", caller)
+                self._tree.check(source_frame, "source_frame", caller)
+            return self._tree.lookup(target_frame, source_frame, stamp)
+
+        return answer
+
+    def _through(
+        self, target: tuple[str, int], source: tuple[str, int], fixed_frame: str, caller: str
+    ) -> Question:
+        """Return the question where one frame at one time stood in another at another time."""
+        check = self._tree.check
+
+        def answer() -> tuple[int, Transform]:
+            return self._tree.lookup_through(
+                check(target[0], "target_frame", caller),
+                target[1],
+                check(source[0], "source_frame", caller),
+                source[1],
+                check(fixed_frame, "fixed_frame", caller),
+            )
+
+        return answer
+
+    def _told(self, answer: Question) -> tuple[bool, str]:
+        try:
+            with self._changed:
+                answer()
+        except TransformException as error:
+            return False, error.message
+        return True, ""
