@@ -97,7 +97,7 @@ NAME = f"/{SHOWN}"
         ["param", "describe", "OBSERVER", EVIL],
         ["param", "list", NAME],
         ["control", "list_controllers", "-c", NAME],
-        ["tf", "echo", "--once", EVIL, EVIL],
+        ["tf", "echo", "--once", EVIL, "world"],
     ],
     ids=lambda words: " ".join(words).replace(NAME, "EVIL").replace(EVIL, "EVIL"),
 )
