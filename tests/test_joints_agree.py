@@ -222,7 +222,7 @@ def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joi
     shown = Joints.for_display(description, pytest.fail)
     links = standing(description, SegmentTree(description, shown), reached)
     for name, translation in links.items():
-        assert translation == pytest.approx(simulation.link_position(name), abs=5e-3)
+        assert translation == pytest.approx(simulation.link_pose(name).position, abs=5e-3)
     sliders = JointSet(Joints.of(description))
     assert set(sliders.free) == set(reached)
     sliders.update(reached, reached.values())

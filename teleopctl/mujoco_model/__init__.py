@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
     from teleopctl.mujoco_model.drives import (
+        SPEED_LAG_S as SPEED_LAG_S,
+        SPEED_STIFFNESS as SPEED_STIFFNESS,
         compensated_bodies as compensated_bodies,
         drive_name as drive_name,
         motor_name as motor_name,
     )
+    from teleopctl.mujoco_model.free_bodies import FreeBody as FreeBody
     from teleopctl.mujoco_model.joints import JointSpec as JointSpec
     from teleopctl.mujoco_model.model import (
         RobotModel as RobotModel,
@@ -27,7 +30,8 @@ else:
         __name__,
         {
             "cameras": "CameraModel",
-            "drives": "compensated_bodies drive_name motor_name",
+            "drives": "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name",
+            "free_bodies": "FreeBody",
             "joints": "JointSpec",
             "model": "RobotModel build_model initial_positions",
         },

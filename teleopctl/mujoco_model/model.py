@@ -12,8 +12,9 @@ import numpy as np
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
-from teleopctl.mujoco_model.contacts import exclude_adjacent, overlapping_pairs
+from teleopctl.mujoco_model.contacts import exclude_adjacent, hold_by_friction, overlaps
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
+from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.scene import add_scene
@@ -32,6 +33,7 @@ class RobotModel:
         mj_model: The compiled ``mujoco.MjModel``.
         joints: The movable joints with one degree of freedom, in the order of the model.
         cameras: The camera sensors.
+        free_bodies: What moves freely.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that may pass through each other because they overlap at start.
     """
@@ -40,6 +42,7 @@ class RobotModel:
     mj_model: Any
     joints: tuple[JointSpec, ...]
     cameras: tuple[CameraModel, ...]
+    free_bodies: tuple[FreeBody, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
 
@@ -73,8 +76,10 @@ def build_model(
     Raises:
         InvalidDescriptionError: If MuJoCo cannot simulate the description.
     """
+    bodies = free_bodies(description)
     spec = import_urdf(description.urdf)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    hold_by_friction(spec)
     warnings = [*resolve_meshes(spec), *repair_inertias(spec)]
     joints, complaints = joint_specs(description)
     warnings += complaints
@@ -89,17 +94,25 @@ def build_model(
         extend(spec)
 
     bare = _compile(spec)
-    overlapping = overlapping_pairs(bare, initial_positions(bare, joints), ground)
-    for first, second in overlapping:
+    overlapping = overlaps(bare, initial_positions(bare, joints), ground)
+    excluded = [(pair.first, pair.second) for pair in overlapping if pair.one_robot]
+    for first, second in excluded:
         spec.add_exclude(bodyname1=first, bodyname2=second)
+    warnings += [
+        f"'{pair.first}' and '{pair.second}' overlap at the start by {1e3 * pair.depth_m:.1f} mm: "
+        "they are pushed apart"
+        for pair in overlapping
+        if not pair.one_robot
+    ]
     add_drives(spec, bare, joints)
     return RobotModel(
         name=description.name,
         mj_model=_compile(spec),
         joints=tuple(joints),
         cameras=tuple(cameras),
+        free_bodies=tuple(bodies),
         warnings=tuple(warnings),
-        excluded=tuple(overlapping),
+        excluded=tuple(excluded),
     )
 
 

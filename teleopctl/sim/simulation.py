@@ -8,32 +8,39 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import (
-    RobotModel,
-    compensated_bodies,
-    drive_name,
-    initial_positions,
-    motor_name,
-)
+from teleopctl.mujoco_model import RobotModel, initial_positions
+from teleopctl.sim.drives import Drives
+from teleopctl.sim.free_bodies import FreeBodies
 
 Array = npt.NDArray[np.float64]
-
-_POSITION, _VELOCITY, _EFFORT = range(3)
-
-# Closer than this (rad or m) a set-point has arrived.
-_ARRIVED = 1e-9
 
 _DIVERGED = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
     mujoco.mjtWarning.mjWARN_BADQACC,
 )
+
+
+@dataclass(frozen=True)
+class LinkPose:
+    """Where a link's frame is in the world.
+
+    Attributes:
+        position: Of its origin, (3,), in metres.
+        quaternion: Its rotation, (4,), w x y z.
+        rotation: The same as a matrix, (3, 3).
+    """
+
+    position: Array
+    quaternion: Array
+    rotation: Array
 
 
 class Simulation:
@@ -49,6 +56,7 @@ class Simulation:
         positions: Joint positions (rad or m) as of the last `read`.
         velocities: Joint velocities (rad/s or m/s) as of the last `read`.
         efforts: What the drives exert (N m or N) as of the last `read`.
+        free_bodies: What moves freely.
         control_period_ns: Time between two control ticks.
         steps_per_period: Physics steps in one control period.
     """
@@ -74,58 +82,11 @@ class Simulation:
         self.positions: Array = np.zeros(len(joints))
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
+        self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._tick = 0
         self._substep = 0
-        self._index_drives()
+        self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
         self.reset_state()
-
-    def _index_drives(self) -> None:
-        m = self._m
-        driven = [
-            (index, joint)
-            for index, joint in enumerate(self.model.joints)
-            if joint.command_interfaces
-        ]
-        self._drive_of = {joint.name: row for row, (_, joint) in enumerate(driven)}
-        self._drive = np.array([m.actuator(drive_name(j.name)).id for _, j in driven], dtype=int)
-        self._act = np.array([m.actuator_actadr[drive] for drive in self._drive], dtype=int)
-        self._drive_qpos = np.array([self._qpos[index] for index, _ in driven], dtype=int)
-        self._drive_dof = np.array([self._dof[index] for index, _ in driven], dtype=int)
-        self._motor = np.array(
-            [
-                m.actuator(motor_name(j.name)).id if "effort" in j.command_interfaces else -1
-                for _, j in driven
-            ],
-            dtype=int,
-        )
-        self._accepts = np.array(
-            [
-                [name in joint.command_interfaces for _, joint in driven]
-                for name in ("position", "velocity", "effort")
-            ],
-            dtype=bool,
-        ).reshape(3, len(driven))
-        self._lower: Array = np.array([joint.limits.lower for _, joint in driven])
-        self._upper: Array = np.array([joint.limits.upper for _, joint in driven])
-        self._max_speed: Array = np.array([joint.limits.velocity for _, joint in driven])
-        stiffness = m.actuator_gainprm[self._drive, 0]
-        effort = np.array([joint.limits.effort for _, joint in driven])
-        # How far a set-point may run ahead of a joint that something holds back.
-        self._max_lead: Array = effort / stiffness
-        self._gain = np.array(m.actuator_gainprm[self._drive])
-        self._bias = np.array(m.actuator_biasprm[self._drive])
-        self._command_names: tuple[str, ...] = ()
-        self._command_rows = np.zeros(0, dtype=int)
-        self._command_columns = np.zeros(0, dtype=int)
-        # Dofs that hold themselves: the followers of driven joints.
-        self._followers = np.array(
-            [
-                self._dof[index]
-                for index, joint in enumerate(self.model.joints)
-                if joint.mimic is not None and joint.mimic.joint in self._drive_of
-            ],
-            dtype=int,
-        )
 
     # --- time -----------------------------------------------------------------------------
 
@@ -161,7 +122,7 @@ class Simulation:
         """Advance by a number of physics steps."""
         while count > 0:
             if self._substep == 0:
-                self._plan_period()
+                self._drives.plan_period()
             block = min(count, self.steps_per_period - self._substep)
             mujoco.mj_step(self._m, self._d, block)
             count -= block
@@ -184,12 +145,7 @@ class Simulation:
         """Back to the initial positions, at rest and without commands; time stays."""
         mujoco.mj_resetData(self._m, self._d)
         self._d.qpos[:] = initial_positions(self._m, self.model.joints)
-        count = len(self._drive)
-        self._mode = np.full(count, _POSITION)
-        self._target = np.clip(self._d.qpos[self._drive_qpos], self._lower, self._upper)
-        self._speed = np.zeros(count)
-        self._d.act[self._act] = self._target
-        self._apply_modes()
+        self._drives.reset()
         mujoco.mj_forward(self._m, self._d)
         self.read()
 
@@ -202,105 +158,16 @@ class Simulation:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Take commands for the control period that begins now.
-
-        Position wins over velocity, velocity over effort, where a joint is commanded more than
-        one. A joint without a finite command holds where it is. Positions are kept within the
-        joint's limits. Names that are not commandable are passed over; `commandable` tells.
-
-        Args:
-            names: Joint names.
-            position: Positions (rad or m), one per name, NaN for none; or empty.
-            velocity: Velocities (rad/s or m/s) in the same way.
-            effort: Efforts (N m or N) in the same way.
-        """
-        if tuple(names) != self._command_names:
-            self._index_command(tuple(names))
-        wanted_position = self._by_drive(position, _POSITION)
-        wanted_velocity = self._by_drive(velocity, _VELOCITY)
-        wanted_effort = self._by_drive(effort, _EFFORT)
-        by_position = np.isfinite(wanted_position)
-        by_velocity = np.isfinite(wanted_velocity) & ~by_position
-        by_effort = np.isfinite(wanted_effort) & ~by_position & ~by_velocity
-        self._set_modes(by_velocity, by_effort)
-        self._target[by_position] = np.clip(wanted_position, self._lower, self._upper)[by_position]
-        self._speed[by_velocity] = wanted_velocity[by_velocity]
-        self._d.ctrl[self._motor[by_effort]] = wanted_effort[by_effort]
+        """Take commands for the control period that begins now; see `Drives.apply`."""
+        self._drives.apply(names, position, velocity, effort)
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
-        nothing = np.zeros(len(self._drive), dtype=bool)
-        self._set_modes(nothing, nothing)
+        self._drives.hold()
 
     def commandable(self, name: str) -> bool:
         """Whether a joint takes commands."""
-        return name in self._drive_of
-
-    def _index_command(self, names: tuple[str, ...]) -> None:
-        known = [
-            (self._drive_of[name], column)
-            for column, name in enumerate(names)
-            if name in self._drive_of
-        ]
-        self._command_names = names
-        self._command_rows = np.array([row for row, _ in known], dtype=int)
-        self._command_columns = np.array([column for _, column in known], dtype=int)
-
-    def _by_drive(self, values: Sequence[float], interface: int) -> Array:
-        """Values ordered by drive; NaN where there is none or the joint does not take it."""
-        ordered = np.full(len(self._drive), np.nan)
-        if len(values) == len(self._command_names) and len(values) > 0:
-            ordered[self._command_rows] = np.asarray(values, dtype=float)[self._command_columns]
-            ordered[~self._accepts[interface]] = np.nan
-        return ordered
-
-    def _set_modes(
-        self, by_velocity: npt.NDArray[np.bool_], by_effort: npt.NDArray[np.bool_]
-    ) -> None:
-        mode = np.full(len(self._drive), _POSITION)
-        mode[by_velocity] = _VELOCITY
-        mode[by_effort] = _EFFORT
-        if np.array_equal(mode, self._mode):
-            return
-        # A drive that takes over starts from where the joint is, not from an old set-point.
-        now = np.clip(self._d.qpos[self._drive_qpos], self._lower, self._upper)
-        from_effort = (self._mode == _EFFORT) & (mode != _EFFORT)
-        self._d.act[self._act[from_effort]] = now[from_effort]
-        released = (mode == _POSITION) & (self._mode != _POSITION)
-        self._target[released] = now[released]
-        self._mode = mode
-        self._apply_modes()
-
-    def _apply_modes(self) -> None:
-        """Switch between drives and motors, and what of the robot's weight the drives carry."""
-        by_effort = self._mode == _EFFORT
-        self._m.actuator_gainprm[self._drive] = np.where(by_effort[:, None], 0.0, self._gain)
-        self._m.actuator_biasprm[self._drive] = np.where(by_effort[:, None], 0.0, self._bias)
-        motors = self._motor[(self._motor >= 0) & ~by_effort]
-        self._d.ctrl[motors] = 0.0
-        unsupported = np.ones(self._m.nv, dtype=bool)
-        unsupported[self._drive_dof[~by_effort]] = False
-        unsupported[self._followers] = False
-        self._m.body_gravcomp[:] = compensated_bodies(self._m, unsupported)
-
-    def _plan_period(self) -> None:
-        """Set the velocity of every set-point for the control period that begins."""
-        setpoint = self._d.act[self._act]
-        seconds = self.control_period_ns * 1e-9
-        away = self._target - setpoint
-        arrived = (self._mode == _POSITION) & (np.abs(away) < _ARRIVED)
-        setpoint[arrived] = self._target[arrived]
-        away[arrived] = 0.0
-        speed = np.where(self._mode == _VELOCITY, self._speed, away / seconds)
-        np.clip(speed, -self._max_speed, self._max_speed, out=speed)
-        speed[self._mode == _EFFORT] = 0.0
-        moving = self._mode == _VELOCITY
-        if moving.any():
-            actual = self._d.qpos[self._drive_qpos]
-            lead = np.clip(setpoint - actual, -self._max_lead, self._max_lead)
-            setpoint[moving] = (actual + lead)[moving]
-        self._d.act[self._act] = setpoint
-        self._d.ctrl[self._drive] = speed
+        return self._drives.commandable(name)
 
     # --- state ----------------------------------------------------------------------------
 
@@ -324,10 +191,11 @@ class Simulation:
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return self._m, self._observed
 
-    def link_position(self, link: str) -> Array:
-        """Where a link's frame is in the world, in metres."""
+    def link_pose(self, link: str) -> LinkPose:
+        """Where a link's frame is in the world."""
         mujoco.mj_kinematics(self._m, self._d)
-        return np.array(self._d.body(link).xpos)
+        body = self._d.body(link)
+        return LinkPose(np.array(body.xpos), np.array(body.xquat), body.xmat.reshape(3, 3).copy())
 
     @property
     def diverged(self) -> bool:

@@ -7,8 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.mujoco_model.model import build_model
+from teleopctl.sim.simulation import Simulation
 from teleopctl.tf.transforms import matrix_from_quaternion
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum, robot
 
@@ -184,6 +185,44 @@ def test_neighbours_do_not_touch_but_others_do() -> None:
     assert not excluded("a", "c") and not excluded("base", "b")
 
 
+CRATE = """<link name="crate"><inertial><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>"""
+
+
+def floating(child: str, xyz: str, parent: str = "world") -> str:
+    return joint(f"{child}_joint", parent, child, kind="floating", limit="", xyz=xyz)
+
+
+def test_a_free_object_touches_what_it_stands_in_and_that_is_told() -> None:
+    table = link("world", box("collision", "1 1 0.2", "0 0 0.5"))
+    robot = model(table, CRATE, floating("crate", "0 0 0.69"))
+
+    assert robot.excluded == ()
+    assert robot.mj_model.nexclude == 0
+    simulation = Simulation(robot, control_period_ns=10_000_000)
+    simulation.step(2000)
+    assert simulation.link_pose("crate").position[2] == pytest.approx(0.7, abs=2e-3)
+
+
+def test_a_free_object_that_overlaps_a_link_is_pushed_out_of_it_and_that_is_told() -> None:
+    post = link("post", box("collision", "0.2 0.2 1", "0 0 0.5"))
+    fixed = joint("stand", "world", "post", kind="fixed", xyz="0 0 0")
+    robot = model(link("world", ""), post, fixed, CRATE, floating("crate", "0.19 0 0.1"))
+
+    assert robot.warnings == (
+        "'crate' and 'post' overlap at the start by 10.0 mm: they are pushed apart",
+    )
+    simulation = Simulation(robot, control_period_ns=10_000_000)
+    simulation.step(2000)
+    assert simulation.link_pose("crate").position[0] > 0.199
+
+
+def test_what_moves_freely_starts_at_the_world() -> None:
+    with pytest.raises(InvalidDescriptionError, match="'crate_joint' is floating but starts at"):
+        model(link("base", ""), CRATE, floating("crate", "0 0 1", parent="base"))
+
+
 def test_links_that_overlap_at_the_start_may_pass_through_each_other() -> None:
     shape = box("collision", "0.2 0.2 0.6") + INERTIAL
     built = model(
@@ -350,13 +389,7 @@ def test_the_same_description_gives_the_same_model() -> None:
 
 def test_what_mujoco_refuses_is_one_error() -> None:
     with pytest.raises(TeleopctlError, match="cannot be simulated"):
-        model(
-            link("base", ""),
-            link("a"),
-            link("b"),
-            joint("j", "base", "a"),
-            joint("free", "a", "b", kind="floating", limit=""),
-        )
+        model(link("base", ""), '<mujoco><option cone="none"/></mujoco>')
 
 
 def test_a_robot_of_800_links_that_overlap_is_built_in_one_go() -> None:

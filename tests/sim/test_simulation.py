@@ -68,7 +68,7 @@ def test_the_claw_comes_to_rest_where_forward_kinematics_puts_it(
 
     joints = dict(zip(simulation.joint_names, [*target, -target[3]], strict=True))
     expected = link_frames(arm_description.urdf, joints)["claw_support"][:3, 3]
-    assert simulation.link_position("claw_support") == pytest.approx(expected, abs=1e-5)
+    assert simulation.link_pose("claw_support").position == pytest.approx(expected, abs=1e-5)
     assert simulation.positions == pytest.approx(list(joints.values()), abs=1e-6)
     assert np.abs(simulation.velocities).max() < 1e-5
 
@@ -151,6 +151,81 @@ def test_a_velocity_command_is_followed_and_its_end_stops_the_joint() -> None:
     held = float(simulation.positions[0])
     run(simulation, 10)
     assert simulation.positions[0] == pytest.approx(held, abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def arm_by_speed(arm_description: RobotDescription) -> RobotModel:
+    both = '<command_interface name="velocity"/><command_interface name="position">'
+    urdf = arm_description.urdf.replace('<command_interface name="position">', both)
+    return build_model(RobotDescription.from_urdf(urdf))
+
+
+@pytest.mark.parametrize("rate", [10, 100, 1000])
+def test_a_velocity_command_is_followed_within_one_percent_after_50_ms(
+    arm_by_speed: RobotModel, rate: int
+) -> None:
+    simulation = Simulation(arm_by_speed, control_period_ns=round(1e9 / rate))
+    wanted = [1.0, 1.0, 2.0]
+    reached = []
+    for millisecond in range(350):
+        if simulation.at_tick:
+            simulation.apply(["joint_1", "joint_2", "joint_3"], velocity=wanted)
+        simulation.step(1)
+        if millisecond >= 50:
+            simulation.read()
+            reached.append(simulation.velocities[:3] / wanted)
+
+    assert np.abs(np.array(reached) - 1.0).max() < 0.01
+
+
+def test_a_joint_that_reaches_its_limit_at_a_commanded_speed_stops_there() -> None:
+    for rate in (10, 100, 1000):
+        simulation = Simulation(pendulum("velocity"), control_period_ns=round(1e9 / rate))
+        furthest = 0.0
+        for _ in range(3000):
+            if simulation.at_tick:
+                simulation.apply(["hinge"], velocity=[1.0])
+            simulation.step(1)
+            simulation.read()
+            furthest = max(furthest, float(simulation.positions[0]))
+
+        assert 2.0 - 1e-3 < simulation.positions[0] < 2.0 + 1e-3
+        assert furthest < 2.01
+
+
+@pytest.mark.parametrize("rate", [50, 100, 1000])
+@pytest.mark.parametrize(("name", "middle"), [("joint_1", 0.0), ("joint_3", 0.2)])
+def test_a_sine_of_1_hz_and_1_rad_is_followed_within_5_mrad(
+    arm: RobotModel, rate: int, name: str, middle: float
+) -> None:
+    simulation = Simulation(arm, control_period_ns=round(1e9 / rate))
+    joint = simulation.joint_names.index(name)
+    worst = 0.0
+    for millisecond in range(2000):
+        if simulation.at_tick:
+            # The command of a period is where the joint is to be at its end.
+            end = millisecond * 1e-3 + 1.0 / rate
+            simulation.apply([name], position=[middle + math.sin(2 * math.pi * end)])
+        simulation.step(1)
+        simulation.read()
+        wanted = middle + math.sin(2 * math.pi * 1e-3 * (millisecond + 1))
+        if millisecond > 300:  # it starts from rest, at a speed of 6 rad/s
+            worst = max(worst, abs(simulation.positions[joint] - wanted))
+
+    assert worst < 0.005
+
+
+def test_a_jump_within_the_effort_limit_comes_to_rest_without_overshoot() -> None:
+    for rate in (10, 100):
+        simulation = Simulation(pendulum(), control_period_ns=round(1e9 / rate))
+        simulation.apply(["hinge"], position=[1.0])
+        furthest = 0.0
+        for _ in range(1000):
+            simulation.step(1)
+            simulation.read()
+            furthest = max(furthest, float(simulation.positions[0]))
+
+        assert furthest == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_joint_held_back_does_not_wind_up_its_drive() -> None:

@@ -1,0 +1,63 @@
+"""Links that move freely: what a ``floating`` joint ties to the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from teleopctl.errors import InvalidDescriptionError
+
+if TYPE_CHECKING:
+    from teleopctl.robot import RobotDescription
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """A link on a floating joint.
+
+    Attributes:
+        link: The link, whose pose is that of the joint.
+        joint: The joint.
+        parent: The link that the joint starts at, which stands still at the world's origin.
+    """
+
+    link: str
+    joint: str
+    parent: str
+
+
+def free_bodies(description: RobotDescription) -> list[FreeBody]:
+    """The free bodies of a robot, in the order of the URDF.
+
+    Raises:
+        InvalidDescriptionError: If a floating joint starts at a link that is not ``world``.
+    """
+    found = [
+        FreeBody(joint.child, joint.name, joint.parent)
+        for joint in description.joints.values()
+        if joint.type == "floating"
+    ]
+    for body in found:
+        if body.parent != "world":
+            raise InvalidDescriptionError(
+                f"Joint '{body.joint}' is floating but starts at link '{body.parent}'",
+                hint="What moves freely starts at a root link named 'world'.",
+            )
+    return found
+
+
+def free_root(model: Any, body: int) -> int:
+    """The body on a free joint that carries another one, or 0 where that stands in the world.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        body: Number of the body.
+    """
+    while body:
+        first, count = model.body_jntadr[body], model.body_jntnum[body]
+        if count and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
+            return body
+        body = int(model.body_parentid[body])
+    return 0

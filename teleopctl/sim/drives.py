@@ -1,0 +1,264 @@
+"""The drives of a simulated robot: commands in, set-points and gains of MuJoCo's actuators out.
+
+How a drive works is told in `teleopctl.mujoco_model.drives`, which builds the actuators; here
+they are switched between positions, velocities and efforts, and led from period to period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.mujoco_model import (
+    SPEED_LAG_S,
+    SPEED_STIFFNESS,
+    compensated_bodies,
+    drive_name,
+    motor_name,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import JointSpec
+
+Array = npt.NDArray[np.float64]
+
+_POSITION, _VELOCITY, _EFFORT = range(3)
+
+# The shortest time in which a joint on a velocity command brakes before its limits, in seconds:
+# two time constants of its drive.
+_BRAKING_S = 0.01
+
+# Closer than this (rad or m) a set-point has arrived.
+_ARRIVED = 1e-9
+
+
+class Drives:
+    """The drives of a robot's joints.
+
+    Args:
+        model: The ``mujoco.MjModel``, whose gains change while running.
+        data: Its ``mujoco.MjData``.
+        joints: The robot's movable joints.
+        period_s: Time between two commands, in seconds.
+    """
+
+    def __init__(self, model: Any, data: Any, joints: Sequence[JointSpec], period_s: float) -> None:
+        self._m = m = model
+        self._d = data
+        self._period_s = period_s
+        driven = [joint for joint in joints if joint.command_interfaces]
+        self._drive_of = {joint.name: row for row, joint in enumerate(driven)}
+        self._drive = np.array([m.actuator(drive_name(j.name)).id for j in driven], dtype=int)
+        self._act = np.array([m.actuator_actadr[drive] for drive in self._drive], dtype=int)
+        self._qpos = np.array([m.joint(j.name).qposadr[0] for j in driven], dtype=int)
+        self._dof = np.array([m.joint(j.name).dofadr[0] for j in driven], dtype=int)
+        self._motor = np.array(
+            [
+                m.actuator(motor_name(j.name)).id if "effort" in j.command_interfaces else -1
+                for j in driven
+            ],
+            dtype=int,
+        )
+        self._accepts = np.array(
+            [
+                [name in joint.command_interfaces for joint in driven]
+                for name in ("position", "velocity", "effort")
+            ],
+            dtype=bool,
+        ).reshape(3, len(driven))
+        self._lower: Array = np.array([joint.limits.lower for joint in driven])
+        self._upper: Array = np.array([joint.limits.upper for joint in driven])
+        self._max_speed: Array = np.array([joint.limits.velocity for joint in driven])
+        self._gain = np.array(m.actuator_gainprm[self._drive])
+        self._bias = np.array(m.actuator_biasprm[self._drive])
+        self._limited = np.array(m.actuator_actlimited[self._drive], dtype=bool)
+        self._damping: Array = -self._bias[:, 2]
+        # What the joint itself loses to its bearings at 1 rad/s, which a drive is tuned to.
+        self._drag: Array = np.array(m.dof_damping[self._dof])
+        self._effort: Array = np.array([joint.limits.effort for joint in driven])
+        # The change of speed that the damper alone answers with all the joint's effort.
+        self._speed_step: Array = self._effort / self._damping
+        self._command_names: tuple[str, ...] = ()
+        self._command_rows = np.zeros(0, dtype=int)
+        self._command_columns = np.zeros(0, dtype=int)
+        # Dofs that hold themselves: the followers of driven joints.
+        self._followers = np.array(
+            [
+                m.joint(joint.name).dofadr[0]
+                for joint in joints
+                if joint.mimic is not None and joint.mimic.joint in self._drive_of
+            ],
+            dtype=int,
+        )
+
+    def reset(self) -> None:
+        """Stand still where the joints are, without commands."""
+        count = len(self._drive)
+        self._mode = np.full(count, _POSITION)
+        self._target = np.clip(self._d.qpos[self._qpos], self._lower, self._upper)
+        self._wanted_speed = np.zeros(count)
+        self._setpoint: Array = np.array(self._target)
+        self._setpoint_speed: Array = np.zeros(count)
+        self._fed_forward: Array = np.zeros(count)
+        self._planned_target: Array = np.array(self._target)
+        self._stiffness: Array = np.array(self._gain[:, 0])
+        self._d.act[self._act] = self._setpoint
+        self._apply_modes()
+
+    def apply(
+        self,
+        names: Sequence[str],
+        position: Sequence[float] = (),
+        velocity: Sequence[float] = (),
+        effort: Sequence[float] = (),
+    ) -> None:
+        """Take commands for the control period that begins now.
+
+        Position wins over velocity, velocity over effort, where a joint is commanded more than
+        one. A joint without a finite command holds where it is. Positions are kept within the
+        joint's limits. Names that are not commandable are passed over; `commandable` tells.
+
+        Args:
+            names: Joint names.
+            position: Positions (rad or m), one per name, NaN for none; or empty.
+            velocity: Velocities (rad/s or m/s) in the same way.
+            effort: Efforts (N m or N) in the same way.
+        """
+        if tuple(names) != self._command_names:
+            self._index_command(tuple(names))
+        wanted_position = self._by_drive(position, _POSITION)
+        wanted_velocity = self._by_drive(velocity, _VELOCITY)
+        wanted_effort = self._by_drive(effort, _EFFORT)
+        by_position = np.isfinite(wanted_position)
+        by_velocity = np.isfinite(wanted_velocity) & ~by_position
+        by_effort = np.isfinite(wanted_effort) & ~by_position & ~by_velocity
+        self._set_modes(by_velocity, by_effort)
+        self._target[by_position] = np.clip(wanted_position, self._lower, self._upper)[by_position]
+        self._wanted_speed[by_velocity] = wanted_velocity[by_velocity]
+        self._d.ctrl[self._motor[by_effort]] = wanted_effort[by_effort]
+
+    def hold(self) -> None:
+        """Nobody commands any more: every joint stays where it is or was last sent."""
+        nothing = np.zeros(len(self._drive), dtype=bool)
+        self._set_modes(nothing, nothing)
+
+    def commandable(self, name: str) -> bool:
+        """Whether a joint takes commands."""
+        return name in self._drive_of
+
+    def _index_command(self, names: tuple[str, ...]) -> None:
+        known = [
+            (self._drive_of[name], column)
+            for column, name in enumerate(names)
+            if name in self._drive_of
+        ]
+        self._command_names = names
+        self._command_rows = np.array([row for row, _ in known], dtype=int)
+        self._command_columns = np.array([column for _, column in known], dtype=int)
+
+    def _by_drive(self, values: Sequence[float], interface: int) -> Array:
+        """Values ordered by drive; NaN where there is none or the joint does not take it."""
+        ordered = np.full(len(self._drive), np.nan)
+        if len(values) == len(self._command_names) and len(values) > 0:
+            ordered[self._command_rows] = np.asarray(values, dtype=float)[self._command_columns]
+            ordered[~self._accepts[interface]] = np.nan
+        return ordered
+
+    def _set_modes(
+        self, by_velocity: npt.NDArray[np.bool_], by_effort: npt.NDArray[np.bool_]
+    ) -> None:
+        mode = np.full(len(self._drive), _POSITION)
+        mode[by_velocity] = _VELOCITY
+        mode[by_effort] = _EFFORT
+        if np.array_equal(mode, self._mode):
+            return
+        # A drive that takes over starts from where the joint is, not from an old set-point.
+        actual = self._d.qpos[self._qpos]
+        now = np.clip(actual, self._lower, self._upper)
+        from_effort = (self._mode == _EFFORT) & (mode != _EFFORT)
+        self._setpoint[from_effort] = now[from_effort]
+        released = (mode == _POSITION) & (self._mode != _POSITION)
+        self._target[released] = now[released]
+        # The other spring is stretched so that it carries the same load.
+        stiffness = self._gain[:, 0] * np.where(mode == _VELOCITY, SPEED_STIFFNESS, 1.0)
+        lead = (self._setpoint - actual) * self._stiffness / stiffness
+        self._setpoint = np.where(stiffness == self._stiffness, self._setpoint, actual + lead)
+        self._stiffness = stiffness
+        self._mode = mode
+        self._apply_modes()
+
+    def _apply_modes(self) -> None:
+        """Switch between drives and motors, and what of the robot's weight the drives carry."""
+        by_effort = self._mode == _EFFORT
+        gain, bias = np.array(self._gain), np.array(self._bias)
+        gain[:, 0], bias[:, 1] = self._stiffness, -self._stiffness
+        self._m.actuator_gainprm[self._drive] = np.where(by_effort[:, None], 0.0, gain)
+        self._m.actuator_biasprm[self._drive] = np.where(by_effort[:, None], 0.0, bias)
+        # The range keeps a position's set-point off the stops; speeds are kept within them instead.
+        self._m.actuator_actlimited[self._drive] = self._limited & (self._mode != _VELOCITY)
+        motors = self._motor[(self._motor >= 0) & ~by_effort]
+        self._d.ctrl[motors] = 0.0
+        unsupported = np.ones(self._m.nv, dtype=bool)
+        unsupported[self._dof[~by_effort]] = False
+        unsupported[self._followers] = False
+        self._m.body_gravcomp[:] = compensated_bodies(self._m, unsupported)
+
+    def plan_period(self) -> None:
+        """Set the path of every set-point for the control period that begins."""
+        setpoint = self._setpoint
+        away = self._target - setpoint
+        arrived = (self._mode == _POSITION) & (np.abs(away) < _ARRIVED)
+        setpoint[arrived] = self._target[arrived]
+        away[arrived] = 0.0
+        moving = self._mode == _VELOCITY
+        speed = away / self._period_s
+        if moving.any():
+            speed = np.where(moving, self._within_stops(self._wanted_speed), speed)
+        np.clip(speed, -self._max_speed, self._max_speed, out=speed)
+        speed[self._mode == _EFFORT] = 0.0
+        if moving.any():
+            actual = self._d.qpos[self._qpos]
+            # The spring is stretched no further than for the effort that the damper leaves it: what
+            # holds the joint back does not wind it up.
+            pull = self._damping * (self._setpoint_speed - self._d.qvel[self._dof])
+            most = np.clip(self._effort - pull, 0.0, self._effort) / self._stiffness
+            least = -np.clip(self._effort + pull, 0.0, self._effort) / self._stiffness
+            lead = np.clip(setpoint - actual, least, most)
+            # A change of speed asks for no distance to be made up.
+            lead -= (speed - self._setpoint_speed) * SPEED_LAG_S
+            setpoint[moving] = (actual + lead)[moving]
+        fed = np.where(moving, speed, self._fed_speed(speed, away))
+        # The damper pulls at the joint's absolute speed: stretching the spring by
+        # damping * speed / stiffness makes that the difference from the set-point's speed.
+        stretch = fed * (self._damping + self._drag) / self._stiffness
+        self._d.act[self._act] = setpoint + stretch
+        self._d.ctrl[self._drive] = speed
+        self._setpoint_speed = speed
+        self._fed_forward = fed
+        self._planned_target[:] = self._target
+        self._setpoint = setpoint + speed * self._period_s
+
+    def _within_stops(self, speed: Array) -> Array:
+        """Speeds that end at the joints' limits, not beyond them."""
+        rest = self._d.qpos[self._qpos] + self._d.qvel[self._dof] * SPEED_LAG_S
+        braking = max(self._period_s, _BRAKING_S)
+        lowest = np.minimum(self._lower - rest, 0.0) / braking
+        highest = np.maximum(self._upper - rest, 0.0) / braking
+        return np.clip(speed, lowest, highest)
+
+    def _fed_speed(self, speed: Array, away: Array) -> Array:
+        """What of a set-point's speed on the way to a position is fed forward.
+
+        All of it where positions follow one another as a path, so that the joint does not lag.
+        None towards a position that is not new or that takes more than a period: whoever asks for
+        a jump wants to come to rest at its end, for which the damper has to see the joint's speed.
+        In between, as much more in each period as the damper can answer with the joint's effort.
+        """
+        before = np.where(self._fed_forward * speed > 0.0, self._fed_forward, 0.0)
+        more = np.clip(speed - before, -self._speed_step, self._speed_step)
+        fed = np.where(np.abs(speed) > np.abs(before), before + more, speed)
+        within_reach = np.abs(away) <= self._max_speed * self._period_s * (1.0 + 1e-6)
+        return np.where(within_reach & (self._target != self._planned_target), fed, 0.0)

@@ -1,0 +1,72 @@
+"""Where the free bodies of a simulation are, and how they are put elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import FreeBody
+
+Array = npt.NDArray[np.float64]
+
+
+class FreeBodies:
+    """The free bodies of a simulation, in the order of ``bodies``.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        data: Its ``mujoco.MjData``.
+        bodies: What moves freely.
+
+    Attributes:
+        bodies: What moves freely.
+    """
+
+    def __init__(self, model: Any, data: Any, bodies: Sequence[FreeBody]) -> None:
+        self.bodies = tuple(bodies)
+        self._d = data
+        joints = [model.joint(body.joint) for body in bodies]
+        self._qpos = [int(joint.qposadr[0]) for joint in joints]
+        self._dof = [int(joint.dofadr[0]) for joint in joints]
+        self._row = {body.link: row for row, body in enumerate(bodies)}
+
+    def index(self, link: str) -> int | None:
+        """The number of a link among the free bodies, or None."""
+        return self._row.get(link)
+
+    def pose(self, index: int) -> Array:
+        """Position in the world (m) and rotation (w x y z), (7,)."""
+        start = self._qpos[index]
+        return np.array(self._d.qpos[start : start + 7])
+
+    def twist(self, index: int) -> Array:
+        """Velocity of its origin (m/s) and angular velocity (rad/s), both in the world, (6,)."""
+        start = self._dof[index]
+        twist = np.array(self._d.qvel[start : start + 6])
+        # MuJoCo has the linear part in the world's frame, the angular one in the body's.
+        mujoco.mju_rotVecQuat(twist[3:], twist[3:].copy(), self.pose(index)[3:])
+        return twist
+
+    def put(self, index: int, pose: Array, twist: Array | None = None) -> None:
+        """Put a body somewhere.
+
+        Args:
+            index: Its number.
+            pose: As of `pose`; the rotation need not be of unit length.
+            twist: As of `twist`; at rest by default.
+        """
+        start, dof = self._qpos[index], self._dof[index]
+        quaternion = np.array(pose[3:])
+        mujoco.mju_normalize4(quaternion)
+        self._d.qpos[start : start + 7] = [*pose[:3], *quaternion]
+        self._d.qvel[dof : dof + 6] = 0.0
+        if twist is not None:
+            inverse, angular = np.zeros(4), np.zeros(3)
+            mujoco.mju_negQuat(inverse, quaternion)
+            mujoco.mju_rotVecQuat(angular, np.array(twist[3:]), inverse)
+            self._d.qvel[dof : dof + 6] = [*twist[:3], *angular]

@@ -1,0 +1,68 @@
+"""What the arm's gripper holds."""
+
+import numpy as np
+import pytest
+
+from teleopctl.mujoco_model.model import build_model
+from teleopctl.packages import package_share
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.sim.simulation import Simulation
+
+JOINTS = ["joint_1", "joint_2", "joint_3", "joint_4"]
+POSE = [0.0, 0.3, -0.3]
+OPEN, CLOSED = -0.6, 0.0
+
+# Between the tips of the fingers, in the frame of claw_support.
+GRASP = np.array([-0.13, 0.545, -0.1])
+
+
+def cube(size: float, mass: float) -> str:
+    inertia = mass * size**2 / 6.0
+    shape = f'<geometry><box size="{size} {size} {size}"/></geometry>'
+    return f"""<link name="cube">
+      <inertial><mass value="{mass}"/><inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}"
+        ixy="0" ixz="0" iyz="0"/></inertial>
+      <visual>{shape}</visual><collision>{shape}</collision></link>
+    <joint name="cube_joint" type="floating"><parent link="world"/><child link="cube"/>
+      <origin xyz="2 2 0.5"/></joint>"""
+
+
+class Grip:
+    """The arm with its fingers around a cube, which is held in place until they have closed."""
+
+    def __init__(self, size: float, mass: float) -> None:
+        file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+        arm = expand_xacro(str(file), {})
+        urdf = arm.replace("</robot>", cube(size, mass) + "</robot>")
+        model = build_model(RobotDescription.from_urdf(urdf))
+        self.simulation = Simulation(model, control_period_ns=10_000_000)
+        self.move(OPEN, 1.0)
+        claw = self.simulation.link_pose("claw_support")
+        place = np.array([*(claw.position + claw.rotation @ GRASP), *claw.quaternion])
+        for _ in range(100):
+            self.simulation.apply(JOINTS, position=[*POSE, CLOSED])
+            for _ in range(self.simulation.steps_to_tick):
+                self.simulation.free_bodies.put(0, place)
+                self.simulation.step(1)
+        self.start = self.in_claw()
+
+    def move(self, finger: float, seconds: float) -> None:
+        for _ in range(round(100 * seconds)):
+            self.simulation.apply(JOINTS, position=[*POSE, finger])
+            self.simulation.step(self.simulation.steps_to_tick)
+
+    def in_claw(self) -> np.ndarray:
+        claw, held = (self.simulation.link_pose(link) for link in ("claw_support", "cube"))
+        return np.array(claw.rotation.T @ (held.position - claw.position))
+
+
+@pytest.mark.parametrize("mass", [0.05, 0.5])
+@pytest.mark.parametrize("size", [0.04, 0.06, 0.1])
+def test_a_cube_is_held_for_ten_seconds(size: float, mass: float) -> None:
+    grip = Grip(size, mass)
+    grip.move(CLOSED, 10.0)
+
+    assert np.linalg.norm(grip.in_claw() - grip.start) < 1e-3
+    grip.move(OPEN, 1.0)
+    assert np.linalg.norm(grip.in_claw() - grip.start) > 0.1, "and let go"
