@@ -28,6 +28,11 @@ _OVERRIDE = "ZENOH_CONFIG_OVERRIDE"
 
 # One text, parsed once, is several times faster than setting key by key. Times in milliseconds,
 # in the transmission queue in microseconds.
+#
+# The queue's size and its wait for fragments are not rmw_zenoh's 2 and 50000. A large message goes
+# in pieces of 64 kB and is dropped when one finds no room in time, which on a busy machine happened
+# to one in six of 9 MB. The wait doubles from a millisecond with each piece, so that room for eight
+# also makes the first wait long enough.
 _COMMON = """
   scouting: {
     %(scouting_delay)s
@@ -55,7 +60,13 @@ _COMMON = """
       tx: {
         lease: 60000,
         keep_alive: 2,
-        queue: { congestion_control: { block: { wait_before_close: %(wait_before_close)s } } },
+        queue: {
+          size: { data: 8 },
+          congestion_control: {
+            drop: { max_wait_before_drop_fragments: 500000 },
+            block: { wait_before_close: %(wait_before_close)s },
+          },
+        },
       },
     },
     shared_memory: {
