@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
 from teleopctl.errors import SystemFailureError
+from teleopctl.output import LOG_FILE, log_bytes
 
 if TYPE_CHECKING:
     import psutil
@@ -130,10 +131,12 @@ def start(
     environment = dict(os.environ if env is None else env)
     # It may be in our own environment, when this process has not announced itself yet.
     environment.pop(_ANNOUNCE, None)
+    log_bytes(environment)  # a faulty bound is better said here than in the log
     if ready_within_s is not None:
         environment[_ANNOUNCE] = "1"
     with _new_log(name, logs_dir(environment)) as log:
         log_file = Path(log.name)
+        environment[LOG_FILE] = str(log_file)
         try:
             child = subprocess.Popen(
                 list(argv),

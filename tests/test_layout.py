@@ -16,6 +16,7 @@ GROUND = {
     "background",
     "errors",
     "lazy",
+    "output",
     "packages",
     "plugins",
     "printable",
@@ -49,9 +50,10 @@ ALLOWED = {
 
 # The ground has an order of its own.
 ALLOWED_ON_THE_GROUND = {
-    "background": {"errors"},
+    "background": {"errors", "output"},
     "errors": set(),
     "lazy": set(),
+    "output": {"errors"},
     "packages": {"errors", "lazy", "plugins"},
     "plugins": {"errors"},
     "printable": set(),

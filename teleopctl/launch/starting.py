@@ -50,8 +50,10 @@ def make_plan(
 def run_here(plan: LaunchPlan) -> int:
     """Carry out a plan in the foreground and return the exit status."""
     from teleopctl.launch.execution.supervisor import Supervisor
+    from teleopctl.output import outlive_output
 
     _prepare(plan)
+    outlive_output()
     return Supervisor(plan).run()
 
 

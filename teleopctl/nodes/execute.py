@@ -45,7 +45,11 @@ def run_executable(
 def execute(executable: Executable, args: Sequence[str]) -> int:
     """Run a program that was found, see `run_executable`."""
     from teleopctl.compat import activation
+    from teleopctl.output import outlive_output, take_log_file
 
+    log_file = take_log_file()
+    # In the foreground what it prints may be a result, for a pipe or a file that a person chose.
+    outlive_output(log_file=log_file, lossless_stdout=log_file is None)
     activation.activate()
     activation.activate_children()
     if executable.import_root is not None:
@@ -115,7 +119,8 @@ def _run_program(file: Path, args: Sequence[str]) -> int:
     import subprocess
 
     try:
-        process = subprocess.Popen([str(file), *args])
+        # Python ignores SIGPIPE; so it stays, since what a node says must not end it.
+        process = subprocess.Popen([str(file), *args], restore_signals=False)
     except OSError as error:
         raise SystemFailureError(f"Cannot run {file}: {error.strerror}") from error
     signal.signal(signal.SIGINT, lambda number, _: process.send_signal(number))

@@ -126,6 +126,9 @@ def test_what_a_killed_launch_leaves_behind_is_listed_and_can_be_stopped(ros):
     psutil.Process(listed["two"]["pid"]).kill()
     eventually(lambda: "two" not in processes(ros))
     assert processes(ros)["simple_publisher-1"]["pid"] == left
+    # Nobody reads its output any more: it goes on, in its log.
+    before = ros.run("logs simple_subscriber-2").stdout
+    eventually(lambda: len(ros.run("logs simple_subscriber-2").stdout) > len(before))
     assert "simple_publisher-1 has been stopped" in ros.run("stop").stdout
     assert not runs(left)
     assert list(processes(ros)) == ["router"]
@@ -141,6 +144,30 @@ def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
     assert result.returncode == 1
     assert "sh-2 died with exit code 3" in result.stderr
     assert "my last words" in result.stderr
+
+
+def test_logs_follow_one_that_begins_anew_and_show_both_its_parts(ros):
+    (ros.folder / "counts.py").write_text(
+        "import itertools, rclpy\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('counts')\n"
+        "numbers = itertools.count()\n"
+        "node.create_timer(0.001, lambda: print(next(numbers), flush=True))\n"
+        "rclpy.spin(node)\n"
+    )
+    ros.env["TELEOPCTL_LOG_BYTES"] = "10000"
+    assert ros.run("run -d ./counts.py").returncode == 0
+    follower = ros.spawn("logs -f counts")
+    follower.wait_for_line("^2500$")  # two parts have 10 kB, which is about 2000 numbers
+    assert ros.run("stop counts").returncode == 0
+    assert follower.wait() == 0
+    heard = [int(line) for line in follower.stdout.split()]
+    kept = [int(line) for line in ros.run("logs counts").stdout.split()]
+    assert heard == list(range(heard[0], heard[-1] + 1))
+    assert kept == list(range(kept[0], heard[-1] + 1))
+    assert kept[0] > 0
+    (older,) = (ros.folder / "log").glob("counts-*.log.1")
+    assert older.read_text().startswith(f"{kept[0]}\n")
 
 
 def test_logs_follow_until_the_process_ends(ros):

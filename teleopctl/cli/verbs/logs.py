@@ -1,22 +1,23 @@
 """``teleopctl logs``: what a background process wrote."""
 
+import os
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, BinaryIO
 
 from teleopctl import background
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import SystemFailureError, TeleopctlError, UsageError
 from teleopctl.launch import find_running, newest_log
+from teleopctl.output import older_part
 
 VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
 
 # A file cannot be waited for on every system: it is read this often, in seconds.
 _READ_EVERY_S = 0.1
-_BLOCK = 1 << 16
 
 
 def logs(
@@ -39,19 +40,26 @@ def logs(
     if lines is not None and lines < 0:
         raise UsageError("The number of lines must not be negative")
     log_file, is_running = _find(name)
+    log: BinaryIO | None = None
     try:
-        with log_file.open("rb") as log:
-            if lines is not None:
-                log.seek(_start_of_last_lines(log_file, lines))
-            _copy(log.read)
-            while follow and is_running():
-                time.sleep(_READ_EVERY_S)
-                _copy(log.read)
-            _copy(log.read)
+        log = log_file.open("rb")
+        written = _older(log_file, log) + log.read()
+        _put(written if lines is None else written[_start_of_last_lines(written, lines) :])
+        while follow and is_running():
+            time.sleep(_READ_EVERY_S)
+            _put(log.read())
+            if _is_set_aside(log, log_file):
+                _put(log.read())
+                log.close()
+                log = log_file.open("rb")
+        _put(log.read())
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
         raise SystemFailureError(f"Cannot read {log_file}: {error.strerror}") from error
+    finally:
+        if log is not None:
+            log.close()
     return 0
 
 
@@ -71,15 +79,27 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
     return record.log_file, lambda: background.is_alive(record)
 
 
-def _copy(read: Callable[[int], bytes]) -> None:
-    """Hand on everything that can be read now, byte for byte."""
-    while block := read(_BLOCK):
-        sys.stdout.buffer.write(block)
-    console.flush()
+def _older(log_file: Path, log: BinaryIO) -> bytes:
+    """What a log had before it began anew."""
+    older = older_part(log_file)
+    if not older.exists() or os.path.samestat(older.stat(), os.fstat(log.fileno())):
+        return b""
+    return older.read_bytes()
 
 
-def _start_of_last_lines(log_file: Path, lines: int) -> int:
-    data = log_file.read_bytes()
+def _is_set_aside(log: BinaryIO, log_file: Path) -> bool:
+    """Whether the log has begun anew since it was opened."""
+    return log_file.exists() and not os.path.samestat(log_file.stat(), os.fstat(log.fileno()))
+
+
+def _put(data: bytes) -> None:
+    """Hand on what was read, byte for byte."""
+    if data:
+        sys.stdout.buffer.write(data)
+        console.flush()
+
+
+def _start_of_last_lines(data: bytes, lines: int) -> int:
     position = len(data.rstrip(b"\n"))
     for _ in range(lines):
         position = data.rfind(b"\n", 0, position)

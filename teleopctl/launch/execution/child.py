@@ -9,14 +9,18 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl.output import LOG_FILE, LogFile
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
+# A process that writes no line ends must not fill the memory.
+_LONGEST_LINE = 1 << 16
 # Exit statuses of a process that ended because it was asked to.
 _ENDED_BY_INTERRUPT = frozenset({128 + signal.SIGINT, -signal.SIGINT, 0xC000013A})
 _ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
@@ -42,7 +46,7 @@ class Child:
         self._screen = screen
         self._on_exit = on_exit
         self._process: subprocess.Popen[bytes] | None = None
-        self._log: IO[bytes] | None = None
+        self._log: LogFile | None = None
         self._signals_sent: set[int] = set()
 
     @property
@@ -77,29 +81,26 @@ class Child:
         """Start the process; nothing is read from it before `attend`.
 
         Raises:
-            OSError: It cannot be started, or its log cannot be written.
+            OSError: It cannot be started.
             ValueError: Likewise: a null byte stands in its command line.
         """
         plan = self.plan
         self._signals_sent.clear()
-        log = self.log_file.open("ab", buffering=0)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
-        try:
-            with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
-                self._process = subprocess.Popen(
-                    plan.command[0] if plan.shell else plan.command,
-                    shell=plan.shell,
-                    cwd=plan.working_directory,
-                    env=_environment(plan),
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
-                    **_own_group(),
-                )
-        except BaseException:
-            log.close()
-            raise
-        self._log = log
+        with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
+            self._process = subprocess.Popen(
+                plan.command[0] if plan.shell else plan.command,
+                shell=plan.shell,
+                cwd=plan.working_directory,
+                env=_environment(plan, self.log_file),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                # A node is not to die of SIGPIPE at its next line when this process is killed.
+                restore_signals=not plan.is_node,
+                **_own_group(),
+            )
+        self._log = LogFile(self.log_file, partial(self._screen.say, "WARNING", "launch"))
 
     def attend(self) -> None:
         """Relay what the started process writes, until it ends, on another thread."""
@@ -125,10 +126,10 @@ class Child:
             else:
                 os.killpg(process.pid, number)
 
-    def _attend(self, process: subprocess.Popen[bytes], log: IO[bytes]) -> None:
+    def _attend(self, process: subprocess.Popen[bytes], log: LogFile) -> None:
         assert process.stdout is not None
         assert process.stderr is not None
-        with log:
+        with contextlib.closing(log):
             readers = [
                 threading.Thread(target=self._relay, args=(pipe, log, shown), daemon=True)
                 for pipe, shown in (
@@ -143,19 +144,20 @@ class Child:
                 reader.join(_LAST_WORDS_S)
         self._on_exit(self)
 
-    def _relay(self, pipe: IO[bytes], log: IO[bytes], shown: bool) -> None:
-        # The log is closed under a reader whose pipe a descendant of the process keeps open.
-        with contextlib.suppress(ValueError, OSError), pipe:
-            for line in pipe:
-                with contextlib.suppress(OSError):  # a full disk, which the process can live with
-                    log.write(line)
+    def _relay(self, pipe: IO[bytes], log: LogFile, shown: bool) -> None:
+        with pipe:
+            while line := pipe.readline(_LONGEST_LINE):
+                log.write(line)
                 if shown:
                     self._screen.relay(self.plan.name, line)
 
 
-def _environment(plan: ProcessPlan) -> dict[str, str]:
+def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
     # Unbuffered, since otherwise what a node prints appears only when a buffer is full.
     wanted = {**os.environ, "PYTHONUNBUFFERED": "1", **plan.environment}
+    if plan.is_node:
+        # There it goes on writing when this process has ended before it.
+        wanted[LOG_FILE] = str(log_file)
     return {name: value for name, value in wanted.items() if value is not None}
 
 

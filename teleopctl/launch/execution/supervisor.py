@@ -50,7 +50,7 @@ class Supervisor:
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._timer_ids = itertools.count()
         log_file = None if in_background else plan.log_directory / "launch.log"
-        self._screen = Screen(log_file, lambda: self._events.put(self._shut_down))
+        self._screen = Screen(log_file)
         self._children = [
             Child(
                 process,
@@ -78,7 +78,9 @@ class Supervisor:
             The exit status: 130 after Ctrl-C, 1 when a process died, otherwise 0.
         """
         handled = [signal.SIGINT, signal.SIGTERM]
-        handled += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            # Whoever began with `nohup` wants the launch to outlive the terminal.
+            handled.append(signal.SIGHUP)
         previous = {number: signal.signal(number, self._on_signal) for number in handled}
         try:
             self._start()

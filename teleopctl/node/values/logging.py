@@ -10,6 +10,7 @@ breaks and colours go to the console as they are. Library code uses Python's ``l
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import os
 import sys
@@ -93,7 +94,8 @@ class _Console:
         )
         if self._colors:
             line = f"{_COLORS[severity]}{line}{_RESET}"
-        with self._lock:
+        # A full disk, a terminal that is gone: no reason to end who only told something.
+        with self._lock, contextlib.suppress(OSError, ValueError):
             self._stream.write(line + "\n")
             self._stream.flush()
 

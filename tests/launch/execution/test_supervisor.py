@@ -1,9 +1,15 @@
 """The supervisor where the system refuses something: the launch goes on with the rest."""
 
+import os
+import subprocess
 import sys
+from dataclasses import replace
+
+import pytest
 
 from teleopctl.launch.execution.supervisor import Supervisor
 from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
+from teleopctl.testing import eventually
 
 WORKS = ProcessPlan(name="works-1", command=[sys.executable, "-c", "print('done')"])
 
@@ -24,7 +30,56 @@ def test_a_command_that_no_system_takes_is_one_dead_process(tmp_path, capfd):
     assert "[INFO] [works-1]: process has finished cleanly" in output
 
 
-def test_a_process_whose_log_cannot_be_written_does_not_start(tmp_path, capfd):
+def test_a_process_whose_log_cannot_be_written_runs_and_the_launch_says_so_once(tmp_path, capfd):
     (tmp_path / "works-1.log").mkdir()
-    assert Supervisor(LaunchPlan(log_directory=tmp_path, processes=[WORKS])).run() == 1
-    assert "[ERROR] [works-1]: process failed to start: " in capfd.readouterr().out
+    talks = replace(WORKS, command=[sys.executable, "-c", "print('a'); print('b')"])
+    assert Supervisor(LaunchPlan(log_directory=tmp_path, processes=[talks])).run() == 0
+    output = capfd.readouterr().out
+    assert output.count("[WARNING] [launch]: Cannot write ") == 1
+    assert f"{tmp_path / 'works-1.log'}: Is a directory; it will lack lines" in output
+
+
+def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, capfd):
+    code = "import os; [os.write(1, b'x' * 10_000) for _ in range(100)]"
+    endless = replace(WORKS, command=[sys.executable, "-c", code], show_stdout=True)
+    assert Supervisor(LaunchPlan(log_directory=tmp_path, processes=[endless])).run() == 0
+    assert (tmp_path / "works-1.log").read_bytes() == b"x" * 1_000_000
+    lines = capfd.readouterr().out.splitlines()
+    assert max(len(line) for line in lines) < 70_000
+
+
+@pytest.mark.skipif(os.name == "nt", reason="FIFOs, and the signal of a broken pipe")
+@pytest.mark.parametrize("program", ["shell", "python"])
+def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program):
+    commands = {
+        "shell": ["sh", "-c", "echo up; read x < fifo; echo one; echo two; echo done > done"],
+        "python": [sys.executable, "-P", "-m", "teleopctl.nodes", str(tmp_path / "prints.py")],
+    }
+    (tmp_path / "prints.py").write_text(
+        "import os, sys\n"
+        "print('up')\n"
+        "open('fifo').read()\n"
+        "print('one')\n"
+        "sys.stderr.write('two\\n')\n"
+        "os.system('echo of a child')\n"
+        "open('done', 'w').write('done')\n"
+    )
+    os.mkfifo(tmp_path / "fifo")
+    node = ProcessPlan(
+        name="node-1", command=commands[program], is_node=True, working_directory=str(tmp_path)
+    )
+    (tmp_path / "plan.json").write_text(
+        LaunchPlan(log_directory=tmp_path, processes=[node]).dump(), encoding="utf-8"
+    )
+    supervisor = subprocess.Popen(
+        [sys.executable, "-m", "teleopctl.launch", str(tmp_path / "plan.json")],
+        stdout=subprocess.DEVNULL,
+    )
+    log = tmp_path / "node-1.log"
+    with (tmp_path / "fifo").open("w"):  # it opens when the node reads
+        eventually(lambda: log.exists() and log.read_text() == "up\n")
+        supervisor.kill()
+        supervisor.wait()
+    eventually((tmp_path / "done").exists, what="the end of the node's work")
+    if program == "python":
+        assert log.read_text() == "up\none\ntwo\nof a child\n"

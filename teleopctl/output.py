@@ -1,0 +1,241 @@
+"""Output that never ends who writes it, and log files that have a bound.
+
+A log that has grown to half of its bound becomes ``FILE.1``, which replaces the one before, and
+begins anew. ``TELEOPCTL_LOG_BYTES`` sets the bound of each process's log, both files together.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from teleopctl.errors import UsageError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+LOG_FILE = "TELEOPCTL_LOG_FILE"
+"""The variable that tells a process in the background, or of a launch, which log is its own."""
+
+_LOG_BYTES = "TELEOPCTL_LOG_BYTES"
+_DEFAULT_LOG_BYTES = 20_000_000
+# Less than some lines is no log.
+_SMALLEST_LOG_BYTES = 4096
+
+# Nobody reads any more, and nobody will: a pipe without a reader, a terminal that is gone.
+_NO_READER = {errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF, errno.ECONNRESET}
+
+_rotating = threading.Lock()
+
+
+def log_bytes(env: Mapping[str, str] = os.environ) -> int:
+    """The bound of one process's log, in bytes.
+
+    Raises:
+        UsageError: ``TELEOPCTL_LOG_BYTES`` is not a number, or too small for a log.
+    """
+    text = env.get(_LOG_BYTES)
+    if not text:
+        return _DEFAULT_LOG_BYTES
+    if not text.isascii() or not text.isdigit() or int(text) < _SMALLEST_LOG_BYTES:
+        raise UsageError(
+            f"{_LOG_BYTES}='{text}' is no size of a log",
+            hint=f"Give it in bytes, {_SMALLEST_LOG_BYTES} or more.",
+        )
+    return int(text)
+
+
+def older_part(log_file: Path) -> Path:
+    """The file that has what was written before a log began anew; it may not exist."""
+    return log_file.with_name(f"{log_file.name}.1")
+
+
+class LogFile:
+    """A log that can be written from any thread, never fails and never outgrows its bound.
+
+    Args:
+        path: Where it is; the file is appended to.
+        on_trouble: Called with a sentence when something could not be written, once until it can
+            be again.
+    """
+
+    def __init__(self, path: Path, on_trouble: Callable[[str], object] = lambda _: None) -> None:
+        self._path = path
+        self._on_trouble = on_trouble
+        self._largest = log_bytes() // 2
+        self._lock = threading.Lock()
+        self._file: BinaryIO | None = None
+        self._is_torn = False
+        self._in_trouble = False
+        self._is_closed = False
+
+    def write(self, line: bytes) -> None:
+        """Write a line; where the disk is full, or the file not to be opened, it is lost."""
+        trouble = None
+        with self._lock:
+            if self._is_closed:
+                return
+            try:
+                self._append(line)
+                self._in_trouble = False
+            except OSError as error:
+                if not self._in_trouble:
+                    trouble = f"Cannot write {self._path}: {error.strerror}; it will lack lines"
+                self._in_trouble = True
+        if trouble is not None:
+            self._on_trouble(trouble)
+
+    def close(self) -> None:
+        """Close the file; what is written later is lost. Idempotent."""
+        with self._lock:
+            self._is_closed = True
+            if self._file is not None:
+                self._file.close()
+
+    def _append(self, line: bytes) -> None:
+        if self._file is None:
+            self._file = self._path.open("ab", buffering=0)
+        if self._file.tell() + len(line) > self._largest:
+            _begin_anew(self._path, [self._file.fileno()])
+        # A line of which the disk took only a part must not run into the next one.
+        data = b"\n" + line if self._is_torn else line
+        written = 0
+        while written < len(data):
+            self._is_torn = written > 0 or self._is_torn
+            written += self._file.write(data[written:])
+        self._is_torn = False
+
+
+def _begin_anew(path: Path, descriptors: list[int]) -> None:
+    """Put a log aside and let the descriptors that write to it write to a new one."""
+    fresh = path.with_name(f"{path.name}.new")
+    try:
+        new = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
+        path.replace(older_part(path))
+        fresh.replace(path)
+    except OSError:
+        # Windows moves no open file. The bound counts for more than what is older.
+        with contextlib.suppress(OSError):
+            os.ftruncate(descriptors[0], 0)
+        return
+    for descriptor in descriptors:
+        os.dup2(new, descriptor, inheritable=os.get_inheritable(descriptor))
+    os.close(new)
+
+
+class _Output(io.RawIOBase):
+    """A standard stream whose ``write`` always succeeds.
+
+    Args:
+        descriptor: 1 or 2.
+        log_file: The log of this process. The stream may be this file, which is then kept within
+            its bound; otherwise it goes on there when nobody reads it any more.
+        lossless: Let errors of a full disk and of a closed pipe through: what is written is not a
+            log but a result, which must not be lost in silence.
+    """
+
+    def __init__(self, descriptor: int, log_file: Path | None, *, lossless: bool) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+        self._log_file = log_file
+        self._lossless = lossless
+        self._largest = log_bytes() // 2
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        return os.isatty(self._descriptor)
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        left = memoryview(data).cast("B")
+        size = len(left)
+        if self._log_file is not None:
+            self._keep_bound(self._log_file, size)
+        while left:
+            try:
+                left = left[os.write(self._descriptor, left) :]
+            except BlockingIOError:
+                break  # a terminal that another program has set so, and that is stopped
+            except OSError as error:
+                if self._lossless and error.errno != errno.EIO:
+                    raise
+                if error.errno not in _NO_READER or not self._go_on_elsewhere():
+                    break
+        return size
+
+    def _keep_bound(self, log_file: Path, size: int) -> None:
+        if self._is_log(self._descriptor, log_file, size):
+            with _rotating:
+                ours = [fd for fd in (1, 2) if self._is_log(fd, log_file, size)]
+                if ours:
+                    _begin_anew(log_file, ours)
+
+    def _is_log(self, descriptor: int, log_file: Path, size: int) -> bool:
+        """Whether a descriptor writes to the log and the log is full."""
+        try:
+            here = os.fstat(descriptor)
+            return here.st_size + size > self._largest and os.path.samestat(here, log_file.stat())
+        except OSError:
+            return False
+
+    def _go_on_elsewhere(self) -> bool:
+        """Lead the stream to the log, or where there is none, to nowhere."""
+        for path in (self._log_file, os.devnull):
+            if path is None:
+                continue
+            with contextlib.suppress(OSError):
+                new = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+                os.dup2(new, self._descriptor)
+                os.close(new)
+                return True
+        return False
+
+
+def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = False) -> None:
+    """Let this process go on when its standard streams cannot be written.
+
+    A full disk costs lines. A pipe whose reader has ended, or a terminal that is gone, is left for
+    the process's log if it has one.
+
+    Args:
+        log_file: The log.
+        lossless_stdout: Whether a full disk and a closed pipe stay errors for standard output, as
+            for a command whose output is a result.
+    """
+    for name, descriptor in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        if not isinstance(stream, io.TextIOWrapper) or stream.fileno() != descriptor:
+            continue  # closed from the start, or somebody else's
+        with contextlib.suppress(OSError):
+            stream.flush()
+        lossless = lossless_stdout and descriptor == 1
+        raw = _Output(descriptor, log_file, lossless=lossless)
+        setattr(
+            sys,
+            name,
+            io.TextIOWrapper(
+                # An unbuffered stream (python -u) stays so.
+                raw if stream.write_through else io.BufferedWriter(raw),
+                encoding=stream.encoding,
+                errors=stream.errors,
+                line_buffering=stream.line_buffering,
+                write_through=stream.write_through,
+            ),
+        )
+
+
+def take_log_file() -> Path | None:
+    """The log of this process, from the environment, which loses it: children have other ones."""
+    path = os.environ.pop(LOG_FILE, None)
+    return Path(path) if path else None
