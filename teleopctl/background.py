@@ -20,6 +20,12 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
 from teleopctl.errors import SystemFailureError
+from teleopctl.folders import (
+    check_private,
+    logs_dir as logs_dir,
+    make_private,
+    runtime_dir as runtime_dir,
+)
 from teleopctl.output import LOG_FILE, log_bytes
 
 if TYPE_CHECKING:
@@ -79,30 +85,6 @@ class ProcessRecord(NamedTuple):
     log_file: Path
     kind: str
     file: Path | None = None
-
-
-def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """The folder of the records: ``TELEOPCTL_RUNTIME_DIR``, else the user's runtime folder."""
-    chosen = env.get("TELEOPCTL_RUNTIME_DIR")
-    if chosen:
-        return Path(chosen)
-    from platformdirs import user_runtime_path, user_state_path
-
-    if sys.platform == "linux" and not (
-        os.environ.get("XDG_RUNTIME_DIR") or Path(f"/run/user/{os.getuid()}").is_dir()
-    ):
-        # In a container, say. The usual substitute is below /tmp, where others could make it first.
-        return user_state_path("teleopctl")
-    return user_runtime_path("teleopctl")
-
-
-def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
-    chosen = env.get("ROS_LOG_DIR")
-    if chosen:
-        return Path(chosen).expanduser()
-    home = env.get("ROS_HOME")
-    return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
 
 
 def start(
@@ -347,7 +329,7 @@ def _write(record: ProcessRecord, path: Path) -> None:
     entry = {**record._asdict(), "log_file": str(record.log_file)}
     del entry["file"]
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_private(folder)
         # Renaming is atomic: nobody reads half a record.
         with tempfile.NamedTemporaryFile(
             "w", dir=folder, suffix=".new", delete=False, encoding="utf-8"
@@ -362,8 +344,9 @@ def _write(record: ProcessRecord, path: Path) -> None:
 
 
 def _all_records(folder: Path | None) -> list[tuple[Path, ProcessRecord | None]]:
-    files = ((runtime_dir() if folder is None else folder) / _RECORDS).glob("*.json")
-    return [(path, _read(path)) for path in sorted(files)]
+    place = (runtime_dir() if folder is None else folder) / _RECORDS
+    check_private(place)
+    return [(path, _read(path)) for path in sorted(place.glob("*.json"))]
 
 
 def _read(path: Path) -> ProcessRecord | None:

@@ -14,15 +14,33 @@ import yaml
 
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-
 _TIMESTAMP = "tag:yaml.org,2002:timestamp"
 _MERGE = "tag:yaml.org,2002:merge"
+_INTEGER = "tag:yaml.org,2002:int"
 
 _Entry: TypeAlias = tuple[yaml.Node, yaml.Node]
 
+# Far more than any file for people has; libyaml's own recursion ends at some ten thousand.
+_DEEPEST = 100
+# Values that aliases may add: a kilobyte of aliases of aliases can stand for a billion.
+_MOST_FROM_ALIASES = 100_000
+# Python reads an integer in time that grows with the square of its digits.
+_LONGEST_INTEGER = 100
+
 
 class RosLoader(_BASE):  # type: ignore[misc]
-    """The safe loader, preferably libyaml's, with ROS 2's floats and without dates."""
+    """The safe loader, preferably libyaml's, with ROS 2's floats and without dates.
+
+    Args:
+        text: One YAML document.
+
+    Raises:
+        yaml.YAMLError: See `check_size`.
+    """
+
+    def __init__(self, text: str) -> None:
+        check_size(text)
+        super().__init__(text)
 
     yaml_implicit_resolvers = {  # noqa: RUF012 -- PyYAML's own way to say so
         first: [(tag, pattern) for tag, pattern in resolvers if tag != _TIMESTAMP]
@@ -31,6 +49,10 @@ class RosLoader(_BASE):  # type: ignore[misc]
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         """Build a value; what an explicit tag such as ``!!int`` cannot read is a YAML error."""
+        if node.tag == _INTEGER and len(node.value) > _LONGEST_INTEGER:
+            raise yaml.constructor.ConstructorError(
+                None, None, "an integer of too many digits", node.start_mark
+            )
         try:
             return super().construct_object(node, deep)
         except ValueError as error:
@@ -44,6 +66,70 @@ RosLoader.add_implicit_resolver(
     re.compile(r"^[-+]?[0-9][0-9_]*(?:\.[0-9_]*)?[eE][-+]?[0-9]+$"),
     list("-+0123456789"),
 )
+
+
+class _Collection:
+    """A list or mapping that has not ended yet: what it holds so far, and how deep."""
+
+    def __init__(self, anchor: str | None) -> None:
+        self.anchor = anchor
+        self.size = 1
+        self.depth = 0
+
+
+def check_size(text: str) -> None:
+    """Refuse a text that is deeper or, with its aliases written out, larger than a file can mean.
+
+    Its events are looked at before anything is built: what builds it, and most of what reads the
+    result, goes down into it by recursion.
+
+    Raises:
+        yaml.YAMLError: It is nested more than 100 deep, an alias stands for what it is a part of,
+            aliases stand for more than 100,000 values, or the text is not YAML.
+    """
+    anchors: dict[str, tuple[int, int] | None] = {}
+    pending = [_Collection(None)]
+    from_aliases = 0
+    for event in yaml.parse(text, Loader=_BASE):
+        size, depth = 1, 0
+        if isinstance(event, yaml.CollectionStartEvent):
+            pending.append(_Collection(event.anchor))
+            if event.anchor:
+                anchors[event.anchor] = None
+            _check_depth(len(pending), event)
+            continue
+        if isinstance(event, yaml.CollectionEndEvent):
+            ended = pending.pop()
+            anchor, size, depth = ended.anchor, ended.size, ended.depth + 1
+        elif isinstance(event, yaml.ScalarEvent):
+            anchor = event.anchor
+        elif isinstance(event, yaml.AliasEvent):
+            anchor = None
+            # An unknown one is the composer's to refuse.
+            known = anchors.get(str(event.anchor), (0, 0))
+            if known is None:
+                raise _refusal(f"'*{event.anchor}' is a part of what it stands for", event)
+            size, depth = known
+            from_aliases += size
+            if from_aliases > _MOST_FROM_ALIASES:
+                raise _refusal(f"aliases stand for more than {_MOST_FROM_ALIASES} values", event)
+            _check_depth(len(pending) + depth, event)
+        else:
+            continue
+        if anchor:
+            anchors[anchor] = (size, depth)
+        pending[-1].size += size
+        pending[-1].depth = max(pending[-1].depth, depth)
+
+
+def _check_depth(depth: int, event: yaml.Event) -> None:
+    if depth > _DEEPEST:
+        raise _refusal(f"nested more than {_DEEPEST} deep", event)
+
+
+def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
+    mark: Any = event.start_mark  # libyaml's marks are no `yaml.Mark`
+    return yaml.composer.ComposerError(None, None, reason, mark)
 
 
 def load(text: str) -> Any:

@@ -15,6 +15,8 @@ MOST_FILES_OF_A_FOLDER = 16
 GROUND = {
     "background",
     "errors",
+    "expression",
+    "folders",
     "lazy",
     "output",
     "packages",
@@ -50,8 +52,10 @@ ALLOWED = {
 
 # The ground has an order of its own.
 ALLOWED_ON_THE_GROUND = {
-    "background": {"errors", "output"},
+    "background": {"errors", "folders", "output"},
     "errors": set(),
+    "expression": {"printable"},
+    "folders": {"errors"},
     "lazy": set(),
     "output": {"errors"},
     "packages": {"errors", "lazy", "plugins"},

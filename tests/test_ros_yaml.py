@@ -2,6 +2,7 @@
 
 import pytest
 import yaml
+from hypothesis import given, strategies as st
 
 from teleopctl import ros_yaml
 
@@ -18,3 +19,45 @@ def test_plain_words_are_what_ros_2_takes_them_for():
 def test_what_cannot_be_read_is_a_yaml_error(text):
     with pytest.raises(yaml.YAMLError):
         ros_yaml.load(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[" * 100_000, "nested more than 100 deep"),
+        ("- " * 100_000 + "a", "nested more than 100 deep"),
+        ("[" * 200 + "]" * 200, "nested more than 100 deep"),
+        ("a0: &a0 []\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200)), "nested"),
+        ("&a [*a]", r"'\*a' is a part of what it stands for"),
+        ("&a {b: {<<: *a}}", r"'\*a' is a part of what it stands for"),
+        (
+            "a0: &a0 [x, x]\n"
+            + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 40)),
+            "aliases stand for more than 100000 values",
+        ),
+        (
+            "a0: &a0 {k: x}\n"
+            + "".join(f"a{i}: &a{i} {{<<: [*a{i - 1}, *a{i - 1}]}}\n" for i in range(1, 40)),
+            "aliases stand for more than 100000 values",
+        ),
+        ("a: 0x" + "f" * 5000, "an integer of too many digits"),
+        ("a: 1" + ":1" * 5000, "an integer of too many digits"),
+    ],
+)
+def test_what_would_fill_the_memory_or_the_stack_is_refused_with_its_line(text, reason):
+    with pytest.raises(yaml.MarkedYAMLError, match=reason) as refused:
+        ros_yaml.load(text)
+    assert refused.value.problem_mark is not None
+    with pytest.raises(yaml.YAMLError, match=reason):
+        ros_yaml.RosLoader(text).get_single_data()
+
+
+def test_aliases_as_files_for_people_have_them_are_read():
+    text = "base: &base {a: 1, b: &list [1, 2]}\nrobot: {<<: *base, c: *list}\nagain: *base\n"
+    assert ros_yaml.load(text)["robot"] == {"a": 1, "b": [1, 2], "c": [1, 2]}
+    assert ros_yaml.load("[" * 99 + "]" * 99)
+
+
+@given(st.recursive(st.integers() | st.text("ab{}[]*&- :\n"), st.lists, max_leaves=40))
+def test_no_data_of_ordinary_size_is_refused(data):
+    assert ros_yaml.load(yaml.safe_dump(data)) == data

@@ -3,20 +3,34 @@
 The ``xacro`` package is written as a program: it keeps its state in module variables, prints what
 goes wrong and leaves. Here it is a function that returns the text or raises one error that names
 the file, the line where it is known, and the reason.
+
+A xacro file is a program: its expressions are Python's, and what keeps them from the rest of the
+machine can be left. One from a stranger is read in safe mode, which has properties, arguments,
+macros, conditions, ``$(find …)`` and the arithmetic of `teleopctl.expression`, and nothing else.
 """
 
 import contextlib
 import io
 import logging
+import os
 import re
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 from xml.parsers.expat import ExpatError, errors
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
+from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import package_share
+from teleopctl.printable import shortened
+
+SAFE = "TELEOPCTL_SAFE"
+"""The variable that makes every process read descriptions in safe mode."""
+
+# What `$(…)` may be in safe mode; the others read the environment, or are Python again.
+_SAFE_EXTENSION = re.compile(r"\$\((?:cwd|dirname|arg\s[^()$]*|find\s[^()$]*)\)")
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
@@ -37,18 +51,23 @@ _EXPRESSION_ERRORS = (
 )
 
 
-def expand_xacro(path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
+def expand_xacro(
+    path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
+) -> str:
     """Expand a xacro file; a plain URDF file is returned with the same content.
 
     Args:
         path: The file.
         mappings: Values of the file's ``<xacro:arg>`` by name.
+        safe: Whether to refuse all but properties and arithmetic; by default as ``TELEOPCTL_SAFE``
+            says (``1``).
 
     Returns:
         URDF as text.
 
     Raises:
-        InvalidDescriptionError: When the file is missing, is not XML, or cannot be expanded.
+        InvalidDescriptionError: When the file is missing, is not XML, cannot be expanded, or in
+            safe mode asks for more than that.
     """
     import xacro
     from xacro import substitution_args
@@ -58,7 +77,14 @@ def expand_xacro(path: Path | str, mappings: Mapping[str, str] | None = None) ->
     substitution_args._eval_find = _find_package  # noqa: SLF001
     arguments = {name: str(value) for name, value in (mappings or {}).items()}
     printed = io.StringIO()
-    with _lock, contextlib.redirect_stderr(printed), contextlib.redirect_stdout(printed):
+    if safe is None:
+        safe = is_safe()
+    with (
+        _lock,
+        contextlib.redirect_stderr(printed),
+        contextlib.redirect_stdout(printed),
+        _only_arithmetic(xacro) if safe else contextlib.nullcontext(),
+    ):
         try:
             document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
             text: str = document.toprettyxml(indent="  ")
@@ -75,6 +101,36 @@ def expand_xacro(path: Path | str, mappings: Mapping[str, str] | None = None) ->
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
     return text
+
+
+def is_safe(env: Mapping[str, str] = os.environ) -> bool:
+    """Whether descriptions are read in safe mode (``TELEOPCTL_SAFE=1``)."""
+    return env.get(SAFE, "") not in ("", "0")
+
+
+@contextlib.contextmanager
+def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
+    """Let xacro compute ``${…}`` by our expressions, not by Python, and few kinds of ``$(…)``."""
+    # It has no other way in.
+    python, extension = vars(xacro)["safe_eval"], vars(xacro)["eval_extension"]
+
+    # Any: xacro's own symbols and values.
+    def arithmetic(text: str, symbols: Any, _: object = None) -> Any:
+        try:
+            return compute(text, symbols)
+        except ExpressionError as error:
+            raise ExpressionError(f"refused in safe mode: {error}") from error
+
+    def few_extensions(text: str) -> Any:
+        if _SAFE_EXTENSION.fullmatch(text):
+            return extension(text)
+        raise ExpressionError(f"refused in safe mode: {shortened(text)}")
+
+    vars(xacro).update(safe_eval=arithmetic, eval_extension=few_extensions)
+    try:
+        yield
+    finally:
+        vars(xacro).update(safe_eval=python, eval_extension=extension)
 
 
 def _find_package(name: str) -> str:

@@ -6,7 +6,8 @@ from types import ModuleType
 
 import pytest
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, TeleopctlError
+from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand_xacro
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -157,3 +158,50 @@ def test_one_failure_does_not_spoil_the_next_expansion(write):
     good = write('<link name="a"/>', "good.xacro")
     failure(write('<xacro:macro name="m"><xacro:none/></xacro:macro><xacro:m/>'))
     assert "<link" in expand_xacro(good)
+
+
+SAFE = """
+<xacro:arg name="long" default="true"/>
+<xacro:property name="length" value="2"/>
+<xacro:property name="half" value="${length / 2}"/>
+<xacro:macro name="rod" params="name size:=1"><link name="${name}_${int(size)}"/></xacro:macro>
+<xacro:if value="$(arg long)"><xacro:rod name="a" size="${half + math.cos(0)}"/></xacro:if>
+<xacro:unless value="${length &gt; 1}"><xacro:rod name="b"/></xacro:unless>
+"""
+
+
+def test_safe_mode_computes_what_most_descriptions_need(write):
+    path = write(SAFE)
+    assert '<link name="a_2"/>' in expand_xacro(path, safe=True)
+    assert expand_xacro(path, safe=True) == expand_xacro(path)
+
+
+def test_the_teleop_arm_is_the_same_in_safe_mode():
+    path = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+    assert expand_xacro(path, safe=True) == expand_xacro(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "${xacro.load_yaml('/etc/passwd')}",
+        "${load_yaml('/etc/passwd')}",
+        "${[x for x in [1]]}",
+        "${'%s' % math}",
+        "${str.format('{0.__class__}', 1)}",
+        "${python.vars()}",
+        "${math}",
+        "${xacro.error('x')}",
+        "$(eval 1 + 1)",
+        "$(env HOME)",
+        "$(optenv HOME x)",
+    ],
+)
+def test_safe_mode_refuses_everything_else_and_leaves_xacro_as_it_was(write, text, monkeypatch):
+    path = write(f'<link name="{text}"/>')
+    monkeypatch.setenv("TELEOPCTL_SAFE", "1")
+    with pytest.raises(InvalidDescriptionError, match="refused in safe mode") as refused:
+        expand_xacro(path)
+    assert str(path) in refused.value.message
+    monkeypatch.setenv("TELEOPCTL_SAFE", "0")
+    assert "built-in function" in expand_xacro(write('<link name="${math.sin}"/>'))

@@ -336,3 +336,13 @@ def test_the_controllers_run_on_mock_hardware_where_there_is_no_simulation(ros):
     assert started.returncode == 0, started.stderr
     assert controllers(ros) == ALL_ACTIVE
     assert "mock_components/GenericSystem" in ros.run("control list_hardware_components").stdout
+
+
+def test_a_description_that_is_a_program_is_refused_with_safe(ros):
+    (ros.folder / "robot.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
+        '<link name="${[word for word in [1]]}"/></robot>'
+    )
+    refused = ros.run("launch --safe display.yaml model:=robot.xacro")
+    assert refused.returncode == 1
+    assert "robot.xacro:1: refused in safe mode: '[word for word in [1]]'" in refused.stderr

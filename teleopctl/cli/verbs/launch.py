@@ -1,5 +1,6 @@
 """``teleopctl launch``: many nodes from a launch file."""
 
+import os
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
@@ -52,9 +53,16 @@ def launch(
         Option("--launch-prefix", help="Words to put before each command line."),
     ] = None,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
+    safe: Annotated[
+        bool,
+        Option("--safe", help="Refuse robot descriptions that are more than arithmetic."),
+    ] = False,
 ) -> int:
     """Start what a launch file describes, show its output and stop it on Ctrl-C."""
     del noninteractive
+    if safe:
+        # For this process and for those that it starts, which may read descriptions themselves.
+        os.environ["TELEOPCTL_SAFE"] = "1"
     from teleopctl.launch import find_launch_file, make_plan, run_here, start_in_background
 
     package, name, arguments = split(words)

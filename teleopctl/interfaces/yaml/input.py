@@ -21,6 +21,7 @@ from teleopctl.interfaces.definition import (
 from teleopctl.interfaces.message import Message
 from teleopctl.interfaces.stamps import Stamp, set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
+from teleopctl.ros_yaml import check_size
 
 MessageType = TypeVar("MessageType")
 
@@ -73,8 +74,9 @@ def _nanoseconds(now: int | Stamp | None) -> int:
 
 def _load(text: str) -> object:
     try:
+        check_size(text)
         return yaml.load(text, _LOADER)  # noqa: S506 - one of the two safe loaders
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError) as error:  # an integer of too many digits
         reason = " ".join(str(error).split())
         raise UsageError(f"This is not YAML: {reason}") from error
 

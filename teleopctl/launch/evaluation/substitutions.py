@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, did_you_mean
+from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.template import Argument, Call

@@ -22,19 +22,21 @@ def load(path: Path) -> Element:
     Raises:
         LaunchError: When the file cannot be read or is not YAML; the message has the line.
     """
-    loader = ros_yaml.RosLoader(read_text(path))
+    text = read_text(path)
     try:
-        node = loader.get_single_node()
-        if node is None:
-            return Element(None, Place(path, 1), "")
-        return _element(loader, node, path, "", 0)
+        loader = ros_yaml.RosLoader(text)
+        try:
+            node = loader.get_single_node()
+            if node is None:
+                return Element(None, Place(path, 1), "")
+            return _element(loader, node, path, "", 0)
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise LaunchError(f"{path}:{line}: not YAML: {error.problem}") from error
     except yaml.YAMLError as error:
         raise LaunchError(f"{path}: not YAML: {error}") from error
-    finally:
-        loader.dispose()
 
 
 def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) -> Element:

@@ -1,0 +1,86 @@
+"""The user's own folders: of the records of what runs, and of the logs.
+
+The records decide which processes are signalled and which files are shown, so their folder is the
+user's and nobody else's: never one below ``/tmp`` that others could have made first.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from teleopctl.errors import SystemFailureError
+
+_HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
+
+
+def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
+    """The folder of the records: ``TELEOPCTL_RUNTIME_DIR``, else the user's runtime folder.
+
+    On Linux that is ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, whichever is the user's own with mode
+    0700; in a container, say, there is none, and the user's state folder takes its place.
+    """
+    chosen = env.get("TELEOPCTL_RUNTIME_DIR")
+    if chosen:
+        return Path(chosen)
+    if sys.platform == "linux":
+        for place in (env.get("XDG_RUNTIME_DIR"), f"/run/user/{os.getuid()}"):
+            if place and _is_private(Path(place)):
+                return Path(place) / "teleopctl"
+        state = env.get("XDG_STATE_HOME")
+        return (Path(state) if state else Path.home() / ".local" / "state") / "teleopctl"
+    from platformdirs import user_runtime_path
+
+    return user_runtime_path("teleopctl")
+
+
+def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
+    """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
+    chosen = env.get("ROS_LOG_DIR")
+    if chosen:
+        return Path(chosen).expanduser()
+    home = env.get("ROS_HOME")
+    return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
+
+
+def make_private(folder: Path) -> None:
+    """Make a folder that nobody else may look into, and the ones above it where they are missing.
+
+    Raises:
+        OSError: It cannot be made.
+        SystemFailureError: As `check_private` raises it.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    check_private(folder)
+    if sys.platform != "win32":
+        folder.chmod(0o700)
+
+
+def check_private(folder: Path) -> None:
+    """Refuse a folder of another user, or one that another user could exchange.
+
+    Raises:
+        SystemFailureError: It, or the one that it is in, belongs to somebody else.
+    """
+    if sys.platform == "win32" or not os.path.lexists(folder):
+        return
+    own, above = folder.lstat(), folder.parent.stat()
+    if not stat.S_ISDIR(own.st_mode) or own.st_uid != os.getuid():
+        raise SystemFailureError(f"{folder} is not a folder of your own", hint=_HINT)
+    if above.st_uid not in (os.getuid(), 0):
+        raise SystemFailureError(f"{folder.parent} belongs to another user", hint=_HINT)
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether a folder is the user's and closed to all others."""
+    if sys.platform == "win32":
+        return True
+    try:
+        found = folder.stat()
+    except OSError:
+        return False
+    own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return own and stat.S_IMODE(found.st_mode) & 0o077 == 0
