@@ -12,6 +12,24 @@ if TYPE_CHECKING:
         ResponseT as ResponseT,
     )
     from teleopctl.interfaces.protocols import ServiceType as ServiceType
+    from teleopctl.interfaces.slot_types import (
+        AbstractGenericString as AbstractGenericString,
+        AbstractNestableType as AbstractNestableType,
+        AbstractNestedType as AbstractNestedType,
+        AbstractSequence as AbstractSequence,
+        AbstractString as AbstractString,
+        AbstractType as AbstractType,
+        AbstractWString as AbstractWString,
+        Array as Array,
+        BasicType as BasicType,
+        BoundedSequence as BoundedSequence,
+        BoundedString as BoundedString,
+        BoundedWString as BoundedWString,
+        NamespacedType as NamespacedType,
+        UnboundedSequence as UnboundedSequence,
+        UnboundedString as UnboundedString,
+        UnboundedWString as UnboundedWString,
+    )
     from teleopctl.interfaces.stamps import (
         NANOSECONDS_PER_SECOND as NANOSECONDS_PER_SECOND,
         Stamp as Stamp,
@@ -54,6 +72,10 @@ else:
             "cdr": "deserialize serialize",
             "message": "MessageT RequestT ResponseT",
             "protocols": "ServiceType",
+            "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "
+            "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "
+            "BoundedSequence BoundedString BoundedWString NamespacedType UnboundedSequence "
+            "UnboundedString UnboundedWString",
             "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
             "to_seconds",
             "store": "definition_text get_class get_message get_service known_types list_types "

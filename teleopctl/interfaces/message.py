@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 from collections.abc import Callable
 from types import MemberDescriptorType
-from typing import Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
 from teleopctl.interfaces.convert import converter
@@ -22,6 +22,9 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.typenames import module_name, split
 
+if TYPE_CHECKING:
+    from teleopctl.interfaces.slot_types import AbstractType
+
 ClassLookup = Callable[[str], type["Message"]]
 # What publishers, subscriptions, clients and services are generic over.
 MessageT = TypeVar("MessageT", bound="Message")
@@ -29,6 +32,15 @@ RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
 Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
 """How a field gets its default: the function that stores, and the one that makes the value."""
+
+
+class _SlotTypes:
+    """The types of a class's fields, made when somebody asks."""
+
+    def __get__(self, _: Message | None, owner: type[Message]) -> tuple[AbstractType, ...]:
+        from teleopctl.interfaces.slot_types import slot_types
+
+        return slot_types(owner.__definition__)
 
 
 class Message:
@@ -40,6 +52,7 @@ class Message:
 
     Attributes:
         TYPE_NAME: ``package/kind/Name``.
+        SLOT_TYPES: Types of the fields in order, as ``rosidl_parser.definition`` has them.
         __definition__: What the class was made from.
     """
 
@@ -47,6 +60,7 @@ class Message:
     __hash__ = None  # type: ignore[assignment] # messages change
 
     TYPE_NAME: ClassVar[str]
+    SLOT_TYPES = _SlotTypes()
     __definition__: ClassVar[Definition]
     __makers__: ClassVar[dict[str, Maker]]
     _fields_and_field_types: ClassVar[dict[str, str]]
@@ -57,6 +71,8 @@ class Message:
                 put(self, make())
         for name, value in fields.items():
             if name not in self.__makers__:
+                if name == "check_fields":  # of rclpy's classes; ours always check
+                    continue
                 known = ", ".join(self.__makers__) or "none"
                 raise TypeError(f"unknown field {name!r} of {self.TYPE_NAME} (fields: {known})")
             setattr(self, name, value)

@@ -231,6 +231,10 @@ class Context:
             if self._library_logs is not None and name in self._library_logs.nodes:
                 self._library_logs.nodes.remove(name)
 
+    def destroy(self) -> None:
+        """End the context if it runs."""
+        self.try_shutdown()
+
     def get_domain_id(self) -> int:
         """Return the ROS domain."""
         return self.domain_id

@@ -127,6 +127,10 @@ class Executor(abc.ABC):
             self._wake_queued = True
             self._queue.put(_LOOK_AGAIN)
 
+    def create_future(self) -> Future[Any]:
+        """Make a future whose callbacks this executor runs."""
+        return Future(executor=self)
+
     def create_task(
         self,
         callback: Callable[..., Coroutine[object, None, ResultT] | ResultT]
@@ -135,7 +139,7 @@ class Executor(abc.ABC):
         **kwargs: object,
     ) -> Task[ResultT]:
         """Run a function or coroutine in the executor; returns its future."""
-        task = Task(self, callback, args, kwargs)
+        task = Task(callback, args, kwargs, self)
         self.enqueue(task.step)
         return task
 
@@ -287,7 +291,7 @@ class Executor(abc.ABC):
     def _finish(self, outcome: object) -> None:
         """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
         if outcome is not None and hasattr(outcome, "send") and hasattr(outcome, "throw"):
-            Task(self, cast("Coroutine[object, None, object]", outcome)).step()
+            Task(cast("Coroutine[object, None, object]", outcome), executor=self).step()
 
     def __enter__(self) -> Executor:
         return self

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.node.context import Context
 from teleopctl.node.node_parameters import NodeParameters
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
 
@@ -92,6 +93,20 @@ class Node(NodeParameters):
             from teleopctl.node.builtins.logger_service import LoggerService
 
             LoggerService(self)
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the node."""
+        return Handle(self, self.get_name())
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed (ours)."""
+        return self._token is None
+
+    def destroy(self) -> None:
+        """Take the node out of the graph; `destroy_node` under the name that entities have."""
+        self.destroy_node()
 
     def destroy_node(self) -> None:
         """Take the node and all that it has out of the graph. Idempotent."""

@@ -15,6 +15,7 @@ PROGRAMS = Path(__file__).parent / "programs"
         ("services", []),
         ("parameters", ["--ros-args", "-p", "my_parameter:=from outside"]),
         ("clocks", []),
+        ("beside_rclpy", []),
         (
             "graph",
             [

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 from teleopctl.interfaces import type_hash
 from teleopctl.node.endpoints.events import EventHandler
 from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_key
 
@@ -65,6 +66,26 @@ class Endpoint(abc.ABC):
         self.events: tuple[EventHandler, ...] = ()
         self._token: zenoh.LivelinessToken | None = None
         self._destroyed = False
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the endpoint."""
+        return Handle(self, self.name)
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed (ours)."""
+        return self._destroyed
+
+    @property
+    def logger_name(self) -> str:
+        """Name of the node's logger."""
+        return self.node.get_logger().name
+
+    @property
+    def event_handlers(self) -> list[EventHandler]:
+        """What tells callbacks of events."""
+        return list(self.events)
 
     def _announce(self) -> None:
         """Show the endpoint to the graph."""

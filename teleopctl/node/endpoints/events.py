@@ -144,6 +144,10 @@ class EventHandler(Waitable):
     def close(self) -> None:
         """Count no more."""
 
+    def destroy(self) -> None:
+        """Count no more."""
+        self.close()
+
 
 class MatchedHandler(EventHandler):
     """Follows the graph for the endpoints that match one.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -24,12 +25,30 @@ class GuardCondition(Waitable):
         self.callback_group = callback_group
         self._lock = threading.Lock()
         self._triggered = False
+        self._destroyed = False
 
     def trigger(self) -> None:
         """Have the callback called."""
         with self._lock:
+            if self._destroyed:
+                return
             self._triggered = True
         self.tell_executor()
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use it."""
+        return Handle(self)
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed (ours)."""
+        return self._destroyed
+
+    def destroy(self) -> None:
+        """Call back no more."""
+        self._destroyed = True
+        self._triggered = False
 
     def pending(self) -> int:
         """Return 1 while a trigger waits."""

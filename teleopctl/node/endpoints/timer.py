@@ -10,6 +10,7 @@ from teleopctl.node.clock import Clock, ROSClock
 from teleopctl.node.context import Context
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ROSInterruptException
+from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -55,6 +56,16 @@ class Timer:
     def timer_period_ns(self, period_ns: int) -> None:
         self._period_ns = int(period_ns)
         self.reset()
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the timer."""
+        return Handle(self)
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed (ours)."""
+        return self._destroyed
 
     def is_ready(self) -> bool:
         """Tell whether a call is due."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections.abc import Callable, Coroutine, Generator, Mapping
+from collections.abc import Callable, Coroutine, Generator, Mapping, Sequence
 from types import CoroutineType
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
@@ -134,26 +135,37 @@ class Task(Future[ResultT]):
     """A function or coroutine that an executor runs to its end.
 
     Args:
-        executor: Runs it.
         handler: Function, coroutine function or coroutine.
         args: For the function.
         kwargs: For the function.
+        executor: Runs it; without one whoever calls the task runs it, and it may await nothing
+            that has not ended.
     """
 
     def __init__(
         self,
-        executor: Scheduler,
         handler: Callable[..., Coroutine[object, None, ResultT] | ResultT]
         | Coroutine[object, None, ResultT],
-        args: tuple[object, ...] = (),
+        args: Sequence[object] | None = None,
         kwargs: Mapping[str, object] | None = None,
+        executor: Scheduler | None = None,
     ) -> None:
         super().__init__(executor=executor)
         self._runner = executor
         self._handler = handler
-        self._args = args
+        self._args = args or ()
+        self._executing = False
         self._kwargs = kwargs or {}
         self._coroutine = handler if isinstance(handler, CoroutineType) else None
+
+    def __call__(self) -> None:
+        """Run until the end or the next ``await``; an exception ends the task and is kept there."""
+        with contextlib.suppress(Exception):
+            self.step()
+
+    def executing(self) -> bool:
+        """Tell whether it is running at this moment."""
+        return self._executing
 
     def step(self) -> None:
         """Run until the end or the next ``await`` of something unfinished.
@@ -165,6 +177,7 @@ class Task(Future[ResultT]):
             if self._coroutine is not None:
                 self._coroutine.close()
             return
+        self._executing = True
         try:
             if self._coroutine is None:
                 assert callable(self._handler)
@@ -180,10 +193,16 @@ class Task(Future[ResultT]):
             self.set_exception(error)
             raise
         else:
+            if self._runner is None:
+                self._coroutine.close()
+                raise RuntimeError("A task without an executor awaited what has not ended")
             if isinstance(awaited, Future):
                 awaited.on_end(self._go_on)
             else:
                 self._go_on()
+        finally:
+            self._executing = False
 
     def _go_on(self) -> None:
+        assert self._runner is not None
         self._runner.enqueue(self.step)

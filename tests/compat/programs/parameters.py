@@ -40,7 +40,7 @@ class Tuned(rclpy.node.Node):
                 ("later", Parameter.Type.INTEGER),
             ],
         )
-        self.handle = self.add_on_set_parameters_callback(self.on_set)
+        self.callback_handle = self.add_on_set_parameters_callback(self.on_set)
         self.seen = []
         self.add_post_set_parameters_callback(lambda ps: self.seen.extend(p.name for p in ps))
 

@@ -1,0 +1,1 @@
+"""``rosidl_parser``: the types of fields as values."""

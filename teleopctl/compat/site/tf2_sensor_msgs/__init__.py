@@ -1,0 +1,5 @@
+"""``tf2_sensor_msgs``: point clouds in another frame."""
+
+from tf2_sensor_msgs.tf2_sensor_msgs import do_transform_cloud, transform_points
+
+__all__ = ["do_transform_cloud", "transform_points"]

@@ -1,0 +1,48 @@
+"""What rclpy calls the handle of an entity, which programs enter while they use it."""
+
+from __future__ import annotations
+
+from typing import Protocol, Self
+
+from teleopctl.node.values.exceptions import InvalidHandle
+
+
+class Destroyable(Protocol):
+    """An entity that can be destroyed."""
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed."""
+
+    def destroy(self) -> None:
+        """Take it down."""
+
+
+class Handle:
+    """Stands for an entity where rclpy has the entity of its C library.
+
+    Args:
+        entity: The entity.
+        name: Its name: of the topic, the service or the node; empty where it has none.
+    """
+
+    def __init__(self, entity: Destroyable, name: str = "") -> None:
+        self._entity = entity
+        self.name = name
+
+    @property
+    def pointer(self) -> int:
+        """A number that no other living entity has."""
+        return id(self._entity)
+
+    def destroy_when_not_in_use(self) -> None:
+        """Destroy the entity."""
+        self._entity.destroy()
+
+    def __enter__(self) -> Self:
+        if self._entity.is_destroyed:
+            raise InvalidHandle("Tried to use an entity that was destroyed")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the entity as it is."""
