@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterable
+from importlib import invalidate_caches
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
@@ -232,9 +234,36 @@ class ControllerManagerServices:
             return response
         if active:
             switch_controller(manager, SwitchRequest([], active))
+        classes = [type(spec.controller) for spec in manager.controllers.values()]
         unloaded = [manager.unload_controller(name) for name in list(manager.controllers)]
+        forgotten = _forget_modules(classes)
+        if forgotten:
+            manager.logger.info(f"Code that is read anew when it is loaded: {', '.join(forgotten)}")
         response.ok = all(unloaded)
         return response
+
+
+def _forget_modules(classes: Iterable[type]) -> list[str]:
+    """Have the modules of strangers' controllers read anew when they are next loaded.
+
+    Args:
+        classes: Controllers that nobody uses any more.
+
+    Returns:
+        The modules, sorted: those that hold the classes and their bases. What they import in turn
+        stays as it is.
+    """
+    modules = {base.__module__ for found in classes for base in found.__mro__}
+    ours = __name__.partition(".")[0]
+    strangers = sorted(
+        name
+        for name in modules - sys.stdlib_module_names
+        if name.partition(".")[0] != ours and name in sys.modules
+    )
+    for name in strangers:
+        del sys.modules[name]
+    invalidate_caches()
+    return strangers
 
 
 def _target_state(message: Any) -> State | None:

@@ -35,7 +35,7 @@ class CameraModel:
     Attributes:
         name: Its name, also of the MuJoCo camera.
         link: The link that it is fixed to.
-        frame_id: The frame that its images are published in.
+        frame_id: The optical frame (REP 103, REP 105) that its images are published in.
         width: Image width in pixels.
         height: Image height in pixels.
         horizontal_fov: Angle between the left and the right edge of the image, in radians.
@@ -106,7 +106,7 @@ def _camera(sensor: Sensor) -> CameraModel:
     return CameraModel(
         name=_of_plugins(sensor, "camera_name") or camera.name or sensor.name,
         link=sensor.link,
-        frame_id=_of_plugins(sensor, "frame_name") or sensor.frame or sensor.link,
+        frame_id=_optical_frame(sensor),
         width=camera.width,
         height=camera.height,
         horizontal_fov=camera.horizontal_fov,
@@ -114,6 +114,15 @@ def _camera(sensor: Sensor) -> CameraModel:
         distortion=(camera.k1, camera.k2, camera.p1, camera.p2, camera.k3),
         pose=sensor.pose,
     )
+
+
+def _optical_frame(sensor: Sensor) -> str:
+    """The frame that the description names for images, unless it is the sensor's own link.
+
+    A camera looks along the x axis of its link, an image along the z axis of its frame.
+    """
+    named = _of_plugins(sensor, "frame_name") or sensor.frame
+    return named if named not in ("", sensor.link) else f"{sensor.link}_optical"
 
 
 def _of_plugins(sensor: Sensor, parameter: str) -> str:

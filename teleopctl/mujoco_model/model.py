@@ -18,6 +18,7 @@ from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.scene import add_scene
+from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def build_model(
     spec = import_urdf(description.urdf)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
-    warnings = [*resolve_meshes(spec), *repair_inertias(spec)]
+    warnings = [*resolve_meshes(spec), *repair_inertias(spec), *unserved_tags(description.urdf)]
     joints, complaints = joint_specs(description)
     warnings += complaints
     cameras = camera_models(description)

@@ -47,10 +47,12 @@ _Image = get_message("sensor_msgs/msg/Image")
 _CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
+_FreeJointStateArray = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
 _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 _DESCRIPTION_TOPIC = "/robot_description"
 _VIEW_TOPIC = "/mujoco_sim/joint_states"
+_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
 _QUALITIES = ("auto", "fast", "full")
 
 
@@ -74,8 +76,12 @@ class Camera(Node):
         self._stopped = False
         self._urdf = ""
         self._latest: Any = None
+        self._bodies: Any = None
+        self._bodies_wanted = False
         self._last_ns = 0
         self._states: Subscription[JointState] | None = None
+        # There are no stubs of the simulator's own messages.
+        self._free_states: Subscription[Any] | None = None
         self._renderer: CameraRenderer | None = None
         self._drawn_quality = self._quality
         self._image_wanted = False
@@ -127,6 +133,7 @@ class Camera(Node):
             return
         camera = model.camera(name)
         self._model: RobotModel = model
+        self._bodies_wanted = bool(model.free_bodies)
         self._camera: CameraModel = camera
         self._beat: Beat = Beat(camera.rate_hz)
         self._image = _new_image(camera)
@@ -140,7 +147,7 @@ class Camera(Node):
                 f"The lens distortion of camera '{camera.name}' is not simulated: its images and "
                 "its camera_info have none"
             )
-        if _optical_name(camera) not in description.links:
+        if camera.frame_id not in description.links:
             self._tf.sendTransform(_optical_frame(camera))
         self.get_logger().info(
             f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
@@ -166,6 +173,17 @@ class Camera(Node):
             self._latest = message
             self._changed.notify_all()
 
+    def _on_bodies(self, message: Any) -> None:
+        with self._changed:
+            self._bodies = message
+            self._changed.notify_all()
+
+    def _is_complete(self) -> bool:
+        """Whether joints and free bodies of the same time have come."""
+        if self._latest is None or not self._bodies_wanted:
+            return self._latest is not None
+        return self._bodies is not None and self._bodies.header.stamp == self._latest.header.stamp
+
     # --- drawing --------------------------------------------------------------------------
 
     def _run(self) -> None:
@@ -181,19 +199,24 @@ class Camera(Node):
                 if self._stopped:
                     break
                 wanted, draw = self._is_wanted(), self._image_wanted
-                state, self._latest = self._latest, None
+                state = bodies = None
+                if self._is_complete():
+                    state, self._latest = self._latest, None
+                    bodies = self._bodies
             self._listen(wanted)
             if state is not None and wanted and self._is_due(state.header.stamp):
                 if draw:
                     self._renderer = self._up_to_date_renderer()
-                    self._renderer.draw(dict(zip(state.name, state.position, strict=True)))
+                    self._renderer.draw(
+                        dict(zip(state.name, state.position, strict=True)), _poses(bodies)
+                    )
                 self._publish(state.header.stamp, with_image=draw)
         if self._renderer is not None:
             self._renderer.close()
 
     def _has_something_to_do(self) -> bool:
         listening = self._states is not None
-        return self._stopped or self._latest is not None or self._is_wanted() != listening
+        return self._stopped or self._is_complete() or self._is_wanted() != listening
 
     def _listen(self, wanted: bool) -> None:
         """Follow the simulator's state only while somebody looks at what comes of it."""
@@ -201,9 +224,16 @@ class Camera(Node):
             self._states = self.create_subscription(
                 _JointState, _VIEW_TOPIC, self._on_state, 1, immediate=True
             )
+            if self._bodies_wanted:
+                self._free_states = self.create_subscription(
+                    _FreeJointStateArray, _BODIES_TOPIC, self._on_bodies, 1, immediate=True
+                )
         elif not wanted and self._states is not None:
             self.destroy_subscription(self._states)
             self._states = None
+            if self._free_states is not None:
+                self.destroy_subscription(self._free_states)
+                self._free_states = None
 
     def _is_due(self, stamp: Any) -> bool:
         now_ns = to_nanoseconds(stamp)
@@ -258,6 +288,15 @@ def _new_image(camera: CameraModel) -> Any:
     return image
 
 
+def _poses(bodies: Any) -> dict[str, tuple[float, ...]]:
+    """Position and rotation (w x y z) of each free body of a FreeJointStateArray, by link."""
+    poses: dict[str, tuple[float, ...]] = {}
+    for state in () if bodies is None else bodies.free_joints:
+        p, q = state.pose.pose.position, state.pose.pose.orientation
+        poses[state.name] = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
+    return poses
+
+
 def new_info(camera: CameraModel) -> Any:
     """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
     info = _CameraInfo(
@@ -275,16 +314,12 @@ def new_info(camera: CameraModel) -> Any:
 
 def _optical_frame(camera: CameraModel) -> Any:
     """The frame that users of ``camera_info`` think in: z forward, x right, y down."""
-    transform = _TransformStamped(child_frame_id=_optical_name(camera))
+    transform = _TransformStamped(child_frame_id=camera.frame_id)
     transform.header.frame_id = camera.link
     position, rotation = transform.transform.translation, transform.transform.rotation
     position.x, position.y, position.z = camera.pose.xyz
     rotation.x, rotation.y, rotation.z, rotation.w = camera.optical_rotation
     return transform
-
-
-def _optical_name(camera: CameraModel) -> str:
-    return f"{camera.link}_optical"
 
 
 def main(args: list[str] | None = None) -> int:

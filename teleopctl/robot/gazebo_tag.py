@@ -57,7 +57,10 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A sensor on a link, its axes those of the link (x forward) displaced by ``pose``."""
+    """A sensor on a link, its axes those of the link (x forward) displaced by ``pose``.
+
+    ``line`` is where the tag stands in the URDF; 0 where that is not known.
+    """
 
     name: str
     type: str
@@ -70,6 +73,7 @@ class Sensor:
     pose: Pose = field(default_factory=Pose)
     camera: Camera | None = None
     plugins: tuple[Plugin, ...] = ()
+    line: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +159,7 @@ def _read_sensor(element: Element, link: str) -> Sensor:
         pose=_read_pose(element),
         camera=None if camera is None else _read_camera(camera),
         plugins=tuple(_read_plugin(child) for child in element.findall("plugin")),
+        line=element.sourceline or 0,
     )
 
 

@@ -17,6 +17,7 @@ from teleopctl.node import (
 )
 from teleopctl.robot import RobotDescription
 from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
@@ -29,6 +30,7 @@ _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 _SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
 _StepSimulation = get_service("mujoco_ros2_control_msgs/srv/StepSimulation")
 _ResetWorld = get_service("mujoco_ros2_control_msgs/srv/ResetWorld")
+_SetFreeJointState = get_service("mujoco_ros2_control_msgs/srv/SetFreeJointState")
 
 _DESCRIPTION_TOPIC = "/robot_description"
 # How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
@@ -50,6 +52,7 @@ class MujocoSim(Node):
         self.create_service(_SetPause, "~/set_pause", self._on_set_pause)
         self.create_service(_StepSimulation, "~/step_simulation", self._on_step)
         self.create_service(_ResetWorld, "~/reset_world", self._on_reset)
+        self.create_service(_SetFreeJointState, "~/set_free_joint_state", self._on_set_free)
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
@@ -140,8 +143,8 @@ class MujocoSim(Node):
         for warning in model.warnings:
             logger.warning(warning)
         for first, second in model.excluded:
-            logger.info(
-                f"'{first}' and '{second}' overlap at the start and may pass through each other"
+            logger.warning(
+                f"'{first}' and '{second}' overlap at the start: they may pass through each other"
             )
         self._report(description, model)
         rate = int(self._number("update_rate"))
@@ -210,6 +213,11 @@ class MujocoSim(Node):
             ):
                 logger.info(f"{step} hardware '{component.name}'")
                 logger.info(f"Successful {done} of hardware '{component.name}'")
+        if description.root != "world":
+            logger.info(
+                f"The root link '{description.root}' is fixed to the world; a joint of type "
+                "'floating' from a root link named 'world' would let it move"
+            )
         if not description.ros2_control:
             logger.warning("No <ros2_control> in the robot description: nothing holds its joints")
 
@@ -288,10 +296,25 @@ class MujocoSim(Node):
             return _answer(response, False, "There is no robot yet")
         if request.keyframe:
             return _answer(response, False, f"There is no keyframe '{request.keyframe}'")
-        if not self._loop.call(self._simulation.reset_state, self._patience_s):
+        simulation, overrides = self._simulation, request.state_overrides
+        reason = refuse_joints(simulation, overrides.joint_states)
+        reason = reason or refuse_bodies(simulation, overrides.free_joints)
+        if reason:
+            return _answer(response, False, reason)
+        if not self._loop.call(lambda: reset_to(simulation, overrides), self._patience_s):
             return _answer(response, False, "The simulation did not react in time")
         self.get_logger().info("World reset to the initial positions; time goes on")
         return _answer(response, True, "World reset")
+
+    def _on_set_free(self, request: Any, response: Any) -> Any:
+        if self._loop is None:
+            return _answer(response, False, "There is no robot yet")
+        simulation, states = self._simulation, request.free_joints
+        if reason := refuse_bodies(simulation, states):
+            return _answer(response, False, reason)
+        if not self._loop.call(lambda: put_bodies(simulation, states), self._patience_s):
+            return _answer(response, False, "The simulation did not react in time")
+        return _answer(response, True, f"Set {len(states)} free bodies")
 
     def destroy_node(self) -> None:
         """End physics, then the node."""

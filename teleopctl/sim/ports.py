@@ -8,14 +8,19 @@ import numpy as np
 
 from teleopctl.interfaces import get_message, set_stamp, to_seconds
 from teleopctl.sim.simulation import Simulation
+from teleopctl.tf import TransformBroadcaster
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
 _Clock = get_message("rosgraph_msgs/msg/Clock")
 _JointState = get_message("sensor_msgs/msg/JointState")
+_FreeJointState = get_message("mujoco_ros2_control_msgs/msg/FreeJointState")
+_FreeJointStateArray = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
+_TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 VIEW_TOPIC = "/mujoco_sim/joint_states"
+FREE_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
 
 
 class TopicPorts:
@@ -45,6 +50,9 @@ class TopicPorts:
         self._clock_publisher = node.create_publisher(_Clock, "/clock", 10)
         self._state_publisher = node.create_publisher(_JointState, states_topic, 10)
         self._view_publisher = node.create_publisher(_JointState, VIEW_TOPIC, 10)
+        self._bodies = None
+        if simulation.free_bodies.bodies:
+            self._bodies = FreeBodyPorts(node, simulation)
 
     def has_controller(self) -> bool:
         """Whether somebody listens to the states of the control ticks."""
@@ -52,7 +60,9 @@ class TopicPorts:
 
     def is_viewed(self) -> bool:
         """Whether somebody looks at the pose."""
-        return self._view_publisher.get_subscription_count() > 0
+        if self._view_publisher.get_subscription_count() > 0:
+            return True
+        return self._bodies is not None and self._bodies.is_viewed()
 
     def publish_clock(self, time_ns: int) -> None:
         """Tell the simulated time."""
@@ -70,6 +80,8 @@ class TopicPorts:
 
     def publish_view(self, time_ns: int) -> None:
         """Send the pose of every joint to those who look."""
+        if self._bodies is not None:
+            self._bodies.publish(time_ns)
         message, simulation = self._view, self._simulation
         set_stamp(message.header.stamp, time_ns)
         message.position = simulation.positions
@@ -103,3 +115,46 @@ class TopicPorts:
             f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
             "masses and inertias, or use a smaller timestep"
         )
+
+
+class FreeBodyPorts:
+    """Publishes where free bodies are, as messages and as transforms.
+
+    Args:
+        node: Who publishes.
+        simulation: What is published.
+    """
+
+    def __init__(self, node: Node, simulation: Simulation) -> None:
+        self._bodies = bodies = simulation.free_bodies
+        self._states = _FreeJointStateArray(
+            free_joints=[_FreeJointState(name=body.link) for body in bodies.bodies]
+        )
+        self._transforms = [_TransformStamped(child_frame_id=b.link) for b in bodies.bodies]
+        for transform, body in zip(self._transforms, bodies.bodies, strict=True):
+            transform.header.frame_id = body.parent
+        self._publisher = node.create_publisher(_FreeJointStateArray, FREE_BODIES_TOPIC, 10)
+        self._broadcaster = TransformBroadcaster(node)
+
+    def is_viewed(self) -> bool:
+        """Whether somebody listens."""
+        publishers = (self._publisher, self._broadcaster.pub_tf)
+        return any(publisher.get_subscription_count() > 0 for publisher in publishers)
+
+    def publish(self, time_ns: int) -> None:
+        """Send the pose and the velocity of every free body, in the world."""
+        set_stamp(self._states.header.stamp, time_ns)
+        for index, transform in enumerate(self._transforms):
+            x, y, z, qw, qx, qy, qz = map(float, self._bodies.pose(index))
+            set_stamp(transform.header.stamp, time_ns)
+            state = self._states.free_joints[index]
+            pose, move = state.pose.pose, transform.transform
+            for point in (pose.position, move.translation):
+                point.x, point.y, point.z = x, y, z
+            for turn in (pose.orientation, move.rotation):
+                turn.w, turn.x, turn.y, turn.z = qw, qx, qy, qz
+            linear, angular = state.twist.twist.linear, state.twist.twist.angular
+            twist = map(float, self._bodies.twist(index))
+            linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
+        self._publisher.publish(self._states)
+        self._broadcaster.sendTransform(self._transforms)

@@ -7,8 +7,9 @@ from the best down on real frames and stays with the first quality that holds th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -95,18 +96,31 @@ class CameraRenderer:
         self._address = {
             joint.name: int(self._m.joint(joint.name).qposadr[0]) for joint in model.joints
         }
+        self._free = {
+            body.link: int(self._m.joint(body.joint).qposadr[0]) for body in model.free_bodies
+        }
 
-    def draw(self, positions: Mapping[str, float]) -> None:
+    def draw(
+        self,
+        positions: Mapping[str, float],
+        bodies: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    ) -> None:
         """Draw the robot in a pose into `image`.
 
         Args:
             positions: Joint positions (rad or m) by name; unknown names are passed over and
                 joints that are not named stay where they were.
+            bodies: Where free bodies are in the world, by link: x y z in metres, then the
+                rotation w x y z; taken in the same way.
         """
         for name, position in positions.items():
             address = self._address.get(name)
             if address is not None:
                 self._d.qpos[address] = position
+        for link, pose in bodies.items():
+            start = self._free.get(link)
+            if start is not None:
+                self._d.qpos[start : start + 7] = pose
         mujoco.mj_kinematics(self._m, self._d)
         mujoco.mj_comPos(self._m, self._d)
         mujoco.mj_camlight(self._m, self._d)

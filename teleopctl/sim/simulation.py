@@ -7,7 +7,7 @@ time: the same commands at the same ticks give the same bits.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -141,11 +141,28 @@ class Simulation:
         self._tick = 0
         self._substep = 0
 
-    def reset_state(self) -> None:
-        """Back to the initial positions, at rest and without commands; time stays."""
+    def reset_state(
+        self,
+        positions: Mapping[str, float] | None = None,
+        velocities: Mapping[str, float] | None = None,
+    ) -> None:
+        """Back to the initial positions, at rest and without commands; time stays.
+
+        Args:
+            positions: Where joints are to be instead (rad or m), by name.
+            velocities: How fast they are to move instead (rad/s or m/s), by name.
+        """
         mujoco.mj_resetData(self._m, self._d)
         self._d.qpos[:] = initial_positions(self._m, self.model.joints)
+        for name, position in (positions or {}).items():
+            self._d.qpos[self._qpos[self.joint_names.index(name)]] = position
+        for name, velocity in (velocities or {}).items():
+            self._d.qvel[self._dof[self.joint_names.index(name)]] = velocity
         self._drives.reset()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Work out what follows from positions and velocities that were set from outside."""
         mujoco.mj_forward(self._m, self._d)
         self.read()
 
@@ -190,6 +207,10 @@ class Simulation:
         mujoco.mj_forward(self._m, self._observed)
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return self._m, self._observed
+
+    def has_link(self, name: str) -> bool:
+        """Whether there is a link of a name."""
+        return bool(mujoco.mj_name2id(self._m, mujoco.mjtObj.mjOBJ_BODY, name) >= 0)
 
     def link_pose(self, link: str) -> LinkPose:
         """Where a link's frame is in the world."""

@@ -1,5 +1,7 @@
 """Loading, configuring, switching and updating controllers."""
 
+import sys
+
 import pytest
 
 from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
@@ -447,3 +449,27 @@ def test_a_request_that_raises_is_answered_with_a_failure(stack):
     assert not response.ok
     assert "a plug-in's mistake" in response.message
     assert not stack.manager.cycle_lock.locked()
+
+
+def test_a_reload_of_the_libraries_reads_changed_code(stack, tmp_path, monkeypatch):
+    source = tmp_path / "changing_controller.py"
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    base = "teleopctl.control.controllers.forward_command_controller"
+    code = (
+        f"from {base} import ForwardCommandController as Base\n"
+        "class Changing(Base):\n    version = {}\n"
+    )
+    target = "changing_controller:Changing"
+    kind = get_service("controller_manager_msgs/srv/ReloadControllerLibraries")
+    ControllerManagerServices(stack.node, stack.manager)
+    reload = stack.node.endpoints["~/reload_controller_libraries"].callback
+
+    versions = []
+    for version in (1, 2):
+        source.write_text(code.format(version))
+        versions.append(stack.load_controller("changing", target, {}).version)
+        assert reload(kind.Request(force_kill=True), kind.Response()).ok
+        assert stack.manager.controllers == {}
+
+    assert versions == [1, 2]

@@ -53,6 +53,22 @@ def renderer(scene: RobotModel) -> Iterator[rendering.CameraRenderer]:
     made.close()
 
 
+def test_a_free_body_is_drawn_where_it_is() -> None:
+    free = joint("free", "world", "red", kind="floating", xyz="3 0 2", limit="")
+    eye = joint("j1", "world", "eye", kind="fixed", xyz="0 0 2")
+    scene = build_model(
+        robot(link("world", ""), link("eye", ""), eye, coloured("red", "Red"), free, CAMERA)
+    )
+    picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    renderer = rendering.CameraRenderer(scene, scene.camera("eye"), rendering.FAST, picture)
+    renderer.draw({}, {"red": (3.0, 0.8, 2.6, 1.0, 0.0, 0.0, 0.0)})
+    column, row = centre_of(picture, 0)
+    renderer.close()
+
+    assert column < WIDTH / 2 - 10
+    assert row < HEIGHT / 2 - 10
+
+
 def centre_of(picture: np.ndarray, channel: int) -> tuple[float, float]:
     others = [other for other in range(3) if other != channel]
     picture = picture.astype(int)

@@ -135,8 +135,8 @@ def test_a_type_that_nothing_simulates_is_told_once_for_each_sensor() -> None:
         link("base", ""), gazebo("base", "", "sonar", "a"), gazebo("base", "", "magic", "b")
     )
     assert [warning.partition(":")[0] for warning in measured.warnings] == [
-        "Sensor 'a' on link 'base' is left out",
-        "Sensor 'b' on link 'base' is left out",
+        "Sensor 'a' on link 'base' (line 1) is left out",
+        "Sensor 'b' on link 'base' (line 1) is left out",
     ]
     assert "'sonar', only camera, imu" in measured.warnings[0]
 

@@ -108,7 +108,7 @@ def test_an_image_shows_the_arm_lit_and_the_right_way_up(
 
     image = viewer.images[-1]
     assert (image.width, image.height, image.step) == (2304, 1296, 3 * 2304)
-    assert (image.encoding, image.header.frame_id) == ("rgb8", "rgb_camera")
+    assert (image.encoding, image.header.frame_id) == ("rgb8", "rgb_camera_optical")
     picture = pixels(image).astype(int)
     sky, ground = picture[100, -100], picture[-100, -100]
     assert sky[2] > sky[0] + 10, "the sky is blue and above"
@@ -126,7 +126,7 @@ def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewe
     info = viewer.infos[-1]
     assert (info.width, info.height, info.distortion_model) == (2304, 1296, "plumb_bob")
     assert list(info.d) == [0.0] * 5
-    assert info.header.frame_id == "rgb_camera"
+    assert info.header.frame_id == "rgb_camera_optical"
     focal = 1152 / np.tan(0.575)
     assert list(info.k) == pytest.approx([focal, 0, 1151.5, 0, focal, 647.5, 0, 0, 1])
     assert list(info.p) == pytest.approx([focal, 0, 1151.5, 0, 0, focal, 647.5, 0, 0, 0, 1, 0])

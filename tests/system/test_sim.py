@@ -1,12 +1,14 @@
 """The simulator as a process, in lockstep with a controller written here."""
 
 import math
+import queue
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.testing import Process, RosGraph
+from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 PERIOD_NS = 100_000_000
@@ -284,8 +286,71 @@ def test_a_sensor_that_nothing_simulates_is_told_at_the_start(ros: RosGraph, urd
     partner = Partner(urdf.replace("</robot>", IMU))
     sim = start(ros)
     sim.wait_for_line(
-        "Sensor 'ear' on link 'horizontal_arm' is left out: nothing simulates the type"
+        r"Sensor 'ear' on link 'horizontal_arm' \(line \d+\) is left out: nothing simulates"
     )
+    partner.close()
+
+
+FREE_BODIES = "/mujoco_sim/free_joint_states"
+
+BALL = """<link name="ball"><inertial><mass value="1"/>
+  <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="ball_joint" type="floating"><parent link="world"/><child link="ball"/>
+  <origin xyz="3 0 20"/></joint></robot>"""
+
+
+def test_a_free_body_is_published_and_can_be_put_elsewhere(ros: RosGraph, urdf: str) -> None:
+    partner = Partner(urdf.replace("</robot>", BALL))
+    sim = start(ros, "paused:=true")
+    sim.wait_for_line("Simulation is paused")
+    bodies: queue.Queue[Any] = queue.Queue()
+    frames: queue.Queue[Any] = queue.Queue()
+    array = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
+    partner.create_subscription(array, FREE_BODIES, bodies.put, 10, immediate=True)
+    tf = get_message("tf2_msgs/msg/TFMessage")
+    partner.create_subscription(tf, "/tf", frames.put, 10, immediate=True)
+
+    def step(count: int) -> None:
+        assert partner.call("StepSimulation", "step_simulation", steps=count).success
+
+    def latest(time_ns: int) -> Any:
+        while True:
+            message = bodies.get(timeout=LONGEST_WAIT_S)
+            if stamp_ns(message) == time_ns:
+                return message.free_joints[0]
+
+    while bodies.empty() or frames.empty():  # until the simulator has seen who listens
+        step(1)
+    begin_ns = partner.clocks[-1]
+    step(100)
+    t = begin_ns * 1e-9 + 0.1
+    state = latest(begin_ns + 100_000_000)
+    # In steps of 1 ms, semi-implicit Euler falls by g t (t + dt) / 2.
+    assert state.name == "ball"
+    assert state.pose.pose.position.z == pytest.approx(20.0 - 9.81 * t * (t + 1e-3) / 2.0)
+    assert state.twist.twist.linear.z == pytest.approx(-9.81 * t)
+    transform = frames.get(timeout=LONGEST_WAIT_S).transforms[0]
+    assert (transform.header.frame_id, transform.child_frame_id) == ("world", "ball")
+    assert transform.transform.translation.x == 3.0
+
+    place = get_message("mujoco_ros2_control_msgs/msg/FreeJointState")(name="ball")
+    place.pose.header.frame_id = "claw_support"
+    place.pose.pose.position.z = 5.0
+    assert partner.call("SetFreeJointState", "set_free_joint_state", free_joints=[place]).success
+    step(100)
+    height = 1.457 + 5.0 - 9.81 * 0.1 * 0.101 / 2.0
+    fallen = latest(begin_ns + 200_000_000).pose.pose.position.z
+    assert fallen == pytest.approx(height, abs=1e-3)
+
+    place.name = "stone"
+    refused = partner.call("SetFreeJointState", "set_free_joint_state", free_joints=[place])
+    assert not refused.success and "'stone' does not move freely; ball does" in refused.message
+    overrides = get_message("mujoco_ros2_control_msgs/msg/SimulationState")()
+    overrides.joint_states.name, overrides.joint_states.position = ["joint_1"], [0.7]
+    assert partner.call("ResetWorld", "reset_world", state_overrides=overrides).success
+    partner.connect(lambda state: None)
+    step(100)
+    assert partner.wait_for_states(1)[0].position[0] == pytest.approx(0.7, abs=1e-6)
     partner.close()
 
 

@@ -33,7 +33,8 @@ def make_sensors(
     for description in descriptions:
         if description.type in _RENDERED_ELSEWHERE:
             continue
-        where = f"Sensor '{description.name}' on link '{description.link}' is left out"
+        line = f" (line {description.line})" if description.line else ""
+        where = f"Sensor '{description.name}' on link '{description.link}'{line} is left out"
         try:
             sensors.append(plugins.load(plugins.SENSORS, description.type)(description))
         except UnknownPluginError:

@@ -22,7 +22,10 @@ from teleopctl.control.controllers.joint_trajectory.settings import (
     read_settings,
     read_tolerances,
 )
-from teleopctl.control.controllers.joint_trajectory.state import TrajectoryStatePublisher
+from teleopctl.control.controllers.joint_trajectory.state import (
+    MeasuredValues,
+    TrajectoryStatePublisher,
+)
 from teleopctl.control.controllers.joint_trajectory.tolerances import violation
 from teleopctl.control.controllers.joint_trajectory.trajectory import (
     Sample,
@@ -56,6 +59,7 @@ class JointTrajectoryController(ControllerInterface):
         self._trajectory = Trajectory()
         self._holding = False
         self._trajectory_ns = 0
+        self._commanded_ns = 0
         self._last_update_ns = 0
         self._stale_parameters = False
 
@@ -136,8 +140,7 @@ class JointTrajectoryController(ControllerInterface):
         self._sort_interfaces()
         for pid in self._pids:
             pid.reset()
-        measured = [state.value for state in self._position_states]
-        held = list(measured)
+        held = self._position_states.read()
         last = self._last_command()
         if self._settings.hold_last_command and last is not None:
             held = last
@@ -159,9 +162,9 @@ class JointTrajectoryController(ControllerInterface):
             name: self.state_interfaces[index : len(settings.joints) * count : count]
             for index, name in enumerate(settings.state_interfaces)
         }
-        self._position_states = by_state[POSITION]
-        self._velocity_states = by_state.get(VELOCITY, [])
-        self._acceleration_states = by_state.get(ACCELERATION, [])
+        self._position_states = MeasuredValues(by_state[POSITION])
+        self._velocity_states = MeasuredValues(by_state.get(VELOCITY, []))
+        self._acceleration_states = MeasuredValues(by_state.get(ACCELERATION, []))
         self._scaling_state = (
             self.state_interfaces[-1] if settings.scaling_state_interface else None
         )
@@ -195,8 +198,8 @@ class JointTrajectoryController(ControllerInterface):
         """One step along the trajectory."""
         if self._stale_parameters:
             self._read_changed_parameters()
-        positions = [state.value for state in self._position_states]
-        velocities = [state.value for state in self._velocity_states]
+        positions = self._position_states.read()
+        velocities = self._velocity_states.read()
         if self._awaits_state:
             if not all(map(math.isfinite, positions)):
                 return None
@@ -220,14 +223,14 @@ class JointTrajectoryController(ControllerInterface):
         now = self._trajectory_ns
         desired = trajectory.sample(now, method)
         ahead = now + round(NANOSECONDS_PER_SECOND * self._scaling / self.update_rate)
+        # A slower pace shortens the lead; what has been commanded is not taken back.
+        self._commanded_ns = ahead = ahead if first else max(ahead, self._commanded_ns)
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
         errors = self._errors(desired.state.positions, positions)
-        velocity_errors = [
-            wanted - is_now
-            for wanted, is_now in zip(desired.state.velocities, velocities, strict=False)
-        ]
+        rates = zip(desired.state.velocities, velocities, strict=False)
+        velocity_errors = [wanted - is_now for wanted, is_now in rates]
         if self._within_tolerances(desired, errors, velocity_errors, first=first):
             self._write(command.state, errors, velocity_errors, period)
             self._commanded_state, self._has_command = command.state, True
@@ -238,7 +241,7 @@ class JointTrajectoryController(ControllerInterface):
 
     def _take_over(self, incoming: Incoming) -> None:
         """Replace the trajectory; joints that it leaves out stay where they are commanded to be."""
-        current = self._last_command() or [state.value for state in self._position_states]
+        current = self._last_command() or self._position_states.read()
         self._trajectory = Trajectory(incoming.points(current), incoming.start_ns)
         self._from_command = incoming.from_command or self._settings.open_loop
         self._holding = False
@@ -258,9 +261,7 @@ class JointTrajectoryController(ControllerInterface):
             # The last command was for now: commands lead by one period.
             trajectory.set_point_before(time_ns, before, self._wrap)
             return
-        before = TrajectoryPoint(
-            positions, velocities, [state.value for state in self._acceleration_states]
-        )
+        before = TrajectoryPoint(positions, velocities, self._acceleration_states.read())
         trajectory.set_point_before(time_ns, before, self._wrap)
 
     def _errors(self, desired: list[float], measured: list[float]) -> list[float]:
@@ -362,7 +363,7 @@ class JointTrajectoryController(ControllerInterface):
             TrajectoryPoint(
                 positions,
                 velocities,
-                [state.value for state in self._acceleration_states],
+                self._acceleration_states.read(),
                 time_ns=time_ns - start_ns,
             ),
             TrajectoryPoint(errors, velocity_errors),

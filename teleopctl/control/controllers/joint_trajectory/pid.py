@@ -32,15 +32,20 @@ class PidGains:
 
 
 class Pid:
-    """Output = p·error + i·∫error + d·error rate, within the clamps."""
+    """Output = p·error + i·∫error + d·error rate, within the clamps.
+
+    A step whose errors are not finite (a measurement that is missing) gives the last output again
+    and is otherwise left out.
+    """
 
     def __init__(self, gains: PidGains) -> None:
         self.gains = gains
-        self._integral = 0.0
+        self.reset()
 
     def reset(self) -> None:
-        """Forget the integral."""
+        """Forget the integral and the last output."""
         self._integral = 0.0
+        self._output = 0.0
 
     def update(self, error: float, error_rate: float, period: float) -> float:
         """One step.
@@ -50,8 +55,11 @@ class Pid:
             error_rate: Desired minus measured velocity.
             period: Seconds since the last step.
         """
+        if not (math.isfinite(error) and math.isfinite(error_rate)):
+            return self._output
         gains = self.gains
         integral = self._integral + gains.i * error * period
         self._integral = min(max(integral, gains.i_clamp_min), gains.i_clamp_max)
         output = gains.p * error + self._integral + gains.d * error_rate
-        return min(max(output, gains.u_clamp_min), gains.u_clamp_max)
+        self._output = min(max(output, gains.u_clamp_min), gains.u_clamp_max)
+        return self._output

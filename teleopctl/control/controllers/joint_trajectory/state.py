@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
@@ -10,6 +12,7 @@ from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.interfaces import set_stamp
 
 if TYPE_CHECKING:
+    from teleopctl.control.handles import StateInterface
     from teleopctl.node import Node
 
 _Snapshot = tuple[
@@ -22,6 +25,26 @@ _FIELDS = {
     "acceleration": "accelerations",
     "effort": "effort",
 }
+
+
+class MeasuredValues:
+    """One quantity of all joints: as measured, or as last measured where a value is missing.
+
+    Args:
+        interfaces: Where the values come from, joint by joint.
+    """
+
+    def __init__(self, interfaces: Sequence[StateInterface]) -> None:
+        self._interfaces = interfaces
+        self._last = [math.nan] * len(interfaces)
+
+    def read(self) -> list[float]:
+        """The values now; not a number for a joint that has never been measured."""
+        for index, interface in enumerate(self._interfaces):
+            value = interface.value
+            if math.isfinite(value):
+                self._last[index] = value
+        return list(self._last)
 
 
 class TrajectoryStatePublisher:

@@ -318,6 +318,30 @@ class TestMotion:
         arm.step(0.5)
         assert arm.commands == near([1.6, 2.6, 3.6], 0.02)
 
+    def test_a_pause_by_speed_scaling_takes_no_command_back(self, arm):
+        factor = get_message("control_msgs/msg/SpeedScalingFactor")
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        for pace in (0.0, 0.3, 0.0, 0.9, 1.0):
+            arm.node.receive("~/speed_scaling_input", factor(factor=pace))
+            for _ in range(5):
+                before = arm.commands
+                arm.step(0.01)
+                assert arm.commands >= before
+        arm.step(1.0)
+        assert arm.commands == near([2.1, 3.1, 4.1])
+
+    def test_a_measurement_that_is_missing_leaves_the_trajectory_alone(self, arm):
+        states = arm.stack.resources.state_interfaces
+        arm.freeze()
+        states["joint1/position"].value = math.nan
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.5)
+        states["joint1/position"].value = 1.1
+        assert arm.commands == near([1.6, 2.6, 3.6], 0.02)
+        arm.step(1.0)
+        assert arm.commands == near([2.1, 3.1, 4.1])
+
     def test_after_a_clock_that_went_back_the_arm_holds(self, arm):
         arm.send(trajectory(point(10.0, [2, 3, 4])))
         arm.step(1.0)
@@ -525,6 +549,24 @@ class TestOtherInterfaces:
         first, second, _ = arm.stack.commands("velocity")
         assert second == near(error[1])
         assert first == near(error[0] + 1.0)
+
+    def test_one_missing_measurement_does_not_spoil_the_pid(self):
+        robot = serial_robot(commands=("velocity",), states=self.STATES)
+        gains = {f"gains__{joint}__{gain}": 1.0 for joint in JOINTS for gain in "pid"}
+        interfaces = {"command_interfaces": ["velocity"], "state_interfaces": list(self.STATES)}
+        arm = Arm(robot=robot, **interfaces, **gains).up()
+        arm.freeze()
+        arm.send(trajectory(point(1.0, [2.1, 3.1, 4.1])))
+        arm.step(0.2)
+        states = arm.stack.resources.state_interfaces
+        for name in ("joint1/position", "joint1/velocity"):
+            good, states[name].value = states[name].value, math.nan
+            before = arm.stack.commands("velocity")
+            arm.step(0.01)
+            assert arm.stack.commands("velocity") == near(before, 0.05)
+            states[name].value = good
+        arm.step(0.2)
+        assert all(map(math.isfinite, arm.stack.commands("velocity")))
 
     def test_deactivation_stops_velocities_and_keeps_positions(self):
         robot = serial_robot(commands=self.STATES, states=self.STATES)

@@ -1,0 +1,103 @@
+"""States that a person asks for: mujoco_ros2_control_msgs' SimulationState and FreeJointState.
+
+All of a request is checked before any of it is done. The messages' classes are made at run time,
+so ``Any`` is their static type.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+if TYPE_CHECKING:
+    from teleopctl.sim.simulation import LinkPose, Simulation
+
+
+def refuse_joints(simulation: Simulation, state: Any) -> str:
+    """Why a JointState cannot be taken over; empty if it can.
+
+    Args:
+        simulation: What it is meant for.
+        state: Positions and velocities, each one per name or none at all; no efforts.
+    """
+    unknown = [name for name in state.name if name not in simulation.joint_names]
+    if unknown:
+        return f"There is no joint '{unknown[0]}'; there is {', '.join(simulation.joint_names)}"
+    if len(state.effort):
+        return "The effort of joints cannot be set"
+    for word, values in (("position", state.position), ("velocity", state.velocity)):
+        if len(values) not in (0, len(state.name)):
+            return f"There are {len(state.name)} names and {len(values)} values of '{word}'"
+        if not all(map(math.isfinite, values)):
+            return f"A value of '{word}' is not finite"
+    return ""
+
+
+def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
+    """Why FreeJointStates cannot be taken over; empty if they can."""
+    bodies = simulation.free_bodies
+    for state in states:
+        if bodies.index(state.name) is None:
+            known = ", ".join(body.link for body in bodies.bodies) or "nothing"
+            return f"'{state.name}' does not move freely; {known} does"
+        for header in (state.pose.header, state.twist.header):
+            if header.frame_id and not simulation.has_link(header.frame_id):
+                return f"There is no link '{header.frame_id}'"
+        if not np.isfinite([*_pose_values(state), *_twist_values(state)]).all():
+            return f"A value of '{state.name}' is not finite"
+    return ""
+
+
+def reset_to(simulation: Simulation, overrides: Any) -> None:
+    """Set a simulation back, then take over what a SimulationState says."""
+    joints = overrides.joint_states
+    simulation.reset_state(
+        dict(zip(joints.name, joints.position, strict=False)),
+        dict(zip(joints.name, joints.velocity, strict=False)),
+    )
+    put_bodies(simulation, overrides.free_joints)
+
+
+def put_bodies(simulation: Simulation, states: Sequence[Any]) -> None:
+    """Put free bodies where FreeJointStates say, the frames being where they are now."""
+    frames = {
+        header.frame_id: simulation.link_pose(header.frame_id)
+        for state in states
+        for header in (state.pose.header, state.twist.header)
+        if header.frame_id
+    }
+    bodies = simulation.free_bodies
+    for state in states:
+        index = bodies.index(state.name)
+        assert index is not None
+        pose, twist = np.array(_pose_values(state)), np.array(_twist_values(state))
+        if not pose[3:].any():
+            pose[3] = 1.0
+        frame = frames.get(state.pose.header.frame_id)
+        if frame is not None:
+            pose = _in_world(frame, pose)
+        frame = frames.get(state.twist.header.frame_id)
+        if frame is not None:
+            twist = np.concatenate([frame.rotation @ twist[:3], frame.rotation @ twist[3:]])
+        bodies.put(index, pose, twist)
+    simulation.refresh()
+
+
+def _in_world(frame: LinkPose, pose: Any) -> Any:
+    rotation = np.zeros(4)
+    mujoco.mju_mulQuat(rotation, frame.quaternion, pose[3:])
+    return np.concatenate([frame.position + frame.rotation @ pose[:3], rotation])
+
+
+def _pose_values(state: Any) -> list[float]:
+    p, q = state.pose.pose.position, state.pose.pose.orientation
+    return [p.x, p.y, p.z, q.w, q.x, q.y, q.z]
+
+
+def _twist_values(state: Any) -> list[float]:
+    v, w = state.twist.twist.linear, state.twist.twist.angular
+    return [v.x, v.y, v.z, w.x, w.y, w.z]
