@@ -36,6 +36,8 @@ class Catalog:
         self._built_in = [_BUILT_IN] if changed is None else [changed, _BUILT_IN]
         self._definitions: dict[str, Definition] = {}
         self._used: set[str] = set()
+        # The files of the definitions that were read from one.
+        self._files: dict[str, Path] = {}
         self._shares: dict[str, Path | None] = {}
         self._lock = threading.RLock()
 
@@ -107,7 +109,11 @@ class Catalog:
                 hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action.",
             )
         for name, path in files.items():
-            self.add_text(name, _read(path), str(path))
+            from teleopctl.interfaces.services import split_definition
+
+            definitions = split_definition(_read(path), name, str(path))
+            self.add(definitions)
+            self._files.update((definition.type_name, path) for definition in definitions)
         return list(files)
 
     def names(self, kind: str | None = None) -> list[str]:
@@ -160,6 +166,16 @@ class Catalog:
             derived = f"{type_name}_"
             return [n for n in self._definitions if n == type_name or n.startswith(derived)]
 
+    def place_of_use(self, type_name: str) -> str | None:
+        """Return where a definition that was read has a field of a type, ``file:line``, or None."""
+        from teleopctl.interfaces.parser import line_with
+
+        with self._lock:
+            for user, path in self._files.items():
+                if type_name in self._definitions[user].nested_types():
+                    return f"{path}:{line_with(_read(path), type_name, split(user)[0])}"
+        return None
+
     def _load(self, type_name: str) -> Definition | None:
         if (standard := self._standard.find(type_name)) is not None:
             self._definitions[type_name] = standard
@@ -173,6 +189,7 @@ class Catalog:
 
         for definition in split_definition(_read(path), f"{package}/{kind}/{stem}", str(path)):
             self._definitions.setdefault(definition.type_name, definition)
+            self._files[definition.type_name] = path
         return self._definitions.get(type_name)
 
     def _file(self, package: str, kind: str, name: str) -> Path | None:

@@ -33,7 +33,7 @@ _ALIASES = {
 _SECTIONS = {"msg": 1, "srv": 2, "action": 3}
 
 
-def sections(text: str, kind: str, where: str) -> list[str]:
+def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
     """Split the text of a definition file.
 
     Args:
@@ -43,7 +43,7 @@ def sections(text: str, kind: str, where: str) -> list[str]:
         where: What the errors call the text.
 
     Returns:
-        The texts of the sections.
+        The texts of the sections, each with the number of its first line.
 
     Raises:
         InvalidDefinitionError: The number of sections is not that of the kind.
@@ -53,10 +53,18 @@ def sections(text: str, kind: str, where: str) -> list[str]:
         raise InvalidDefinitionError(
             f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"
         )
-    return [part.lstrip("\n") for part in parts]
+    found = []
+    line = 1
+    for part in parts:
+        section = part.lstrip("\n")
+        found.append((section, line + len(part) - len(section)))
+        line += part.count("\n")
+    return found
 
 
-def parse(text: str, type_name: str, package: str, where: str | None = None) -> Definition:
+def parse(
+    text: str, type_name: str, package: str, where: str | None = None, first_line: int = 1
+) -> Definition:
     """Read the text of a message or of one section of a service or an action.
 
     Args:
@@ -64,6 +72,7 @@ def parse(text: str, type_name: str, package: str, where: str | None = None) -> 
         type_name: The name that the type gets.
         package: The package in which types named without one are looked for.
         where: What the errors call the text; the type's name by default.
+        first_line: The number that the errors give to its first line.
 
     Returns:
         The definition, ``text`` included.
@@ -73,7 +82,7 @@ def parse(text: str, type_name: str, package: str, where: str | None = None) -> 
     """
     fields: dict[str, Field] = {}
     constants: list[Constant] = []
-    for number, raw in enumerate(text.splitlines(), start=1):
+    for number, raw in enumerate(text.splitlines(), start=first_line):
         line = raw.strip()
         if not line or line[0] in "#@":
             continue
@@ -83,13 +92,22 @@ def parse(text: str, type_name: str, package: str, where: str | None = None) -> 
                 raise ValueError(f"field {item.name!r} is there twice")
         except (ValueError, SyntaxError) as error:
             raise InvalidDefinitionError(
-                f"{where or type_name}, line {number}: {error}: {line!r}"
+                f"{where or type_name}:{number}: {error}: {line!r}"
             ) from error
         if isinstance(item, Constant):
             constants.append(item)
         else:
             fields[item.name] = item
     return Definition(type_name, tuple(fields.values()), tuple(constants), text)
+
+
+def line_with(text: str, type_name: str, package: str) -> int:
+    """Return the number of the first line of a definition file that has a field of a type."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = _FIELD.match(line.strip())
+        if match is not None and _message_name(match["base"], package) == type_name:
+            return number
+    return 1
 
 
 def _line(line: str, package: str) -> Field | Constant:

@@ -36,8 +36,8 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
         return [parse(text, type_name, package, place)]
     suffixes = SERVICE_PARTS if kind == "srv" else ACTION_PARTS
     parsed = [
-        parse(part, f"{type_name}_{suffix}", package, place)
-        for part, suffix in zip(parts, suffixes, strict=False)
+        parse(part, f"{type_name}_{suffix}", package, place, first_line)
+        for (part, first_line), suffix in zip(parts, suffixes, strict=False)
     ]
     if kind == "srv":
         return [*parsed, *_service_types(type_name, text)]

@@ -296,7 +296,9 @@ def _make_catalog() -> Catalog:
 def _definition(name: str) -> Definition:
     found = known_types().find(name)
     if found is None:
-        raise InvalidMessageError(f"Unknown interface type {name}", hint=_similar(name))
+        unknown = InvalidMessageError(f"Unknown interface type {name}", hint=_similar(name))
+        place = known_types().place_of_use(name)
+        raise unknown if place is None else unknown.at(place)
     return found
 
 

@@ -173,7 +173,30 @@ def test_an_error_in_a_file_names_it(tmp_path):
     path = define(tmp_path, "msg/Bad.msg", "int32 x\nnonsense!\n")
     with pytest.raises(TeleopctlError) as caught:
         add_definitions(tmp_path, "bad_msgs")
-    assert f"{path}, line 2" in caught.value.message
+    assert f"{path}:2: " in caught.value.message
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("msg/Bad.msg", "# nothing\n\nint32 x = 5 6\n", 3),
+        ("srv/Bad.srv", "int32 x\n---\n\n# nothing\nint32 X\n", 5),
+        ("action/Bad.action", "int32 x\n---\n---\nint32[0] y\n", 4),
+        ("msg/Bad.msg", "int32 x\nFinger[5] fingers\n", 2),
+        ("srv/Bad.srv", "int32 x\n---\nint32 y\nnowhere/Finger finger\n", 4),
+    ],
+)
+def test_an_error_in_a_file_of_a_users_package_names_file_and_line(
+    tmp_path, monkeypatch, name, text, line
+):
+    package = tmp_path / f"bad{line}_{name[:3]}_msgs"
+    file = define(package, name, text)
+    define(package, "package.xml", f"<package><name>{package.name}</name></package>")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(tmp_path))
+    type_name = f"{package.name}/{name.partition('.')[0]}"
+    with pytest.raises(TeleopctlError) as caught:
+        type_hash(type_name)
+    assert caught.value.message.startswith(f"{file}:{line}: ")
 
 
 def test_types_of_the_users_packages_are_found(tmp_path, monkeypatch):

@@ -93,7 +93,7 @@ def test_constants(line, constant):
 def test_a_bad_line_is_named_with_its_number(line):
     with pytest.raises(TeleopctlError) as caught:
         parse(f"# first line\n{line}", "a/msg/B", "a", "some/B.msg")
-    assert "some/B.msg, line 2" in caught.value.message
+    assert "some/B.msg:2: " in caught.value.message
     assert line in caught.value.message
 
 
@@ -103,7 +103,7 @@ def test_the_same_field_twice_is_refused():
 
 
 def test_sections_are_counted():
-    assert sections("int8 a\n---\n", "srv", "here") == ["int8 a\n", ""]
+    assert sections("int8 a\n---\n", "srv", "here") == [("int8 a\n", 1), ("", 3)]
     with pytest.raises(TeleopctlError, match="expected 3 sections"):
         sections("int8 a\n---\n", "action", "here")
 
