@@ -40,6 +40,9 @@ from typing import ClassVar, Self
 EXIT_INTERRUPTED = 130
 """The exit status after Ctrl-C, as shells have it."""
 
+# What a line has room for.
+_MOST_NAMES = 8
+
 
 class TeleopctlError(Exception):
     """A failure with a message for a person and, where there is one, the next thing to do.
@@ -155,3 +158,19 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
 
     matches = get_close_matches(name, list(known), n=3)
     return f"Did you mean {' or '.join(matches)}?" if matches else None
+
+
+def what_there_is(missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> str:
+    """What exists where nothing has a name, on one line that ends with what is spelt alike.
+
+    Args:
+        missing: What was asked for.
+        known: What exists.
+        others: What may have been meant besides.
+    """
+    names = sorted(known)
+    more = len(names) - _MOST_NAMES
+    text = f"There are {', '.join(names[:_MOST_NAMES])}" if names else "There are none"
+    text += f" and {more} more." if more > 0 else "."
+    hints = (did_you_mean(name, {*names, *others}) for name in missing)
+    return " ".join([text, *filter(None, hints)])

@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from teleopctl.errors import what_there_is
 from teleopctl.interfaces import split
 from teleopctl.node import Duration, Node
 from teleopctl.printable import printable_line
@@ -112,6 +113,7 @@ def _wait_for_first(
     wait: Callable[[str], object],
 ) -> bool:
     timeout = _FIRST_WAIT
+    patience_ends = time.monotonic() + 1.0
     while not ended.is_set():
         known, reason = buffer.can_transform(
             target, source, 0, timeout=timeout, return_debug_tuple=True
@@ -120,5 +122,19 @@ def _wait_for_first(
             return True
         if not ended.is_set():
             wait(printable_line(f"Waiting for transform {target} ->  {source}: {reason}"))
+            if patience_ends and time.monotonic() > patience_ends:
+                patience_ends = 0.0
+                if text := _unknown_frames(buffer, target, source):
+                    wait(printable_line(text))
         timeout = _WAIT
     return False
+
+
+def _unknown_frames(buffer: Buffer, *names: str) -> str:
+    """What there is instead of frames that nobody broadcasts; empty if there are all of them."""
+    known = buffer.frame_names()
+    unknown = [name for name in dict.fromkeys(names) if name not in known]
+    if not unknown:
+        return ""
+    listed = " and ".join(f"'{name}'" for name in unknown)
+    return f"No frame {listed} yet. {what_there_is(unknown, known)}"

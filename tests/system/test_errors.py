@@ -203,3 +203,47 @@ def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
         echo.stdout.close()
         assert echo.wait(LONGEST_WAIT_S) == 0
         assert echo.stderr.read() == ""
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        (
+            "topic pub --once /parameter_event std_msgs/msg/Empty",
+            r"^Nobody subscribes '/parameter_event' yet\. There are .*",
+        ),
+        (
+            "service call /simple_parameter/get_paramters rcl_interfaces/srv/GetParameters",
+            r"^No service '/simple_parameter/get_paramters' yet\. Services of "
+            r"rcl_interfaces/srv/GetParameters: There are /simple_parameter/get_parameters\. "
+            r"Did you mean /simple_parameter/get_parameters",
+        ),
+        (
+            "service call /simple_parameter/get_parameters std_srvs/srv/Empty",
+            r"^'/simple_parameter/get_parameters' has the type rcl_interfaces/srv/GetParameters, "
+            r"not std_srvs/srv/Empty\.$",
+        ),
+        (
+            "tf echo wrold cup",
+            r"^No frame 'wrold' yet\. There are cup, world\. Did you mean world\?$",
+        ),
+    ],
+)
+def test_waiting_for_a_name_that_nobody_has_tells_after_a_second_what_there_is(graph, line, told):
+    if line.startswith("tf"):
+        words = "--frame-id world --child-frame-id cup"
+        graph.spawn(f"run tf2_ros static_transform_publisher {words}").wait_for_line("Spinning")
+    waiting = graph.spawn(line)
+    waiting.wait_for_line(told, stream="stderr")
+    assert waiting.returncode is None  # as ros2, it goes on
+    waiting.interrupt()
+    waiting.wait()
+    assert "Traceback" not in waiting.stderr
+
+
+def test_a_service_that_comes_late_is_called(graph):
+    call = graph.spawn("service call /late/list_parameters rcl_interfaces/srv/ListParameters")
+    call.wait_for_line("^No service '/late/list_parameters' yet", stream="stderr")
+    graph.spawn("run teleop_py_pkg simple_parameter --ros-args -r __node:=late")
+    call.wait_for_line("simple_int_param", stream="stdout")
+    assert call.wait() == 0

@@ -8,7 +8,8 @@ from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import UnavailableError, UsageError
+from teleopctl.cli.waiting import wait_aloud
+from teleopctl.errors import UnavailableError, UsageError, what_there_is
 from teleopctl.interfaces import get_service, message_from_yaml, message_to_dict, type_hash
 from teleopctl.wire import query_graph
 
@@ -63,11 +64,29 @@ def call(
             time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
 
 
+def _explain(client: "Client[Any, Any]") -> str:
+    """The services that there are; of the type that is called if there are some."""
+    graph = query_graph(client.node.context.session)
+    services = {
+        name: types
+        for name, types in graph.service_names_and_types()
+        if graph.servers(name) and name != client.service_name
+    }
+    if here := graph.servers(client.service_name):
+        return f"'{client.service_name}' has the type {here[0].type_name}, not {client.type_name}."
+    fitting = [name for name, types in services.items() if client.type_name in types]
+    kind = f" Services of {client.type_name}:" if fitting else ""
+    return (
+        f"No service '{client.service_name}' yet.{kind} "
+        f"{what_there_is([client.service_name], fitting or services, services)}"
+    )
+
+
 def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
     name, session = client.service_name, client.node.context.session
     if not query_graph(session).servers(name, client.type_name):
         console.note("waiting for service to become available...")
-        if not client.wait_for_service(longest_wait_s):
+        if not wait_aloud(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
             raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
     servers = query_graph(session).servers(name, client.type_name)
     ours = type_hash(client.type_name)

@@ -20,7 +20,8 @@ from teleopctl.cli.verbs.topic.qos_options import (
     QosWishes,
     ReliabilityName,
 )
-from teleopctl.errors import InvalidFileError, UnavailableError, UsageError
+from teleopctl.cli.waiting import wait_aloud
+from teleopctl.errors import InvalidFileError, UnavailableError, UsageError, what_there_is
 from teleopctl.interfaces import get_message, message_from_yaml
 from teleopctl.node import QoSProfile
 from teleopctl.text_file import read_text
@@ -141,7 +142,19 @@ def _wait_for_subscribers(
         if others:
             console.warn(f"topic [{topic}] is subscribed with the type {', '.join(others)}")
         console.note(f"Waiting for at least {count} matching subscription(s)...")
-    if not node.wait_for_match(EntityKind.MS, topic, type_name, count, longest_wait_s):
+
+    def explain() -> str:
+        graph = query_graph(node.context.session)
+        if came := len(graph.subscriptions(topic, type_name)):
+            return f"'{topic}' has {came} of {count} subscribers yet."
+        heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
+        return f"Nobody subscribes '{topic}' yet. {what_there_is([topic], heard)}"
+
+    if not wait_aloud(
+        lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),
+        longest_wait_s,
+        explain,
+    ):
         came = publisher.get_subscription_count()
         raise UnavailableError(
             f"Only {came} of {count} subscribers came to '{topic}' within {longest_wait_s:g} s",

@@ -1,0 +1,30 @@
+"""Waiting for somebody who may never come: after a second the person hears what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from teleopctl.cli import console
+
+_PATIENCE_S = 1.0
+
+
+def wait_aloud(
+    wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
+) -> bool:
+    """Wait for something, and say once what is wrong when it has not come within a second.
+
+    Args:
+        wait: Waits so many seconds, None for ever, and returns whether it came.
+        longest_s: Upper bound in seconds; None waits for ever.
+        explain: The line to say.
+
+    Returns:
+        Whether it came.
+    """
+    if longest_s is not None and longest_s <= _PATIENCE_S:
+        return wait(longest_s)
+    if wait(_PATIENCE_S):
+        return True
+    console.note(explain())
+    return wait(None if longest_s is None else longest_s - _PATIENCE_S)
