@@ -11,7 +11,7 @@ import platformdirs
 import pytest
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import standard
+from teleopctl.interfaces import standard, store
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.store import (
     add_definitions,
@@ -193,6 +193,9 @@ def test_an_error_in_a_file_of_a_users_package_names_file_and_line(
     file = define(package, name, text)
     define(package, "package.xml", f"<package><name>{package.name}</name></package>")
     monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(tmp_path))
+    # The others' catalog stays without bad types.
+    catalog = Catalog()
+    monkeypatch.setattr(store, "_make_catalog", lambda: catalog)
     type_name = f"{package.name}/{name.partition('.')[0]}"
     with pytest.raises(TeleopctlError) as caught:
         type_hash(type_name)
