@@ -5,12 +5,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
+from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import UnavailableError, UsageError, what_there_is
-from teleopctl.interfaces import get_service, message_from_yaml, message_to_dict, type_hash
+from teleopctl.interfaces import (
+    get_service,
+    message_from_yaml,
+    message_to_dict,
+    normalize,
+    type_hash,
+)
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
@@ -39,6 +46,7 @@ def call(
     """
     if rate is not None and rate <= 0:
         raise UsageError("The rate must be greater than zero")
+    learn_type(normalize(service_type, "srv"))
     service_class = get_service(service_type)
     request = message_from_yaml(service_class.Request, values)
     with command_node(session_mode="client") as node:

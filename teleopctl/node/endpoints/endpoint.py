@@ -30,13 +30,20 @@ class Endpoint(abc.ABC):
         name: Fully qualified, remapped topic or service name.
         type_name: Such as ``std_msgs/msg/String``.
         qos: Quality of service, as announced.
+        version: Hash of the type, where it is not the one that is known here.
 
     Attributes:
         events: What tells callbacks of events.
     """
 
     def __init__(
-        self, node: NodeCore, kind: EntityKind, name: str, type_name: str, qos: QoSProfile
+        self,
+        node: NodeCore,
+        kind: EntityKind,
+        name: str,
+        type_name: str,
+        qos: QoSProfile,
+        version: str | None = None,
     ) -> None:
         context = node.context
         session = context.session
@@ -44,7 +51,7 @@ class Endpoint(abc.ABC):
         self.name = name
         self.type_name = type_name
         self.qos_profile = qos
-        hash_ = type_hash(type_name)
+        hash_ = version or type_hash(type_name)
         self.key = topic_key(context.domain_id, name, type_name, hash_)
         self._token_text = format_token(
             EndpointToken(

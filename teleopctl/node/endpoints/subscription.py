@@ -57,7 +57,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     Args:
         node: Owner.
-        msg_type: Message class.
+        msg_type: Message class. With ``raw`` any class with a ``TYPE_NAME`` and a ``TYPE_HASH``,
+            so that messages of unknown types can be received.
         topic: Fully qualified name.
         callback: ``callback(msg)`` or ``callback(msg, info)`` with a `MessageInfo`.
         callback_group: For multi-threaded executors.
@@ -83,7 +84,9 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         raw: bool = False,
         immediate: bool = False,
     ) -> None:
-        super().__init__(node, EntityKind.MS, topic, msg_type.TYPE_NAME, qos)
+        # A class that only stands for a type says which version of it is received.
+        version = getattr(msg_type, "TYPE_HASH", None)
+        super().__init__(node, EntityKind.MS, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
         self.callback = callback
         self.callback_group = callback_group

@@ -20,7 +20,7 @@ def measure_bandwidth(
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
 ) -> None:
     """Measure the bandwidth of a topic."""
-    source = find_source(absolute_name(topic_name))
+    source = find_source(absolute_name(topic_name), raw=True)
     sizes = BandwidthWindow(window)
     lock = threading.Lock()
 

@@ -78,7 +78,7 @@ def echo(
     The quality of service follows what the publishers offer, so that latched messages are printed
     as well. Ctrl-C ends it.
     """
-    source = find_source(absolute_name(topic_name), message_type, takes_type=True)
+    source = find_source(absolute_name(topic_name), message_type, takes_type=True, raw=raw)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
     qos = wishes.applied_to(suited_to(source.offered_qos, _DEPTH))
     select = field_reader(field) if field else None

@@ -40,7 +40,7 @@ def measure_rate(
         names = [name for name, _ in live_graph().topic_names_and_types()]
     if not names:
         raise UsageError("Name a topic, or measure all of them with --all")
-    sources = find_sources(names)
+    sources = find_sources(names, raw=filter_expression is None)
     rates = _Rates(sources, window)
     wanted = filter_predicate(filter_expression) if filter_expression else None
 

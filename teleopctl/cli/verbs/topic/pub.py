@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
+from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
 from teleopctl.cli.verb import Argument, Option
@@ -22,7 +23,7 @@ from teleopctl.cli.verbs.topic.qos_options import (
 )
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import InvalidFileError, UnavailableError, UsageError, what_there_is
-from teleopctl.interfaces import get_message, message_from_yaml
+from teleopctl.interfaces import get_message, message_from_yaml, normalize
 from teleopctl.node import QoSProfile
 from teleopctl.text_file import read_text
 from teleopctl.wire import EntityKind, ensure_router, query_graph
@@ -91,6 +92,7 @@ def publish(
         raise UsageError("There cannot be less than 0 subscriptions")
     file = "-" if stdin else yaml_file
     text = _read(file) if file else values
+    learn_type(normalize(message_type))
     message_class = get_message(message_type)
     message = message_from_yaml(message_class, text)  # a mistake is reported before anything starts
     is_stamped = any(word in text for word in _PRESENT_TIME)

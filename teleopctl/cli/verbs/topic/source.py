@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli import console
+from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import live_graph
 from teleopctl.errors import (
     NotFoundError,
@@ -41,7 +42,7 @@ class TopicSource:
 
 
 def find_source(
-    topic: str, type_name: str | None = None, *, takes_type: bool = False
+    topic: str, type_name: str | None = None, *, takes_type: bool = False, raw: bool = False
 ) -> TopicSource:
     """Look a topic up.
 
@@ -49,6 +50,7 @@ def find_source(
         topic: Its full name.
         type_name: Its type, where the person gave one; the topic need not exist then.
         takes_type: Whether the verb has an argument for the type, to be named in an error.
+        raw: The verb takes bytes, so that the type may be unknown here.
 
     Raises:
         TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
@@ -64,12 +66,21 @@ def find_source(
     message_type = normalize(type_name) if type_name else _only_type(graph, topic, takes_type)
     _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
-    _warn_of_other_versions(topic, message_type, publishers)
-    return TopicSource(topic, get_message(message_type), publishers)
+    if raw and publishers:
+        message_class = _undecoded(message_type, publishers[0].type_hash)
+    else:
+        learn_type(message_type, graph)
+        message_class = get_message(message_type)
+    _warn_of_other_versions(topic, message_class, publishers)
+    return TopicSource(topic, message_class, publishers)
 
 
-def find_sources(topics: Sequence[str]) -> list[TopicSource]:
+def find_sources(topics: Sequence[str], *, raw: bool = False) -> list[TopicSource]:
     """Look several topics up; those whose type cannot be told are reported and left out.
+
+    Args:
+        topics: Their full names.
+        raw: The verb takes bytes, so that their types may be unknown here.
 
     Raises:
         UnavailableError: None is left.
@@ -78,7 +89,7 @@ def find_sources(topics: Sequence[str]) -> list[TopicSource]:
     found = []
     for topic in topics:
         try:
-            found.append(find_source(topic))
+            found.append(find_source(topic, raw=raw))
         except RouterNotRunning:
             raise
         except TeleopctlError as failure:
@@ -121,14 +132,20 @@ def _warn_of_other_types(topic: str, message_type: str, graph: Graph) -> None:
         )
 
 
+def _undecoded(type_name: str, version: str) -> type[Any]:
+    """A class that stands for messages which are received and not read."""
+    return type("Undecoded", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
+
+
 def _warn_of_other_versions(
-    topic: str, message_type: str, publishers: Sequence[EndpointToken]
+    topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
 ) -> None:
-    ours = type_hash(message_type)
+    type_name = message_class.TYPE_NAME
+    ours = getattr(message_class, "TYPE_HASH", None) or type_hash(type_name)
     others = sorted({p.full_name for p in publishers if p.type_hash != ours})
     if others:
         console.warn(
-            f"{', '.join(others)} on {topic} means another version of {message_type} than this "
+            f"{', '.join(others)} on {topic} means another version of {type_name} than this "
             "program knows (type hashes differ), so its messages do not arrive; does ROS_DISTRO "
             "name its distribution?"
         )
