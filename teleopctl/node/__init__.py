@@ -38,8 +38,8 @@ if TYPE_CHECKING:
         Subscription as Subscription,
     )
     from teleopctl.node.endpoints.timer import Rate as Rate, Timer as Timer
-    from teleopctl.node.executor import (
-        Executor as Executor,
+    from teleopctl.node.executor import Executor as Executor
+    from teleopctl.node.executors import (
         MultiThreadedExecutor as MultiThreadedExecutor,
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
@@ -169,7 +169,8 @@ else:
             "endpoints.service": "Service",
             "endpoints.subscription": "MessageInfo Subscription",
             "endpoints.timer": "Rate Timer",
-            "executor": "Executor MultiThreadedExecutor SingleThreadedExecutor",
+            "executor": "Executor",
+            "executors": "MultiThreadedExecutor SingleThreadedExecutor",
             "lifetime": "create_node get_default_context get_global_executor init ok shutdown "
             "spin spin_once spin_until_future_complete try_shutdown",
             "node": "Node",

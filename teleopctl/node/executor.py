@@ -7,20 +7,23 @@ at most once, however much has arrived: arrivals wait in its own queue, whose de
 
 from __future__ import annotations
 
-import abc
-import functools
-import os
+import contextlib
 import queue
 import sys
 import threading
 import time
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.values.exceptions import ExternalShutdownException, ShutdownException
+from teleopctl.node.values.exceptions import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    ShutdownException,
+    TimeoutException,
+)
 from teleopctl.node.values.future import Future, ResultT, Task
 from teleopctl.node.values.scheduler import Schedulable
 
@@ -35,12 +38,21 @@ _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
 _LOOK_AGAIN = object()
 
 
-class Executor(abc.ABC):
+# What is to be called, and the entity and the node whose callback it is.
+Ready: TypeAlias = tuple[Task[Any], "Waitable | Timer | None", "NodeEndpoints | None"]
+
+
+class Executor:
     """Common base of the executors.
+
+    One of your own overrides `spin_once` and calls what `wait_for_ready_callbacks` returns.
 
     Args:
         context: Whose shutdown ends the spinning; the default one if None.
     """
+
+    # Whether what is ready is left to `wait_for_ready_callbacks`.
+    _hands_over: ClassVar[bool] = True
 
     def __init__(self, *, context: Context | None = None) -> None:
         self._context = context or Context.default()
@@ -52,6 +64,8 @@ class Executor(abc.ABC):
         self._is_shutdown = False
         self._wake_queued = False
         self._timer_was_last = False
+        self._held: set[Waitable] = set()  # what its callback group did not let run yet
+        self._ready: Ready | None = None
         self._context.on_shutdown(self.wake)
 
     @property
@@ -152,7 +166,7 @@ class Executor(abc.ABC):
             ExternalShutdownException: A signal shut the context down.
         """
         while self._context.ok() and not self._is_shutdown:
-            self._spin_once(None, None)
+            self.spin_once()
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
@@ -166,6 +180,36 @@ class Executor(abc.ABC):
         """
         self._spin_once(_deadline(timeout_sec), None)
         self._raise_if_ended_by_signal()
+
+    def wait_for_ready_callbacks(
+        self,
+        timeout_sec: float | None = None,
+        nodes: object = None,  # noqa: ARG002 -- rclpy has it
+        condition: Callable[[], bool] = lambda: False,
+    ) -> Ready:
+        """Wait for one callback, for an executor of one's own to call.
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
+            nodes: Not used: all that the executor serves are waited for.
+            condition: Nothing is waited for when it is true.
+
+        Returns:
+            A task to call, and the entity and the node whose callback it is.
+
+        Raises:
+            TimeoutException: Nothing was ready in time.
+            ConditionReachedException: The condition became true.
+            ShutdownException: The executor was shut down.
+        """
+        if condition():
+            raise ConditionReachedException
+        self._spin_once(_deadline(timeout_sec), None)
+        ready, self._ready = self._ready, None
+        if ready is not None:
+            return ready
+        self._raise_if_ended_by_signal()
+        raise ShutdownException if self._is_shutdown else TimeoutException
 
     def spin_once_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
@@ -218,7 +262,8 @@ class Executor(abc.ABC):
             # Turn about: a timer that is always due must not keep the messages from being taken.
             if timer is not None and not self._timer_was_last:
                 self._timer_was_last = True
-                self._run_timer(timer)
+                self._dispatch_timer(timer)
+                self._look_at_held()
                 return
             self._timer_was_last = False
             item = self._next_item(wait_s, deadline)
@@ -228,6 +273,7 @@ class Executor(abc.ABC):
                 if timer is None and deadline is not None and time.monotonic() >= deadline:
                     return
             elif self._dispatch(item):
+                self._look_at_held()
                 return
 
     def _next_timer(self) -> tuple[Timer | None, float | None]:
@@ -239,6 +285,8 @@ class Executor(abc.ABC):
             for timer in node.timers:
                 left_ns = timer.time_until_next_call()
                 if left_ns is None or timer in self._queued:
+                    continue
+                if self._asks(timer.callback_group) and not timer.callback_group.can_execute(timer):
                     continue
                 if left_ns <= 0:
                     if left_ns < lowest_ns:
@@ -260,6 +308,8 @@ class Executor(abc.ABC):
     def _dispatch(self, item: Any) -> bool:
         """Run what was taken from the queue; False when it had nothing to do after all."""
         if isinstance(item, Waitable):
+            if self._asks(item.callback_group):
+                return self._run_as_its_group_says(item)
             return self._run_waitable(item)
         if isinstance(item, BaseException):
             raise item
@@ -276,17 +326,62 @@ class Executor(abc.ABC):
             self.schedule(waitable)
         return handler
 
-    @abc.abstractmethod
+    def _asks(self, group: CallbackGroup) -> bool:
+        """Tell whether a group is asked; our executors know the rules of our groups."""
+        return group.decides or self._hands_over
+
+    def _run_as_its_group_says(self, waitable: Waitable) -> bool:
+        group = waitable.callback_group
+        if not (group.can_execute(waitable) and group.beginning_execution(waitable)):
+            self._queued.discard(waitable)
+            self._held.add(waitable)
+            return False
+        handler = self._take(waitable)
+        if handler is None:
+            group.ending_execution(waitable)
+        else:
+            self._run_between(handler, waitable)
+        return handler is not None
+
+    def _dispatch_timer(self, timer: Timer) -> None:
+        group = timer.callback_group
+        if not self._asks(group):
+            self._run_timer(timer)
+        elif group.beginning_execution(timer):
+            self._run_between(timer.take() or (lambda: None), timer)
+
+    def _run_between(self, handler: Callable[[], object], entity: Any) -> None:
+        """Run a callback that its group has let begin, and tell the group of its end."""
+
+        def end() -> None:
+            entity.callback_group.ending_execution(entity)
+            self._look_at_held()
+            self.wake()
+
+        task: Task[Any] = Task(handler, executor=self)
+        task.on_end(end)
+        if self._hands_over:
+            self._ready = (task, entity, entity.node)
+        else:
+            self._run(task.step)
+
+    def _look_at_held(self) -> None:
+        """Ask again for what a group did not let run."""
+        with contextlib.suppress(KeyError):  # threads of a pool come here as well
+            while self._held:
+                self.schedule(self._held.pop())
+
     def _run_waitable(self, waitable: Waitable) -> bool:
         """Take an arrival and run its callback; False when there was none."""
+        raise NotImplementedError
 
-    @abc.abstractmethod
     def _run_timer(self, timer: Timer) -> None:
         """Run the callback of a timer that is due."""
+        raise NotImplementedError
 
-    @abc.abstractmethod
     def _run(self, work: Callable[[], object]) -> None:
         """Run what belongs to no callback group."""
+        self._ready = (Task(work, executor=self), None, None)
 
     def _finish(self, outcome: object) -> None:
         """Go on with what a callback returned: a coroutine becomes a task, and begins at once."""
@@ -298,98 +393,6 @@ class Executor(abc.ABC):
 
     def __exit__(self, *_: object) -> None:
         self.shutdown()
-
-
-class SingleThreadedExecutor(Executor):
-    """Runs callbacks in the thread that spins, one after the other."""
-
-    def _run_waitable(self, waitable: Waitable) -> bool:
-        handler = self._take(waitable)
-        if handler is None:
-            return False
-        self._finish(handler())
-        return True
-
-    def _run_timer(self, timer: Timer) -> None:
-        if (callback := timer.take()) is not None:
-            self._finish(callback())
-
-    def _run(self, work: Callable[[], object]) -> None:
-        self._finish(work())
-
-
-class MultiThreadedExecutor(Executor):
-    """Runs callbacks in a pool of threads, as their callback groups allow.
-
-    A message is taken, and a timer counts as called, when a thread begins with the callback.
-
-    Args:
-        num_threads: Size of the pool; the number of processors, at least 2, if None.
-        context: See `Executor`.
-    """
-
-    def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
-        super().__init__(context=context)
-        from concurrent.futures import ThreadPoolExecutor
-
-        self._pool = ThreadPoolExecutor(
-            num_threads or max(2, os.cpu_count() or 2), thread_name_prefix="callback"
-        )
-
-    def _run_waitable(self, waitable: Waitable) -> bool:
-        def take_and_call() -> object:
-            handler = self._take(waitable)
-            return None if handler is None else handler()
-
-        if not waitable.pending():
-            self._queued.discard(waitable)
-            # An arrival in between found it queued still.
-            if waitable.pending():
-                self.schedule(waitable)
-            return False
-        # It counts as queued until a thread takes from it.
-        self._queued.add(waitable)
-        self._run_in_group(take_and_call, waitable.callback_group)
-        return True
-
-    def _run_timer(self, timer: Timer) -> None:
-        def call() -> object:
-            self._queued.discard(timer)
-            callback = timer.take()
-            # Whoever spins left the timer out while it was on its way here.
-            self.wake()
-            return None if callback is None else callback()
-
-        self._queued.add(timer)
-        self._run_in_group(call, timer.callback_group)
-
-    def _run(self, work: Callable[[], object]) -> None:
-        self._submit(functools.partial(self._work, work))
-
-    def _run_in_group(self, work: Callable[[], object], group: CallbackGroup) -> None:
-        group.run(functools.partial(self._work, work), self._submit)
-
-    def _work(self, work: Callable[[], object]) -> None:
-        """Run a callback in a thread of the pool; whoever spins raises what it raised."""
-        if self._is_shutdown:
-            return
-        try:
-            self._finish(work())
-        except BaseException as error:  # noqa: BLE001 (sys.exit in a callback ends the program)
-            self.fail(error)
-
-    def _submit(self, work: Callable[[], None]) -> bool:
-        try:
-            self._pool.submit(work)
-        except RuntimeError:
-            return False
-        return True
-
-    def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Stop spinning; callbacks that run go on to their end."""
-        super().shutdown(timeout_sec)
-        self._pool.shutdown(wait=False)
-        return True
 
 
 def _deadline(timeout_sec: float | None) -> float | None:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.node.context import Context, SessionMode
-from teleopctl.node.executor import Executor, SingleThreadedExecutor
+from teleopctl.node.executor import Executor
+from teleopctl.node.executors import SingleThreadedExecutor
 from teleopctl.node.values.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:

@@ -256,6 +256,7 @@ class NodeEndpoints(NodeCore):
         )
         with self._endpoints_lock:
             self._timers = (*self._timers, timer)
+        timer.callback_group.add_entity(timer)
         if self.executor is not None:
             self.executor.wake()
         return timer
@@ -278,6 +279,7 @@ class NodeEndpoints(NodeCore):
     ) -> GuardCondition:
         """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
+        guard.callback_group.add_entity(guard)
         with self._endpoints_lock:
             self._guards.append(guard)
         return guard
@@ -289,6 +291,8 @@ class NodeEndpoints(NodeCore):
     def _keep(self, endpoint: _EndpointT) -> _EndpointT:
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
+        if isinstance(endpoint, Waitable):
+            endpoint.callback_group.add_entity(endpoint)
         if isinstance(endpoint, Waitable) and endpoint.pending():
             # An executor that was given the node meanwhile did not know of the endpoint.
             endpoint.tell_executor()

@@ -124,6 +124,7 @@ class EventHandler(Waitable):
         self._callback = callback
         self._lock = threading.Lock()
         self._changed = False
+        group.add_entity(self)
 
     def pending(self) -> int:
         """Return 1 while there is something to tell."""

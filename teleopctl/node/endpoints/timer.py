@@ -58,6 +58,11 @@ class Timer:
         self.reset()
 
     @property
+    def node(self) -> NodeCore:
+        """The node that it belongs to."""
+        return self._node
+
+    @property
     def handle(self) -> Handle:
         """What programs enter while they use the timer."""
         return Handle(self)

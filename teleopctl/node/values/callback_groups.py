@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import collections
 import threading
+import weakref
 from collections.abc import Callable
+from typing import Any, ClassVar
 
 Work = Callable[[], None]
 # Hands work to a pool; False when the pool takes none any more.
@@ -12,7 +14,46 @@ Submit = Callable[[Work], bool]
 
 
 class CallbackGroup:
-    """Common base; hands work on to a pool as its rule allows."""
+    """Common base of the groups.
+
+    One of your own overrides `can_execute`, `beginning_execution` and `ending_execution`; it is
+    then asked before each of its callbacks, and again after each other one.
+
+    Attributes:
+        decides: Whether the class has a rule of its own.
+    """
+
+    decides: ClassVar[bool] = False
+
+    def __init__(self) -> None:
+        self.entities: set[weakref.ref[Any]] = set()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        rule = {"can_execute", "beginning_execution", "ending_execution"}
+        cls.decides = cls.decides or (cls.__module__ != __name__ and not rule.isdisjoint(vars(cls)))
+
+    # Any: timers and whatever receives.
+
+    def add_entity(self, entity: Any) -> None:
+        """Add a timer or something that receives."""
+        self.entities.add(weakref.ref(entity, self.entities.discard))
+
+    def has_entity(self, entity: Any) -> bool:
+        """Tell whether something was added and is still there."""
+        return weakref.ref(entity) in self.entities
+
+    def can_execute(self, entity: Any) -> bool:
+        """Tell whether a callback of an entity may begin now."""
+        raise NotImplementedError
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Take note that a callback begins; False when it may not after all."""
+        raise NotImplementedError
+
+    def ending_execution(self, entity: Any) -> None:
+        """Take note that a callback has ended."""
+        raise NotImplementedError
 
     def run(self, work: Work, submit: Submit) -> None:
         """Have ``submit`` run the work, now or when the rule of the group allows it."""
@@ -22,14 +63,48 @@ class CallbackGroup:
 class ReentrantCallbackGroup(CallbackGroup):
     """Any number of its callbacks may run at once."""
 
+    def can_execute(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
+        """Always true."""
+        return True
+
+    def beginning_execution(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
+        """Always true."""
+        return True
+
+    def ending_execution(self, entity: Any) -> None:
+        """Nothing waits for it."""
+
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
     """One of its callbacks runs at a time; the others wait in order."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._lock = threading.Lock()
+        self._active: Any = None
         self._busy = False
         self._waiting: collections.deque[tuple[Work, Submit]] = collections.deque()
+
+    def can_execute(self, entity: Any) -> bool:
+        """Tell whether none of its callbacks runs."""
+        with self._lock:
+            assert weakref.ref(entity) in self.entities
+            return self._active is None
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Take note of a callback that begins; False while another one runs."""
+        with self._lock:
+            assert weakref.ref(entity) in self.entities
+            if self._active is not None:
+                return False
+            self._active = entity
+            return True
+
+    def ending_execution(self, entity: Any) -> None:
+        """Let the next one begin."""
+        with self._lock:
+            assert self._active is entity
+            self._active = None
 
     def run(self, work: Work, submit: Submit) -> None:
         """Run the work after all that came before it."""

@@ -1,0 +1,112 @@
+"""The executors: one thread, or a pool of threads that follows the rules of callback groups."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from teleopctl.node.context import Context
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.executor import Executor
+from teleopctl.node.values.callback_groups import CallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.timer import Timer
+
+
+class SingleThreadedExecutor(Executor):
+    """Runs callbacks in the thread that spins, one after the other."""
+
+    _hands_over = False
+
+    def _run_waitable(self, waitable: Waitable) -> bool:
+        handler = self._take(waitable)
+        if handler is None:
+            return False
+        self._finish(handler())
+        return True
+
+    def _run_timer(self, timer: Timer) -> None:
+        if (callback := timer.take()) is not None:
+            self._finish(callback())
+
+    def _run(self, work: Callable[[], object]) -> None:
+        self._finish(work())
+
+
+class MultiThreadedExecutor(Executor):
+    """Runs callbacks in a pool of threads, as their callback groups allow.
+
+    A message is taken, and a timer counts as called, when a thread begins with the callback.
+
+    Args:
+        num_threads: Size of the pool; the number of processors, at least 2, if None.
+        context: See `Executor`.
+    """
+
+    _hands_over = False
+
+    def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
+        super().__init__(context=context)
+        from concurrent.futures import ThreadPoolExecutor
+
+        self._pool = ThreadPoolExecutor(
+            num_threads or max(2, os.cpu_count() or 2), thread_name_prefix="callback"
+        )
+
+    def _run_waitable(self, waitable: Waitable) -> bool:
+        def take_and_call() -> object:
+            handler = self._take(waitable)
+            return None if handler is None else handler()
+
+        if not waitable.pending():
+            self._queued.discard(waitable)
+            # An arrival in between found it queued still.
+            if waitable.pending():
+                self.schedule(waitable)
+            return False
+        # It counts as queued until a thread takes from it.
+        self._queued.add(waitable)
+        self._run_in_group(take_and_call, waitable.callback_group)
+        return True
+
+    def _run_timer(self, timer: Timer) -> None:
+        def call() -> object:
+            self._queued.discard(timer)
+            callback = timer.take()
+            # Whoever spins left the timer out while it was on its way here.
+            self.wake()
+            return None if callback is None else callback()
+
+        self._queued.add(timer)
+        self._run_in_group(call, timer.callback_group)
+
+    def _run(self, work: Callable[[], object]) -> None:
+        self._submit(functools.partial(self._work, work))
+
+    def _run_in_group(self, work: Callable[[], object], group: CallbackGroup) -> None:
+        group.run(functools.partial(self._work, work), self._submit)
+
+    def _work(self, work: Callable[[], object]) -> None:
+        """Run a callback in a thread of the pool; whoever spins raises what it raised."""
+        if self._is_shutdown:
+            return
+        try:
+            self._finish(work())
+        except BaseException as error:  # noqa: BLE001 (sys.exit in a callback ends the program)
+            self.fail(error)
+
+    def _submit(self, work: Callable[[], None]) -> bool:
+        try:
+            self._pool.submit(work)
+        except RuntimeError:
+            return False
+        return True
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """Stop spinning; callbacks that run go on to their end."""
+        super().shutdown(timeout_sec)
+        self._pool.shutdown(wait=False)
+        return True
