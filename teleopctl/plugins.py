@@ -213,6 +213,7 @@ _VERBS = {
     "service": ("service:GROUP", "List and call services."),
     "pkg": ("pkg:GROUP", "Find packages."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
+    "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
     "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),
     "daemon": ("daemon:GROUP", "Manage the router that introduces nodes to each other."),

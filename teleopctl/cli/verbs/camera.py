@@ -1,0 +1,122 @@
+"""``teleopctl camera``: pictures of the cameras in the graph."""
+
+import threading
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.cli.verbs.topic.qos_options import suited_to
+from teleopctl.cli.verbs.topic.source import find_source
+from teleopctl.errors import (
+    InvalidMessageError,
+    SystemFailureError,
+    UnavailableError,
+    UnsupportedError,
+    UsageError,
+)
+
+GROUP = Group(
+    "Save pictures of cameras.",
+    {
+        "save": Verb(
+            f"{__name__}:save",
+            "Save one picture as a PNG file.",
+            examples=("teleopctl camera save picture.png",),
+        )
+    },
+)
+
+_IMAGE = "sensor_msgs/msg/Image"
+# The mode of a picture, and how Pillow calls the bytes of an encoding.
+_MODES = {
+    "rgb8": ("RGB", "RGB"),
+    "bgr8": ("RGB", "BGR"),
+    "rgba8": ("RGBA", "RGBA"),
+    "bgra8": ("RGBA", "BGRA"),
+    "mono8": ("L", "L"),
+    "8UC1": ("L", "L"),
+    "mono16": ("I;16", "I;16"),
+    "16UC1": ("I;16", "I;16"),
+}
+_TELL_EVERY_S = 2.0
+
+
+def save(
+    file: Annotated[str, Argument(help="Where to write it, such as picture.png.")],
+    topic: Annotated[
+        str, Option("-t", "--topic", help="The camera's images.", complete="topics")
+    ] = "/image_raw",
+    timeout: Annotated[
+        float | None, Option("--timeout", help="Give up after this many seconds.")
+    ] = None,
+) -> None:
+    """Save the next picture of a camera as a PNG file."""
+    path = Path(file)
+    if path.suffix.lower() != ".png":
+        raise UsageError(f"'{file}' is no PNG file", hint="End its name with .png.")
+    image = _next_image(absolute_name(topic), timeout)
+    try:
+        _picture(image).save(path, optimize=True)
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write {path}: {error.strerror or error}") from error
+    console.out(f"{path}: {image.width} x {image.height}, {path.stat().st_size // 1000} kB")
+
+
+# Any, here and below: a class that is made from its definition.
+def _next_image(topic: str, longest_wait_s: float | None) -> Any:
+    """Wait for the next image, and say that one waits."""
+    source = find_source(topic)
+    if source.message_class.TYPE_NAME != _IMAGE:
+        raise UsageError(f"'{topic}' has the type {source.message_class.TYPE_NAME}, not {_IMAGE}")
+    got: list[Any] = []
+    arrived = threading.Event()
+
+    def take(image: Any) -> None:
+        got.append(image)
+        arrived.set()
+
+    started = time.monotonic()
+    with command_node() as node:
+        qos = suited_to(source.offered_qos, 1)
+        node.create_subscription(source.message_class, topic, take, qos, immediate=True)
+        while True:
+            waited_s = time.monotonic() - started
+            left_s = _TELL_EVERY_S
+            if longest_wait_s is not None:
+                left_s = min(left_s, max(0.0, longest_wait_s - waited_s))
+            if arrived.wait(left_s):
+                return got[0]
+            waited_s = time.monotonic() - started
+            if longest_wait_s is not None and waited_s >= longest_wait_s:
+                raise UnavailableError(f"No picture on '{topic}' within {longest_wait_s:g} s")
+            console.note(f"Waiting for a picture on '{topic}' for {waited_s:.0f} s")
+
+
+def _picture(image: Any) -> Any:
+    """An image message as Pillow has it.
+
+    Raises:
+        UnsupportedError: Its encoding is another one.
+        InvalidMessageError: It has too few bytes.
+    """
+    from PIL import Image
+
+    if image.encoding not in _MODES:
+        raise UnsupportedError(
+            f"Pictures of the encoding '{image.encoding}' cannot be saved",
+            hint=f"Known are {', '.join(_MODES)}.",
+        )
+    mode, raw_mode = _MODES[image.encoding]
+    if mode == "I;16" and image.is_bigendian:
+        raw_mode = "I;16B"
+    size = (image.width, image.height)
+    try:
+        return Image.frombytes(mode, size, bytes(image.data), "raw", raw_mode, image.step)
+    except ValueError as error:
+        raise InvalidMessageError(
+            f"An image of {image.width} x {image.height} with {len(image.data)} bytes: {error}"
+        ) from error
