@@ -1,5 +1,17 @@
-"""``python -m teleopctl`` is the ``teleopctl`` command."""
+"""The ``teleopctl`` command, also as ``python -m teleopctl``."""
 
-from teleopctl.cli.main import main
+import _signal  # type: ignore[import-not-found] # typeshed leaves private modules out
+from typing import NoReturn
 
-main()
+
+def main() -> NoReturn:
+    """Run the command line of this process; until it can say how it ends, Ctrl-C just ends it."""
+    # The module signal takes a millisecond or two to import: long enough to be interrupted in.
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    from teleopctl.cli.main import main as command_line
+
+    command_line()
+
+
+if __name__ == "__main__":
+    main()

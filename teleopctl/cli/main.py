@@ -30,9 +30,14 @@ def main() -> NoReturn:
     """Run the command line of this process and end with its exit status."""
     # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
     # by it all the same, and whoever started them counts on that.
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    sys.exit(run(sys.argv[1:]))
+        status = run(sys.argv[1:])
+    except KeyboardInterrupt:
+        status = EXIT_INTERRUPTED
+    # Nothing is left to be tidied up that an interrupt would have to reach.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -268,7 +268,9 @@ class Context:
         if watcher is not None:
             watcher.close()
         if session is not None:
-            session.close()
+            from teleopctl.wire import close_session
+
+            close_session(session)
         if library_logs is not None:
             library_logs.close()
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.wire.session import (
         RouterNotRunning as RouterNotRunning,
+        close_session as close_session,
         domain_id as domain_id,
         open_session as open_session,
     )
@@ -55,7 +56,7 @@ else:
             "refusals": "Refusals",
             "router": "daemon_address ensure_router find_router router_is_running start_router "
             "stop_router",
-            "session": "RouterNotRunning domain_id open_session",
+            "session": "RouterNotRunning close_session domain_id open_session",
             "tokens": "EndpointToken EntityKind NodeToken format_token gid",
         },
     )

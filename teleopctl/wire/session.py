@@ -96,3 +96,21 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
 
         introduce(session, config.router)
     return session
+
+
+def close_session(session: zenoh.Session) -> None:
+    """Close a session; one whose peer has frozen is left behind, with a warning.
+
+    Zenoh tells each peer that it goes, and waits ten seconds for one that reads nothing. The
+    session is unusable then, and its sockets go with the process.
+    """
+    try:
+        session.close()
+    except zenoh.ZError as error:
+        import logging
+
+        logging.getLogger(__name__).warning(
+            "A process of the graph does not read what it is sent, so that the session could not "
+            "be closed properly: %s",
+            reason_of(error),
+        )

@@ -1,6 +1,7 @@
 import json
 import threading
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 import zenoh
@@ -10,7 +11,7 @@ from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.introduction import meet_peers
-from teleopctl.wire.session import RouterNotRunning, domain_id, open_session
+from teleopctl.wire.session import RouterNotRunning, close_session, domain_id, open_session
 
 KEY = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66"
 
@@ -286,3 +287,20 @@ def test_a_router_elsewhere_is_not_waited_for(ros_without_router, monkeypatch):
     monkeypatch.setenv("TELEOPCTL_ROUTER", f"tcp/localhost:{free_port()}")
     with pytest.raises(RouterNotRunning):
         open_session("client")
+
+
+@pytest.mark.parametrize("mode", ["peer", "client"])
+def test_a_session_looks_for_a_lost_router_once_a_second(mode):
+    # Zenoh's own four seconds are how long nodes stay unseen after the router's restart.
+    retry = json.loads(session_config(mode).zenoh.get_json("connect/retry"))
+    assert retry["period_max_ms"] <= 1000
+
+
+def test_a_session_that_cannot_be_closed_is_a_warning(caplog):
+    # A peer that has been stopped reads nothing; Zenoh says so after ten seconds.
+    def close():
+        raise zenoh.ZError("close operation timed out! at /somewhere/close.rs:135.")
+
+    close_session(cast(zenoh.Session, SimpleNamespace(close=close)))
+    assert "close operation timed out!" in caplog.text
+    assert ".rs" not in caplog.text

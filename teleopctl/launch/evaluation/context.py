@@ -111,7 +111,7 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
 
 
 def _query_nodes() -> frozenset[str]:
-    from teleopctl.wire import RouterNotRunning, open_session, query_graph
+    from teleopctl.wire import RouterNotRunning, close_session, open_session, query_graph
 
     try:
         session = open_session("client")
@@ -120,4 +120,4 @@ def _query_nodes() -> frozenset[str]:
     try:
         return frozenset(query_graph(session).node_names(include_hidden=True))
     finally:
-        session.close()
+        close_session(session)

@@ -16,7 +16,7 @@ from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.status import ProcessStatus
-from teleopctl.wire import Graph, GraphWatcher, open_session, query_graph
+from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
 UP_WITHIN_S = 30.0
 # The graph wakes whoever waits; the end of a process is looked for this often, in seconds.
@@ -47,7 +47,7 @@ class NewNodes:
         trace: TracebackType | None,
     ) -> None:
         self._watcher.close()
-        self._session.close()
+        close_session(self._session)
 
     def names_by_session(self, graph: Graph) -> dict[str, list[str]]:
         """Return the full names of the new nodes for each new session."""

@@ -1,0 +1,46 @@
+"""Ctrl-C ends the command line at any moment, without a traceback."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+# Sends the signal when a module is looked for, as a hurried person does by chance.
+_COMMAND = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
+class Interrupt:
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+sys.argv[1:] = ["topic", "list"]
+from teleopctl.__main__ import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
+@pytest.mark.parametrize(
+    ("module", "status"),
+    [
+        ("teleopctl.cli.main", -signal.SIGINT),
+        ("teleopctl.plugins", -signal.SIGINT),
+        ("teleopctl.cli.quick", 130),
+        ("zenoh", 130),
+    ],
+)
+def test_an_interrupt_while_a_module_is_imported_ends_it_in_silence(module: str, status: int):
+    done = subprocess.run(
+        [sys.executable, "-c", _COMMAND.format(module=module)],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (status, "", "")
