@@ -19,6 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
+from teleopctl import progress
 from teleopctl.errors import SystemFailureError
 from teleopctl.folders import (
     check_private,
@@ -119,6 +120,7 @@ def start(
     with _new_log(name, logs_dir(environment)) as log:
         log_file = Path(log.name)
         environment[LOG_FILE] = str(log_file)
+        environment[progress.VARIABLE] = str(progress.file_of(log_file))
         try:
             child = subprocess.Popen(
                 list(argv),
@@ -172,7 +174,7 @@ def exit_status(record: ProcessRecord) -> int | None:
 def records(folder: Path | None = None) -> list[ProcessRecord]:
     """The background processes that are alive, oldest first; records of others are removed.
 
-    Those of launches are not, since what a launch that was killed had started may still run.
+    Those that `ended` returns are not.
 
     Args:
         folder: Whose processes; by default those of `runtime_dir`.
@@ -184,14 +186,14 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
     for path, record in _all_records(folder):
         if record is not None and is_alive(record):
             alive.append(record)
-        elif record is None or record.kind != LAUNCH:
+        elif record is None or not _is_kept(record):
             path.unlink(missing_ok=True)
     return sorted(alive, key=lambda record: record.start.time)
 
 
-def ended_launches(folder: Path | None = None) -> list[ProcessRecord]:
-    """The launches that were killed and not yet forgotten, of a folder as in `records`."""
-    return [r for _, r in _all_records(folder) if r and r.kind == LAUNCH and not is_alive(r)]
+def ended(folder: Path | None = None) -> list[ProcessRecord]:
+    """Launches and nodes that died, not yet forgotten; of a folder as in `records`."""
+    return [r for _, r in _all_records(folder) if r and _is_kept(r) and not is_alive(r)]
 
 
 def forget(record: ProcessRecord) -> None:
@@ -241,6 +243,11 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
                         member.kill()
                 _wait(process, patience_s)
     forget(record)
+
+
+def _is_kept(record: ProcessRecord) -> bool:
+    """Whether a record outlives its process."""
+    return record.kind == LAUNCH or progress.died(record.log_file)
 
 
 def _await_ready(

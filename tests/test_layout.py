@@ -22,6 +22,7 @@ GROUND = {
     "packages",
     "plugins",
     "printable",
+    "progress",
     "ros_yaml",
     "text_file",
 }
@@ -52,7 +53,7 @@ ALLOWED = {
 
 # The ground has an order of its own.
 ALLOWED_ON_THE_GROUND = {
-    "background": {"errors", "folders", "output"},
+    "background": {"errors", "folders", "output", "progress"},
     "errors": set(),
     "expression": {"printable"},
     "folders": {"errors"},
@@ -61,6 +62,7 @@ ALLOWED_ON_THE_GROUND = {
     "packages": {"errors", "lazy", "plugins"},
     "plugins": {"errors"},
     "printable": set(),
+    "progress": {"errors"},
     "ros_yaml": {"errors"},
     "text_file": {"errors"},
 }

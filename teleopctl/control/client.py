@@ -92,9 +92,15 @@ class ControllerManagerClient:
     def _why_unavailable(self) -> str:
         names = self._node.graph().node_names(include_hidden=True)
         if self.name in names:
+            topic = f"{self.name.rpartition('/')[0]}/robot_description"
+            if self._node.graph().publishers(topic):
+                return (
+                    f"{self.name} runs but has no services: it has not accepted the robot "
+                    f"description on {topic}; its log says why"
+                )
             return (
                 f"{self.name} runs but has no services yet: it is waiting for a robot description "
-                "on /robot_description"
+                f"on {topic}"
             )
         managers = sorted(
             token.name.removesuffix("/list_controllers")

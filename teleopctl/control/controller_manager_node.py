@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from teleopctl import progress
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
@@ -71,6 +72,7 @@ class ControllerManagerNode:
             qos_profile_latched,
         )
         self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
+        progress.tell(progress.WAITING, self._subscription.topic_name)
 
     def _remind(self) -> None:
         self._logger.warning(
@@ -153,6 +155,8 @@ class ControllerManagerNode:
             )
             return
         self._logger.info("Received robot description from topic.")
+        progress.tell(progress.STARTING)
+        self._reminder.cancel()
         try:
             description = RobotDescription.from_urdf(message.data)
             self._resource_manager.load_and_initialize_components(description)
@@ -162,6 +166,8 @@ class ControllerManagerNode:
                 f"following error was caught: {error.message}"
                 + (f" ({error.hint})" if error.hint else "")
             )
+            self._logger.info(f"Another description on {self._subscription.topic_name} is taken")
+            progress.tell(progress.FAILED, f"the robot description is refused: {error.message}")
             return
         self._description = description
         self._node.destroy_timer(self._reminder)
@@ -174,6 +180,7 @@ class ControllerManagerNode:
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()
+        progress.tell(progress.READY)
 
     def _start_hardware(self) -> None:
         initial = {

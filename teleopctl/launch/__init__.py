@@ -20,13 +20,17 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
     from teleopctl.launch.evaluation.substitution import Substitution as Substitution
+    from teleopctl.launch.execution.judgement import log_tail as log_tail
     from teleopctl.launch.execution.readiness import (
         NewNodes as NewNodes,
         wait_for_node as wait_for_node,
     )
     from teleopctl.launch.execution.running import (
         Running as Running,
+        died as died,
+        duration as duration,
         find_running as find_running,
+        forget_died as forget_died,
         newest_log as newest_log,
         running as running,
         stop_running as stop_running,
@@ -70,9 +74,10 @@ else:
             "arguments": "argument_names describe_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.substitution": "Substitution",
+            "execution.judgement": "log_tail",
             "execution.readiness": "NewNodes wait_for_node",
-            "execution.running": "Running find_running newest_log running stop_running "
-            "stopped_by_ctrl_c",
+            "execution.running": "Running died duration find_running forget_died newest_log "
+            "running stop_running stopped_by_ctrl_c",
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
             "model.action": "Action Entity Launch Step",

@@ -13,7 +13,7 @@ from teleopctl import background
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
-from teleopctl.launch.execution.running import stopped_by_ctrl_c
+from teleopctl.launch.execution.running import died, forget_died, stopped_by_ctrl_c
 from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model.plan import LaunchPlan
@@ -87,8 +87,14 @@ def start_in_background(
 
 
 def free_name(name: str) -> str:
-    """Return a name that no background process has: the given one, or one with a number."""
+    """Return a name that no background process has: the given one, or one with a number.
+
+    What had that name and has died is forgotten.
+    """
     taken = {record.name for record in background.records()}
+    for entry in died():
+        if name == (entry.launch or entry.record).name:
+            forget_died(entry)
     if name not in taken:
         return name
     return next(

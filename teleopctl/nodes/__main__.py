@@ -9,6 +9,7 @@ that teleopctl brings itself.
 import signal
 import sys
 
+from teleopctl import progress
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
@@ -19,11 +20,19 @@ _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARG
 
 def main() -> int:
     """Run the executable that the command line names and return its exit status."""
+    status = 1
     try:
         _take_interrupts()
-        return _run()
+        progress.tell(progress.STARTED)
+        status = _run()
     except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
+        status = EXIT_INTERRUPTED
+    except SystemExit as ending:
+        status = ending.code if isinstance(ending.code, int) else int(ending.code is not None)
+        raise
+    finally:
+        progress.tell(progress.ENDED, str(status))
+    return status
 
 
 def _take_interrupts() -> None:

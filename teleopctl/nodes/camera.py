@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (
@@ -60,6 +61,7 @@ class Camera(Node):
     """The camera's node. Everything that draws happens on one thread, as OpenGL wants it."""
 
     def __init__(self) -> None:
+        progress.tell(progress.STARTING)
         super().__init__("camera")
         at_start = _ParameterDescriptor(read_only=True)
         self.declare_parameter("robot_description", "", at_start)
@@ -91,7 +93,9 @@ class Camera(Node):
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
+            progress.tell(progress.READY)
         else:
+            progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
             self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
@@ -114,7 +118,9 @@ class Camera(Node):
 
     def _on_description(self, message: Any) -> None:
         if not self._urdf:
+            progress.tell(progress.STARTING)
             self._start(message.data)
+            progress.tell(progress.READY)
         elif message.data != self._urdf:
             self.get_logger().warning(
                 "Another robot description was published; this camera keeps the first one"

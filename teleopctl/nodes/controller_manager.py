@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 
+from teleopctl import progress
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -40,6 +41,7 @@ def main(args: list[str] | None = None) -> int:
 def _run(arguments: list[str]) -> None:
     from teleopctl.control import ControllerManagerNode
 
+    progress.tell(progress.STARTING)
     executor = SingleThreadedExecutor()
     node = Node(
         "controller_manager",

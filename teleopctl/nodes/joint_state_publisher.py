@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from teleopctl import progress
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -36,6 +37,7 @@ class JointStatePublisher(Node):
     """
 
     def __init__(self, urdf: str | None = None) -> None:
+        progress.tell(progress.STARTING)
         super().__init__(
             "joint_state_publisher",
             allow_undeclared_parameters=True,
@@ -58,6 +60,7 @@ class JointStatePublisher(Node):
         if urdf:
             self._take_description(urdf)
         else:
+            progress.tell(progress.WAITING, self.resolve_topic_name("robot_description"))
             self.get_logger().info(
                 "Waiting for robot_description to be published on the robot_description topic..."
             )
@@ -86,7 +89,9 @@ class JointStatePublisher(Node):
             before, self._joints = self._joints, self._joint_set(description)
         except TeleopctlError as error:
             self.get_logger().error(f"robot_description is not used: {error.message}")
+            progress.tell(progress.FAILED, f"robot_description is not used: {error.message}")
             return
+        progress.tell(progress.READY)
         if before is not None:
             # a new description of the same robot does not make it jump
             self._joints.update(before.names, before.positions())

@@ -9,6 +9,7 @@ import contextlib
 import math
 from typing import Any
 
+from teleopctl import progress
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -40,6 +41,7 @@ class RobotStatePublisher(Node):
     """
 
     def __init__(self) -> None:
+        progress.tell(progress.STARTING)
         super().__init__("robot_state_publisher")
         urdf = self.declare_parameter("robot_description", "").value
         self._interval_ns = _interval_ns(self.declare_parameter("publish_frequency", 20.0).value)
@@ -64,6 +66,7 @@ class RobotStatePublisher(Node):
             qos_profile_sensor_data,
         )
         self.get_logger().info("Robot initialized")
+        progress.tell(progress.READY)
 
     def _segments(self, urdf: str) -> SegmentTree:
         description = _read(urdf)

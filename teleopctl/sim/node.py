@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 
+from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
 from teleopctl.mujoco_model import RobotModel, build_model
@@ -41,6 +42,7 @@ class MujocoSim(Node):
     """The simulator's node. Physics runs on a thread of its own, services on the executor's."""
 
     def __init__(self) -> None:
+        progress.tell(progress.STARTING)
         super().__init__("mujoco_sim")
         self._loop: LockstepLoop | None = None
         self._thread: threading.Thread | None = None
@@ -58,6 +60,7 @@ class MujocoSim(Node):
             self._start(given)
         else:
             self.get_logger().info(f"Waiting for the robot description on {_DESCRIPTION_TOPIC}")
+            progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
             self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
@@ -135,6 +138,7 @@ class MujocoSim(Node):
 
     def _start(self, urdf: str) -> None:
         logger = self.get_logger()
+        progress.tell(progress.STARTING)
         logger.info("Received the robot description, parsing...")
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
@@ -184,6 +188,7 @@ class MujocoSim(Node):
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
         self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
         self._thread.start()
+        progress.tell(progress.READY)
 
     def _report(self, description: RobotDescription, model: RobotModel) -> None:
         """Say what can be driven and read, as ROS 2's simulators do at their start."""

@@ -207,7 +207,7 @@ class RosGraph:
     def _launches(self) -> list[background.ProcessRecord]:
         """The launches whose record stands, running or not."""
         folder = self.folder / _RUNTIME
-        records = background.records(folder) + background.ended_launches(folder)
+        records = background.records(folder) + background.ended(folder)
         return [record for record in records if record.kind == background.LAUNCH]
 
     @property

@@ -1,6 +1,7 @@
 """``--detach``, ``ps``, ``logs`` and ``stop``."""
 
 import json
+import re
 
 import psutil
 import pytest
@@ -168,6 +169,74 @@ def test_logs_follow_one_that_begins_anew_and_show_both_its_parts(ros):
     assert kept[0] > 0
     (older,) = (ros.folder / "log").glob("counts-*.log.1")
     assert older.read_text().startswith(f"{kept[0]}\n")
+
+
+def test_a_node_that_dies_later_is_seen_until_stop_has_told_of_it(ros):
+    (ros.folder / "dies.py").write_text(
+        "import rclpy\n"
+        "from std_msgs.msg import String\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('dies')\n"
+        "def die(message):\n"
+        "    raise RuntimeError('my last words')\n"
+        "node.create_subscription(String, 'die', die, 10)\n"
+        "rclpy.spin(node)\n"
+    )
+    assert ros.run("run -d ./dies.py").returncode == 0
+    assert processes(ros)["dies"]["ending"] is None
+    ros.run("topic pub --once -w 1 /die std_msgs/msg/String")
+    eventually(lambda: processes(ros)["dies"]["ending"] is not None)
+    assert re.search(r"^dies +\d+ +node +exited 1, \d+ s ago ", ros.run("ps").stdout, re.MULTILINE)
+    told = ros.run("stop dies")
+    assert told.returncode == 0
+    assert re.search(r"^WARNING: dies exited 1, \d+ s ago; its last lines:$", told.stderr, re.M)
+    assert told.stderr.endswith("  RuntimeError: my last words\n")
+    assert "dies" not in processes(ros)
+
+
+def test_a_process_of_a_launch_that_is_killed_later_is_seen_with_its_signal(ros):
+    (ros.folder / "two.yaml").write_text(TWO_NODES.replace(", respawn: true", ""))
+    assert ros.run("launch -d two.yaml").returncode == 0
+    psutil.Process(processes(ros)["simple_publisher-1"]["pid"]).kill()
+    eventually(lambda: processes(ros)["simple_publisher-1"]["ending"] is not None)
+    lines = ros.run("ps").stdout.splitlines()
+    assert any(re.match(r"  simple_publisher-1 .* killed by SIGKILL, \d+ s ago ", x) for x in lines)
+    psutil.Process(processes(ros)["simple_subscriber-2"]["pid"]).kill()
+    # The launch has ended with its processes, and they are still told of.
+    eventually(lambda: "two" not in processes(ros))
+    told = ros.run("stop").stderr
+    assert "WARNING: two/simple_publisher-1 killed by SIGKILL" in told
+    assert "Publishing at 1.0 Hz" in told
+    assert list(processes(ros)) == ["router"]
+
+
+def test_a_name_that_is_taken_again_is_no_longer_that_of_what_died(ros):
+    ros.run("run -d simple_publisher")
+    psutil.Process(processes(ros)["simple_publisher"]["pid"]).kill()
+    eventually(lambda: processes(ros)["simple_publisher"]["ending"] is not None)
+    ros.run("run -d simple_publisher")
+    assert processes(ros)["simple_publisher"]["ending"] is None
+
+
+def test_a_detached_launch_that_is_taken_down_while_it_starts_has_not_come_up(ros):
+    (ros.folder / "ends.yaml").write_text(
+        "launch:\n"
+        "- node: {pkg: controller_manager, exec: spawner, args: none_such}\n"
+        "- executable: {cmd: 'true', required: true}\n"
+    )
+    result = ros.run("launch -d ends.yaml")
+    assert result.returncode == 1
+    assert "ends is up" not in result.stdout
+    assert "The launch ended while it was starting" in result.stderr
+    assert "process[true-2] was required" in result.stderr
+
+
+def test_a_detached_launch_whose_programs_have_done_their_work_is_not_up_but_has_finished(ros):
+    (ros.folder / "works.yaml").write_text("launch:\n- executable: {cmd: 'true'}\n")
+    result = ros.run("launch -d works.yaml")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.endswith("works has finished\n")
+    assert "is up" not in result.stdout.splitlines()[-1]
 
 
 def test_logs_follow_until_the_process_ends(ros):

@@ -318,6 +318,62 @@ def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(r
     assert ros.run("node list").stdout == ""
 
 
+PLAIN_ARM = (
+    '<robot name="plain"><link name="base"/><link name="tip">'
+    '<inertial><mass value="1"/>'
+    '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="hinge" type="revolute"><parent link="base"/><child link="tip"/>'
+    '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+)
+
+
+def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
+    (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
+    result = ros.run("launch -d sim.yaml camera:=false model:=plain.urdf")
+    assert result.returncode == 1
+    assert result.stderr == (
+        "teleopctl: ros2_control_node-2: the robot description is refused: "
+        "no 'ros2_control' tag found in the URDF\n"
+        "  The rest of the launch goes on; `teleopctl stop sim` ends it.\n"
+    )
+    assert "ros2_control_node-2 is up" not in result.stdout
+    log = ros.run("logs sim").stdout
+    assert "Waiting for data on 'robot_description'" not in log.partition("Received robot")[2]
+    refused = ros.run("control list_controllers")
+    assert "it has not accepted the robot description" in refused.stderr
+
+
+def test_a_simulator_that_cannot_build_the_robot_is_not_up(ros):
+    # A mesh that does not exist: the description is a good one, the model of it is none.
+    urdf = PLAIN_ARM.replace(
+        "</inertial></link>",
+        '</inertial><collision><geometry><mesh filename="file:///gone.stl"/></geometry>'
+        "</collision></link>",
+    )
+    (ros.folder / "gone.urdf").write_text(urdf)
+    result = ros.run("launch -d sim.yaml camera:=false start_controllers:=false model:=gone.urdf")
+    assert result.returncode == 1
+    assert "mujoco_sim-1 is up" not in result.stdout
+
+
+def test_a_node_that_waits_for_what_nobody_publishes_is_up(ros):
+    started = ros.run("run -d mujoco_sim")
+    assert (started.returncode, started.stderr) == (0, "")
+    assert started.stdout.startswith("mujoco_sim is up: /mujoco_sim ")
+
+
+def test_the_simulation_starts_in_a_folder_with_the_sources_of_a_controller_manager(ros):
+    folder = ros.folder / "controller_manager"
+    folder.mkdir()
+    (folder / "package.xml").write_text("<package><name>controller_manager</name></package>")
+    (folder / "setup.py").write_text(
+        "setup(entry_points={'console_scripts': ['spawner = gone.spawner:main']})"
+    )
+    started = ros.run("launch -d sim.yaml camera:=false real_time_factor:=0")
+    assert (started.returncode, started.stderr) == (0, "")
+    assert controllers(ros) == ALL_ACTIVE
+
+
 def test_the_controllers_can_be_started_on_a_simulation_that_runs(ros):
     started = ros.run(
         "launch -d sim.yaml camera:=false start_controllers:=false real_time_factor:=0"

@@ -22,7 +22,7 @@ def talker(ros_graph, ros_launch) -> LaunchedSystem:
 def test_a_launch_file_is_up_when_the_call_returns_and_its_lines_are_waited_for(talker, ros_graph):
     assert talker.is_running
     assert ros_graph.run("node list").stdout.splitlines() == ["/parrot"]
-    talker.wait_for_line(r"\[simple_publisher-1\].*Publishing at (\d) Hz")
+    talker.wait_for_line(r"\[simple_publisher-1\].*Publishing at ([\d.]+) Hz")
 
 
 def test_it_is_taken_down_in_the_middle_of_a_test(talker, ros_graph):

@@ -81,8 +81,15 @@ def launch(
         return run_here(plan)
     for warning in plan.warnings:
         console.warn(warning)
-    record = start_in_background(plan, file.stem.removesuffix(".launch"), _report)
-    if all(process.ends_by_itself for process in plan.processes):
+    stays = False
+
+    def report(process: "ProcessStatus", node: str | None) -> None:
+        nonlocal stays
+        stays = stays or process.state == "running"
+        _report(process, node)
+
+    record = start_in_background(plan, file.stem.removesuffix(".launch"), report)
+    if not stays:
         console.out(f"{record.name} has finished")
     else:
         console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")

@@ -7,7 +7,7 @@ import time
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Verb
-from teleopctl.launch import Running, command_text, running
+from teleopctl.launch import Running, command_text, died, duration, running
 
 VERB = Verb(f"{__name__}:ps", "List what runs in the background.")
 
@@ -19,9 +19,10 @@ def ps(
 ) -> int:
     """List what runs in the background.
 
-    What a launch started stands below it.
+    What a launch started stands below it. What has died is listed until `teleopctl stop` has told
+    of it, or its name is taken again.
     """
-    entries = running()
+    entries = _in_order([*running(), *died()])
     now = time.time()
     if as_json:
         console.out_json([_as_json(entry, now) for entry in entries])
@@ -38,13 +39,24 @@ def ps(
     return 0
 
 
+def _in_order(entries: list[Running]) -> list[Running]:
+    """Put what a launch started behind it, and what is left of a launch that has ended last."""
+    places = {entry.record.pid: place for place, entry in enumerate(entries) if not entry.launch}
+
+    def place(entry: Running) -> tuple[int, bool]:
+        owner = entry.launch or entry.record
+        return places.get(owner.pid, len(entries)), entry.launch is not None
+
+    return sorted(entries, key=place)
+
+
 def _row(entry: Running, now: float) -> tuple[str, ...]:
     record = entry.record
     return (
         f"  {record.name}" if entry.launch else record.name,
         str(record.pid),
         record.kind,
-        _duration(now - record.start.time),
+        entry.ending or duration(now - record.start.time).replace(" ", ""),
         command_text(_without_python(record.command)),
     )
 
@@ -64,15 +76,8 @@ def _as_json(entry: Running, now: float) -> dict[str, console.Json]:
         "launch": entry.launch.name if entry.launch else None,
         "node": entry.node_name,
         "start_time": record.start.time,
+        "ending": entry.ending or None,
         "uptime_s": round(max(0.0, now - record.start.time), 3),
         "command": list(record.command),
         "log_file": str(record.log_file),
     }
-
-
-def _duration(seconds: float) -> str:
-    whole = max(0, int(seconds))
-    minutes, hours = whole // 60, whole // 3600
-    if hours:
-        return f"{hours}h{minutes % 60:02d}m"
-    return f"{minutes}m{whole % 60:02d}s" if minutes else f"{whole}s"

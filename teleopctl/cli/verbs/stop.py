@@ -5,7 +5,18 @@ from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.launch import Running, find_running, folder_of, mark_stopped, running, stop_running
+from teleopctl.errors import NotFoundError
+from teleopctl.launch import (
+    Running,
+    died,
+    find_running,
+    folder_of,
+    forget_died,
+    log_tail,
+    mark_stopped,
+    running,
+    stop_running,
+)
 
 VERB = Verb(
     f"{__name__}:stop",
@@ -26,14 +37,22 @@ def stop(
         bool, Option("--all", help="Stop every node and launch, and then the router.")
     ] = False,
 ) -> int:
-    """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL."""
+    """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
+
+    What has died meanwhile is told, with the end of its log, and then forgotten.
+    """
+    gone = [entry for entry in died() if not names or _names_of(entry) & set(names)]
     if names:
-        chosen = list(dict.fromkeys(entry for name in names for entry in find_running(name)))
+        told = {name for entry in gone for name in _names_of(entry)}
+        chosen = list(dict.fromkeys(e for name in names for e in _found(name, told)))
     else:
         chosen = [entry for entry in running() if entry.launch is None]
         if not everything:
             chosen = [entry for entry in chosen if entry.record.kind != "router"]
-    if not chosen:
+    for entry in gone:
+        console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")
+        console.note(log_tail(entry.record.log_file))
+    if not chosen and not gone:
         console.note("Nothing runs in the background.")
         return 0
     # What is in a launch that ends anyway ends with it, and the router is needed until the last.
@@ -41,7 +60,24 @@ def stop(
     chosen = [entry for entry in chosen if entry.launch is None or entry.launch.pid not in ending]
     _stop_together([entry for entry in chosen if entry.record.kind != "router"])
     _stop_together([entry for entry in chosen if entry.record.kind == "router"])
+    for entry in gone:
+        forget_died(entry)
     return 0
+
+
+def _names_of(entry: Running) -> set[str]:
+    """What people may call something that has died; its launch's name is one of them."""
+    names = {entry.record.name, entry.qualified_name, entry.node_name or entry.record.name}
+    return names | ({entry.launch.name} if entry.launch else set())
+
+
+def _found(name: str, told: set[str]) -> list[Running]:
+    try:
+        return find_running(name)
+    except NotFoundError:
+        if name in told:
+            return []
+        raise
 
 
 def _stop_together(entries: Sequence[Running]) -> None:

@@ -8,11 +8,13 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
+from teleopctl import progress
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.output import LOG_FILE, LogFile
@@ -45,6 +47,7 @@ class Child:
         self.retries = 0
         self._screen = screen
         self._on_exit = on_exit
+        self._ended_at = 0.0
         self._process: subprocess.Popen[bytes] | None = None
         self._log: LogFile | None = None
         self._signals_sent: set[int] = set()
@@ -63,6 +66,11 @@ class Child:
     def exit_status(self) -> int | None:
         """What the process ended with, negative for a signal; None while it runs."""
         return None if self._process is None else self._process.returncode
+
+    @property
+    def ended_at(self) -> float:
+        """When the process ended, in seconds since the Unix epoch; 0 before."""
+        return self._ended_at
 
     @property
     def was_signalled(self) -> bool:
@@ -86,6 +94,8 @@ class Child:
         """
         plan = self.plan
         self._signals_sent.clear()
+        # What its predecessor has said is not true of it.
+        progress.file_of(self.log_file).unlink(missing_ok=True)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
         with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
             self._process = subprocess.Popen(
@@ -140,6 +150,7 @@ class Child:
             for reader in readers:
                 reader.start()
             process.wait()
+            self._ended_at = time.time()
             for reader in readers:
                 reader.join(_LAST_WORDS_S)
         self._on_exit(self)
@@ -154,7 +165,12 @@ class Child:
 
 def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
     # Unbuffered, since otherwise what a node prints appears only when a buffer is full.
-    wanted = {**os.environ, "PYTHONUNBUFFERED": "1", **plan.environment}
+    wanted = {
+        **os.environ,
+        "PYTHONUNBUFFERED": "1",
+        progress.VARIABLE: str(progress.file_of(log_file)),
+        **plan.environment,
+    }
     if plan.is_node:
         # There it goes on writing when this process has ended before it.
         wanted[LOG_FILE] = str(log_file)

@@ -1,27 +1,25 @@
-"""When a node that was started in the background is up: when it stands in the graph.
-
-A node's session is not known before it speaks. Where its name is known, the name decides; where it
-is not, any node of a session that was not there before the start counts for it.
-"""
+"""Waits until what was started in the background is up, or until the first thing goes wrong."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from types import TracebackType
 
-from teleopctl import background
+from teleopctl import background, progress
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError
 from teleopctl.launch.execution import status
+from teleopctl.launch.execution.judgement import first_failure, log_tail, what_is_up
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
 UP_WITHIN_S = 30.0
 # The graph wakes whoever waits; the end of a process is looked for this often, in seconds.
 _LOOK_EVERY_S = 0.05
-_TAIL_LINES = 15
+# What waits for a topic that nobody publishes is up when that has held for so long, in seconds: the
+# graph may not show a publisher yet that has been made.
+_SETTLED_AFTER_S = 0.5
 
 
 class NewNodes:
@@ -67,6 +65,23 @@ class NewNodes:
         return self._watcher.snapshot()
 
 
+class _Settled:
+    """Whether something has held for a while."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def holds(self, condition: bool) -> bool:
+        """Tell whether the condition holds, and has held long enough."""
+        now = time.monotonic()
+        if not condition:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = now
+        return now - self._since >= _SETTLED_AFTER_S
+
+
 def wait_for_node(
     new_nodes: NewNodes, record: ProcessRecord, timeout_s: float = UP_WITHIN_S
 ) -> list[str]:
@@ -81,24 +96,33 @@ def wait_for_node(
         The full names of its nodes; empty when the process did its work and ended.
 
     Raises:
-        LaunchError: It died, or did not appear in time; the message has the end of its log.
+        LaunchError: It died, said that it cannot do its work, or was not up in time; the message
+            has the reason or the end of its log.
     """
     deadline = time.monotonic() + timeout_s
     graph = new_nodes.snapshot()
+    settled = _Settled()
+    hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
-        for names in new_nodes.names_by_session(graph).values():
-            return sorted(names)
         if background.exit_status(record) == 0:
             return []
         if not background.is_alive(record):
-            raise LaunchError(
-                f"{record.name} ended before its node was up:\n{log_tail(record.log_file)}"
-            )
+            background.forget(record)  # it is reported here
+            raise LaunchError(f"{record.name} ended before it was up:\n{log_tail(record.log_file)}")
+        said = progress.read(record.log_file)
+        state = progress.STARTED if said is None else said.state
+        if said is not None and state == progress.FAILED:
+            raise LaunchError(f"{record.name}: {said.detail}", hint=f"It goes on running. {hint}")
+        nodes = sorted(next(iter(new_nodes.names_by_session(graph).values()), []))
+        waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
+        if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits)):
+            return nodes
         if time.monotonic() > deadline:
+            missing = "it is still starting" if nodes else "its node did not appear"
             raise LaunchError(
-                f"{record.name} runs, but its node did not appear within {timeout_s:g} s:\n"
+                f"{record.name} runs, but {missing} within {timeout_s:g} s:\n"
                 f"{log_tail(record.log_file)}",
-                hint=f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`.",
+                hint=hint,
             )
         graph = new_nodes.wait_for_change(graph)
 
@@ -119,37 +143,46 @@ def wait_for_launch(
         timeout_s: Upper bound in seconds.
 
     Raises:
-        LaunchError: A process died, or did not come up in time; what runs goes on running.
+        LaunchError: A process died, said that it cannot do its work, or did not come up in time;
+            what runs goes on running.
     """
     folder = status.folder_of(record)
     deadline = time.monotonic() + timeout_s
     graph = new_nodes.snapshot()
+    settled = _Settled()
     reported: set[str] = set()
     while True:
         launch_ended = not background.is_alive(record)
         published = status.read(folder)
         statuses = published or []
-        up = _up(statuses, new_nodes.names_by_session(graph))
+        failure = first_failure(statuses)
+        up = what_is_up(statuses, new_nodes.names_by_session(graph), graph)
+        names = dict(up.names)
+        all_here = len(names) + len(up.waiting) == len(statuses)
+        if settled.holds(all_here and bool(up.waiting) and failure is None):
+            names.update((process.name, process.node_name) for process in statuses)
         for process in statuses:
-            if process.name in up and process.name not in reported:
+            if process.name in names and process.name not in reported:
                 reported.add(process.name)
-                on_up(process, up[process.name])
-        died = next((process for process in statuses if process.state == "died"), None)
-        if died is not None:
-            rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
-            raise LaunchError(
-                f"{died.name} died with exit code {died.exit_status}:\n"
-                f"{log_tail(Path(died.log_file))}",
-                hint=None if launch_ended else rest,
-            )
-        if published is not None and len(up) == len(statuses):
+                on_up(process, names[process.name])
+        if failure is not None:
+            if not launch_ended:
+                failure.hint = (
+                    f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
+                )
+            raise failure
+        if published is not None and len(names) == len(statuses):
             return
         if launch_ended:
             raise LaunchError(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
             )
         if time.monotonic() > deadline:
-            missing = ", ".join(process.name for process in statuses if process.name not in up)
+            missing = ", ".join(
+                _what_it_waits_for(process.name, up.waiting)
+                for process in statuses
+                if process.name not in names
+            )
             raise LaunchError(
                 f"Not up within {timeout_s:g} s: {missing or record.name}",
                 hint=f"They go on starting; see `teleopctl ps`, `teleopctl logs {record.name}`.",
@@ -157,34 +190,5 @@ def wait_for_launch(
         graph = new_nodes.wait_for_change(graph)
 
 
-def _up(statuses: list[ProcessStatus], new: dict[str, list[str]]) -> dict[str, str | None]:
-    """Return the processes that are up, with the names of their nodes."""
-    sessions = dict(new)
-    up: dict[str, str | None] = {}
-    unnamed: list[ProcessStatus] = []
-    for process in statuses:
-        if process.state == "finished" or (process.state == "running" and not process.is_node):
-            up[process.name] = None
-        elif process.state != "running" or process.ends_by_itself:
-            continue
-        elif process.node_name is None:
-            unnamed.append(process)
-        else:
-            owner = next((zid for zid, names in sessions.items() if process.node_name in names), "")
-            if owner:
-                del sessions[owner]
-                up[process.name] = process.node_name
-    if len(sessions) >= len(unnamed):
-        # Which of them belongs to which process is not known, only that all are there.
-        up.update((process.name, None) for process in unnamed)
-    return up
-
-
-def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:
-    """Return the last lines of a log, indented, or a note that it is empty."""
-    try:
-        text = log_file.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        return f"  (no log: {error.strerror})"
-    tail = text.splitlines()[-lines:]
-    return "\n".join(f"  {line}" for line in tail) or "  (it wrote nothing)"
+def _what_it_waits_for(name: str, waiting: Mapping[str, str]) -> str:
+    return f"{name} (nobody publishes {waiting[name]})" if name in waiting else name

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl import background
+from teleopctl import background, progress
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
+from teleopctl.launch.execution.judgement import how_it_ended
 
 # In seconds, before each harder signal.
 _PATIENCE_S = 5.0
@@ -26,12 +28,14 @@ class Running(NamedTuple):
         launch: The launch that started it, or None.
         node_name: Full name of its node where a launch file gives it, or None.
         is_alive: Whether it still runs; what a launch started is kept while the launch runs.
+        ending: How and when it ended where `died` found it, such as ``exited 1, 3 s ago``.
     """
 
     record: ProcessRecord
     launch: ProcessRecord | None = None
     node_name: str | None = None
     is_alive: bool = True
+    ending: str = ""
 
     @property
     def qualified_name(self) -> str:
@@ -58,16 +62,72 @@ def running(folder: Path | None = None, *, include_ended: bool = False) -> list[
     return found + _orphans(folder)
 
 
+def died(folder: Path | None = None) -> list[Running]:
+    """Return what has died in the background since it was up, until `forget_died` or its stop.
+
+    That is nodes of their own, and those of launches that still run or that ended with them.
+    """
+    found = [
+        Running(record, is_alive=False, ending=_ending_of(record))
+        for record in background.ended(folder)
+        if record.kind != background.LAUNCH
+    ]
+    launches = [r for r in background.records(folder) if r.kind == background.LAUNCH]
+    launches += [r for r in background.ended(folder) if r.kind == background.LAUNCH]
+    return found + [
+        Running(
+            process.record(),
+            launch,
+            process.node_name,
+            is_alive=False,
+            ending=_ending(process.exit_status, process.ended_at),
+        )
+        for launch in launches
+        for process in status.read(status.folder_of(launch)) or ()
+        if process.state == "died"
+    ]
+
+
+def forget_died(entry: Running) -> None:
+    """Let what has died be forgotten; of a launch that still runs, once that is stopped."""
+    record = entry.launch or entry.record
+    if not background.is_alive(record):
+        background.forget(record)
+
+
+def _ending_of(record: ProcessRecord) -> str:
+    said = progress.read(record.log_file)
+    if said is None or said.exit_status is None:
+        return how_it_ended(None)
+    return _ending(said.exit_status, said.time)
+
+
+def _ending(exit_status: int | None, ended_at: float) -> str:
+    return f"{how_it_ended(exit_status)}, {duration(time.time() - ended_at)} ago"
+
+
+def duration(seconds: float) -> str:
+    """Return a time span as people read it: ``3 s``, ``2m05s``, ``1h02m``."""
+    whole = max(0, int(seconds))
+    minutes, hours = whole // 60, whole // 3600
+    if hours:
+        return f"{hours}h{minutes % 60:02d}m"
+    return f"{minutes}m{whole % 60:02d}s" if minutes else f"{whole} s"
+
+
 def _orphans(folder: Path | None) -> list[Running]:
     """Return what still runs of launches that were killed."""
     found: list[Running] = []
-    for launch in background.ended_launches(folder):
+    for launch in background.ended(folder):
+        if launch.kind != background.LAUNCH:
+            continue
+        statuses = status.read(status.folder_of(launch)) or ()
         alive = [
             Running(process.record(), None, process.node_name)
-            for process in status.read(status.folder_of(launch)) or ()
+            for process in statuses
             if process.state == "running" and background.is_alive(process.record())
         ]
-        if not alive:
+        if not alive and not any(process.state == "died" for process in statuses):
             background.forget(launch)
         found.extend(alive)
     return found

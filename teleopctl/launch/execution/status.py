@@ -22,7 +22,7 @@ PLAN_FILE = "plan.json"
 _STATUS_FILE = "processes.json"
 _STOP_PREFIX = "stop-"
 
-State = Literal["waiting", "running", "finished", "died"]
+State = Literal["waiting", "running", "finished", "stopped", "died"]
 
 
 class ProcessStatus(NamedTuple):
@@ -32,8 +32,10 @@ class ProcessStatus(NamedTuple):
         name: ``exec-N``.
         pid: Process id, 0 before the start.
         start: When it started.
-        state: Whether it waits for its start, runs, has ended well, or has died.
+        state: Whether it waits for its start, runs, has ended well of itself or because the launch
+            asked it to, or has died.
         exit_status: What it ended with; negative for a signal.
+        ended_at: When, in seconds since the Unix epoch; 0 before.
         log_file: Its output.
         command: Its command line.
         node_name: Full name of its node where the launch file gives it.
@@ -46,6 +48,7 @@ class ProcessStatus(NamedTuple):
     start: Start
     state: State
     exit_status: int | None
+    ended_at: float
     log_file: str
     command: list[str]
     node_name: str | None
@@ -70,13 +73,16 @@ def status_of(child: Child, start: Start) -> ProcessStatus:
     if child.is_running:
         state = "running"
     elif child.exit_status is not None:
-        state = "finished" if child.ended_well else "died"
+        state = "died"
+        if child.ended_well:
+            state = "stopped" if child.was_signalled else "finished"
     return ProcessStatus(
         name=child.plan.name,
         pid=child.pid or 0,
         start=start,
         state=state,
         exit_status=child.exit_status,
+        ended_at=child.ended_at,
         log_file=str(child.log_file),
         command=child.plan.command,
         node_name=child.plan.node_name,

@@ -1,0 +1,121 @@
+"""Which processes of a launch are up, and what has gone wrong first.
+
+Three things are known of a process: whether it runs, whether its node stands in the graph, and what
+it says of itself (`teleopctl.progress`). A node's session is not known before it speaks. Where its
+name is known, the name decides; where it is not, any node of a session that was not there before
+the start counts for it.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from teleopctl import progress
+from teleopctl.errors import LaunchError
+from teleopctl.launch.execution.status import ProcessStatus
+from teleopctl.wire import Graph
+
+_TAIL_LINES = 15
+
+
+class Up(NamedTuple):
+    """The processes that are up, and those that are as far as they get alone.
+
+    Attributes:
+        names: Those that are up or have done their work, with their nodes' names where known.
+        waiting: Those that wait for a topic that nobody publishes, with the topic.
+    """
+
+    names: dict[str, str | None]
+    waiting: dict[str, str]
+
+
+def what_is_up(
+    statuses: Sequence[ProcessStatus], new_nodes: Mapping[str, list[str]], graph: Graph
+) -> Up:
+    """Tell which processes are up.
+
+    Args:
+        statuses: All processes of the launch.
+        new_nodes: The nodes that came with the launch, by session.
+        graph: The graph in which they stand.
+    """
+    said = {process.name: progress.read(Path(process.log_file)) for process in statuses}
+    up = _in_graph(statuses, new_nodes)
+    waiting: dict[str, str] = {}
+    for name in list(up):
+        words = said[name]
+        if words is None or words.state not in _NOT_YET:
+            continue
+        if words.state == progress.WAITING and not graph.publishers(words.detail):
+            waiting[name] = words.detail
+        del up[name]
+    return Up(up, waiting)
+
+
+# What a process says while it is not up, or not yet.
+_NOT_YET = (progress.STARTING, progress.WAITING, progress.FAILED)
+
+
+def _in_graph(
+    statuses: Sequence[ProcessStatus], new: Mapping[str, list[str]]
+) -> dict[str, str | None]:
+    sessions = dict(new)
+    up: dict[str, str | None] = {}
+    unnamed: list[ProcessStatus] = []
+    for process in statuses:
+        if process.state == "finished" or (process.state == "running" and not process.is_node):
+            up[process.name] = None
+        elif process.state != "running" or process.ends_by_itself:
+            continue
+        elif process.node_name is None:
+            unnamed.append(process)
+        else:
+            owner = next((zid for zid, names in sessions.items() if process.node_name in names), "")
+            if owner:
+                del sessions[owner]
+                up[process.name] = process.node_name
+    if len(sessions) >= len(unnamed):
+        # Which of them belongs to which process is not known, only that all are there.
+        up.update((process.name, None) for process in unnamed)
+    return up
+
+
+def first_failure(statuses: Sequence[ProcessStatus]) -> LaunchError | None:
+    """Return what went wrong first, since the rest may follow from it; None when nothing did."""
+    failures: list[tuple[float, str]] = []
+    for process in statuses:
+        log_file = Path(process.log_file)
+        if process.state == "died":
+            how = f"died with exit code {process.exit_status}"
+            failures.append((process.ended_at, f"{process.name} {how}:\n{log_tail(log_file)}"))
+        elif process.state == "running":
+            said = progress.read(log_file)
+            if said is not None and said.state == progress.FAILED:
+                failures.append((said.time, f"{process.name}: {said.detail}"))
+    return LaunchError(min(failures)[1]) if failures else None
+
+
+def how_it_ended(exit_status: int | None) -> str:
+    """Say how a process ended: ``exited 1``, ``killed by SIGSEGV``."""
+    if exit_status is None:
+        return "killed"
+    if exit_status >= 0:
+        return f"exited {exit_status}"
+    try:
+        return f"killed by {signal.Signals(-exit_status).name}"
+    except ValueError:
+        return f"killed by signal {-exit_status}"
+
+
+def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:
+    """Return the last lines of a log, indented, or a note that it is empty."""
+    try:
+        text = log_file.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        return f"  (no log: {error.strerror})"
+    tail = text.splitlines()[-lines:]
+    return "\n".join(f"  {line}" for line in tail) or "  (it wrote nothing)"

@@ -1,0 +1,53 @@
+"""How far a process says that it has come."""
+
+import subprocess
+import sys
+
+import pytest
+
+from teleopctl import progress
+
+TELLER = "from teleopctl import progress; progress.tell({state!r}, {detail!r})"
+
+
+def told(log_file, state, detail=""):
+    subprocess.run(
+        [sys.executable, "-c", TELLER.format(state=state, detail=detail)],
+        env={progress.VARIABLE: str(progress.file_of(log_file))},
+        check=True,
+    )
+    return progress.read(log_file)
+
+
+def test_the_last_words_count_on_one_line(tmp_path):
+    log_file = tmp_path / "a.log"
+    assert progress.read(log_file) is None
+    assert told(log_file, progress.STARTING)[:2] == ("starting", "")
+    assert told(log_file, progress.FAILED, "two\n lines")[:2] == ("failed", "two lines")
+
+
+@pytest.mark.parametrize(("status", "died"), [("0", False), ("130", False), ("1", True)])
+def test_who_ends_well_has_not_died(tmp_path, status, died):
+    log_file = tmp_path / "a.log"
+    said = told(log_file, progress.ENDED, status)
+    assert said.exit_status == int(status)
+    assert progress.died(log_file) is died
+
+
+def test_who_was_killed_has_died_and_who_said_nothing_is_not_known(tmp_path):
+    log_file = tmp_path / "a.log"
+    assert not progress.died(log_file)
+    assert told(log_file, progress.READY).exit_status is None
+    assert progress.died(log_file)
+
+
+def test_nothing_is_written_where_nobody_asked(tmp_path, monkeypatch):
+    monkeypatch.delenv(progress.VARIABLE, raising=False)
+    monkeypatch.setattr(progress, "_file", None)
+    monkeypatch.chdir(tmp_path)
+    progress.tell(progress.READY)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_to_is_no_error(tmp_path):
+    assert told(tmp_path / "gone" / "a.log", progress.READY) is None
