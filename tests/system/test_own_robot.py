@@ -1,0 +1,35 @@
+"""The page "your own robot in ten minutes", done as it stands there."""
+
+import re
+import shlex
+
+from teleopctl.testing import eventually
+from tests import ROOT
+from tests.test_docs import BLOCK, FILE_NAME, text_of
+
+PAGE = ROOT / "docs" / "own_robot.md"
+
+
+def positions(ros):
+    text = ros.run("topic echo --once --csv /joint_states --field position").stdout
+    return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
+
+
+def test_the_commands_of_the_page_work_in_their_order(ros):
+    moved = False
+    for language, text in BLOCK.findall(text_of(PAGE)):
+        lines = text.splitlines()
+        if name := FILE_NAME.match(text):
+            file = ros.folder / name[1]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        elif language == "console":
+            assert ros.run(shlex.split(lines[0])[2:]).stdout.splitlines() == lines[1:]
+        elif language == "sh":
+            for line in lines:
+                result = ros.run(shlex.split(line)[1:])
+                assert (result.returncode, result.stderr) == (0, ""), line
+                if "Float64MultiArray" in line:
+                    moved = True
+                    eventually(lambda: [round(p, 1) for p in positions(ros)] == [0.5, -0.3])
+    assert moved
