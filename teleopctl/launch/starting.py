@@ -47,14 +47,29 @@ def make_plan(
     )
 
 
-def run_here(plan: LaunchPlan) -> int:
-    """Carry out a plan in the foreground and return the exit status."""
+def run_here(plan: LaunchPlan, *, on_terminal: bool = False, coloured: bool = False) -> int:
+    """Carry out a plan in the foreground and return the exit status.
+
+    Args:
+        plan: What to start.
+        on_terminal: Whether a person reads the output: lines are shorter than ROS 2's, and at the
+            end of the start it is said what is up.
+        coloured: Whether levels are coloured there.
+    """
     from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.output import outlive_output
 
     _prepare(plan)
     outlive_output()
-    return Supervisor(plan).run()
+    if not on_terminal:
+        return Supervisor(plan).run()
+    from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
+    from teleopctl.launch.execution.terminal import Terminal
+
+    terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
+    supervisor = Supervisor(plan, terminal=terminal)
+    with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor.statuses, supervisor.tell):
+        return supervisor.run()
 
 
 def start_in_background(

@@ -159,7 +159,8 @@ class MujocoSim(Node):
         )
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
         if period_s > step_s:
-            logger.warning(
+            # Gazebo's plug-in warns, though it is as it should be: several steps for each command.
+            logger.info(
                 f"Desired controller update period ({period_s:g} s) is slower than the simulation "
                 f"period ({step_s:g} s)."
             )

@@ -1,6 +1,7 @@
 """``teleopctl launch``: many nodes from a launch file."""
 
 import os
+import sys
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
@@ -78,7 +79,11 @@ def launch(
         _print(plan)
         return 0
     if not detach:
-        return run_here(plan)
+        return run_here(
+            plan,
+            on_terminal=sys.stdout.isatty(),
+            coloured=console.colour_enabled(sys.stdout),
+        )
     for warning in plan.warnings:
         console.warn(warning)
     stays = False

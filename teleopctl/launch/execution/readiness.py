@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from types import TracebackType
 
 from teleopctl import background, progress
@@ -188,6 +190,60 @@ def wait_for_launch(
                 hint=f"They go on starting; see `teleopctl ps`, `teleopctl logs {record.name}`.",
             )
         graph = new_nodes.wait_for_change(graph)
+
+
+@contextmanager
+def tell_when_up(
+    new_nodes: NewNodes,
+    statuses: Callable[[], list[ProcessStatus]],
+    tell: Callable[[str, str], None],
+) -> Iterator[None]:
+    """While the block runs, say once what is up, or what keeps it from being so.
+
+    Args:
+        new_nodes: Made before the start.
+        statuses: What became of the launch's processes so far.
+        tell: Takes level and text, on a thread of its own.
+    """
+    ended = threading.Event()
+
+    def watch() -> None:
+        graph = new_nodes.snapshot()
+        settled = _Settled()
+        while not ended.is_set():
+            now = statuses()
+            failure = first_failure(now)
+            up = what_is_up(now, new_nodes.names_by_session(graph), graph)
+            complete = len(up.names) + len(up.waiting) == len(now)
+            if failure is not None:
+                # A death has been told by the launch itself.
+                if not any(process.state == "died" for process in now):
+                    tell("ERROR", failure.message)
+                return
+            if complete and (not up.waiting or settled.holds(True)):
+                running = [process for process in now if process.state == "running"]
+                if running:
+                    tell("INFO", _what_is_up_now(running))
+                return
+            graph = new_nodes.wait_for_change(graph)
+
+    watcher = threading.Thread(target=watch, name="readiness", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()
+
+
+def _what_is_up_now(running: list[ProcessStatus]) -> str:
+    names = [process.node_name or process.name for process in running]
+    controlled = "/controller_manager" in names
+    command = "control list_controllers" if controlled else "node list"
+    return (
+        f"Up: {', '.join(names)}. Next, in another terminal: teleopctl {command}. "
+        "Ctrl-C ends everything."
+    )
 
 
 def _what_it_waits_for(name: str, waiting: Mapping[str, str]) -> str:

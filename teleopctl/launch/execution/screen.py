@@ -6,6 +6,7 @@ import sys
 import threading
 from pathlib import Path
 
+from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.output import LogFile
 
 
@@ -16,9 +17,11 @@ class Screen:
 
     Args:
         log_file: Where the launch's own lines are kept as well, or None.
+        terminal: How lines look on the screen; None writes ROS 2's text.
     """
 
-    def __init__(self, log_file: Path | None) -> None:
+    def __init__(self, log_file: Path | None, terminal: Terminal | None = None) -> None:
+        self._terminal = terminal
         self._lock = threading.Lock()
         self._log = None if log_file is None else LogFile(log_file)
 
@@ -27,10 +30,13 @@ class Screen:
         line = f"[{level}] [{name}]: {text}\n".encode(errors="replace")
         if self._log is not None:
             self._log.write(line)
-        self._write(line)
+        self._write(line if self._terminal is None else self._terminal.own(level, name, text))
 
     def relay(self, name: str, line: bytes) -> None:
         """Write a line of a process, whichever stream it came from, as ROS 2's launch does."""
+        if self._terminal is not None:
+            self._write(self._terminal.relayed(name, line))
+            return
         ending = b"" if line.endswith(b"\n") else b"\n"
         self._write(b"[" + name.encode() + b"] " + line + ending)
 

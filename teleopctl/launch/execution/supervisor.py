@@ -21,6 +21,8 @@ from teleopctl.errors import EXIT_INTERRUPTED
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.status import ProcessStatus
+from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.launch.model.plan import LaunchPlan
 
 _LAUNCH = "launch"
@@ -40,9 +42,16 @@ class Supervisor:
         plan: What to start; its log folder and files have been written.
         in_background: Whether to keep the status file that ``ps`` reads. The launch's own lines
             then go to the log of the background process alone.
+        terminal: How the output looks where a person sees it; None writes ROS 2's text.
     """
 
-    def __init__(self, plan: LaunchPlan, *, in_background: bool = False) -> None:
+    def __init__(
+        self,
+        plan: LaunchPlan,
+        *,
+        in_background: bool = False,
+        terminal: Terminal | None = None,
+    ) -> None:
         self._plan = plan
         self._in_background = in_background
         # SimpleQueue may be filled from a signal handler, other queues may not.
@@ -50,7 +59,7 @@ class Supervisor:
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._timer_ids = itertools.count()
         log_file = None if in_background else plan.log_directory / "launch.log"
-        self._screen = Screen(log_file)
+        self._screen = Screen(log_file, terminal)
         self._children = [
             Child(
                 process,
@@ -70,6 +79,22 @@ class Supervisor:
         self._step = 0
         self._asked_at = 0.0
         self._died = False
+
+    def statuses(self) -> list[ProcessStatus]:
+        """What became of the processes so far; any thread may ask."""
+        return [
+            status.status_of(child, self._starts.get(index, Start()))
+            for index, child in enumerate(self._children)
+        ]
+
+    def tell(self, level: str, text: str) -> None:
+        """Show a line of the launch's own; any thread may call this. An error makes it fail."""
+        self._events.put(lambda: self._told(level, text))
+
+    def _told(self, level: str, text: str) -> None:
+        self._died = self._died or level == "ERROR"
+        if not self._shutting_down:
+            self._say(level, text)
 
     def run(self) -> int:
         """Run until every process has ended.
@@ -251,13 +276,7 @@ class Supervisor:
         if not self._in_background:
             return
         try:
-            status.write(
-                self._plan.log_directory,
-                [
-                    status.status_of(child, self._starts.get(index, Start()))
-                    for index, child in enumerate(self._children)
-                ],
-            )
+            status.write(self._plan.log_directory, self.statuses())
         except OSError:
             # A full disk, or on Windows a reader: no reason to end what runs.
             if not self._status_is_late:
