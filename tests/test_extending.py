@@ -2,6 +2,8 @@
 
 import os
 import re
+import subprocess
+import sys
 import sysconfig
 import tomllib
 from pathlib import Path
@@ -59,6 +61,23 @@ def use(ros: RosGraph):
         return outputs
 
     return use
+
+
+def test_the_package_of_the_page_is_whole_when_pip_has_built_and_installed_it(tmp_path):
+    pytest.importorskip("pip")
+    project, site = tmp_path / "project", tmp_path / "site"
+    files = files_of(FOLDER / "package.md")
+    for name, text in files.items():
+        (project / name).parent.mkdir(parents=True, exist_ok=True)
+        (project / name).write_text(text, encoding="utf-8")
+    command = ["-m", "pip", "install", "--quiet", "--no-deps", "--target", str(site), str(project)]
+    done = subprocess.run(
+        [sys.executable, *command], capture_output=True, text=True, check=False, timeout=100
+    )
+    assert done.returncode == 0, done.stderr
+    for name in files:
+        if name.startswith("my_grip_msgs/"):
+            assert (site / name).is_file()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)

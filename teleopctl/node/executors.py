@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,8 @@ from teleopctl.node.executor import Executor
 from teleopctl.node.values.callback_groups import CallbackGroup
 
 if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
     from teleopctl.node.endpoints.timer import Timer
 
 
@@ -52,9 +55,13 @@ class MultiThreadedExecutor(Executor):
         super().__init__(context=context)
         from concurrent.futures import ThreadPoolExecutor
 
-        self._pool = ThreadPoolExecutor(
-            num_threads or max(2, os.cpu_count() or 2), thread_name_prefix="callback"
-        )
+        size = num_threads or max(2, os.cpu_count() or 2)
+        self._pool = ThreadPoolExecutor(size, thread_name_prefix="callback")
+        # Ctrl-C raises in the main thread. Between a worker's start and its entry in the pool's
+        # books it would leave one that nobody wakes at exit, so another thread starts them all.
+        starter = threading.Thread(target=_start_workers, args=(self._pool, size), daemon=True)
+        starter.start()
+        starter.join()
 
     def _run_waitable(self, waitable: Waitable) -> bool:
         def take_and_call() -> object:
@@ -110,3 +117,10 @@ class MultiThreadedExecutor(Executor):
         super().shutdown(timeout_sec)
         self._pool.shutdown(wait=False)
         return True
+
+
+def _start_workers(pool: ThreadPoolExecutor, size: int) -> None:
+    """Have a pool start all its threads: none is idle until the last one runs."""
+    together = threading.Barrier(size)
+    for _ in range(size):
+        pool.submit(together.wait)

@@ -362,3 +362,12 @@ def test_what_a_thread_of_a_node_met_is_raised_by_whoever_spins_it(
         executor.add_node(node)
     with pytest.raises(ArithmeticError, match="physics broke down"):
         executor.spin_once(10)
+
+
+def test_the_threads_of_a_pool_run_before_anything_is_interrupted(context):
+    before = set(threading.enumerate())
+    executor = MultiThreadedExecutor(3, context=context)
+    try:
+        assert len(set(threading.enumerate()) - before) == 3
+    finally:
+        executor.shutdown()
