@@ -49,5 +49,6 @@ def test_a_signal_ends_a_program_quietly_in_every_state(shared_ros, state, signa
     process = shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAMS / "waiting.py"), state])
     process.wait_for_line("waiting")
     getattr(process, signal)()
-    assert process.wait() == status
+    # A waiting for a service may notice the end of the context before Python's interrupt.
+    assert process.wait() in ({0, status} if state == "service" else {status})
     assert "Traceback" not in process.stderr

@@ -76,6 +76,8 @@ def _load(text: str) -> object:
     try:
         check_size(text)
         return yaml.load(text, _LOADER)  # noqa: S506 - one of the two safe loaders
+    except UnicodeEncodeError:
+        raise  # bytes that are no text: the command line names the word
     except (yaml.YAMLError, ValueError) as error:  # an integer of too many digits
         reason = " ".join(str(error).split())
         raise UsageError(f"This is not YAML: {reason}") from error

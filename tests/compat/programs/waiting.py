@@ -24,7 +24,7 @@ def main():
     rclpy.init()
     node = rclpy.create_node("waiting")
     state = sys.argv[1]
-    if state != "callback":
+    if state not in ("callback", "pool", "service"):
         print("waiting", flush=True)
     if state == "spin":
         rclpy.spin(node)
@@ -32,7 +32,9 @@ def main():
         while rclpy.ok():
             rclpy.spin_once(node, timeout_sec=10.0)
     elif state == "service":
-        node.create_client(AddTwoInts, "nobody").wait_for_service()
+        client = node.create_client(AddTwoInts, "nobody")
+        print("waiting", flush=True)
+        client.wait_for_service()
     elif state == "callback":
         node.create_timer(0.001, lambda: (print("waiting", flush=True), time.sleep(0.2)))
         rclpy.spin(node)
@@ -46,7 +48,7 @@ def main():
     elif state == "pool":
         executor = MultiThreadedExecutor(2)
         executor.add_node(node)
-        executor.create_task(work_while_ok)
+        executor.create_task(lambda: (print("waiting", flush=True), work_while_ok()))
         executor.spin()
     elif state == "sleep":
         while rclpy.ok():
