@@ -10,6 +10,10 @@ if TYPE_CHECKING:
         decode_attachment as decode_attachment,
         encode_attachment as encode_attachment,
     )
+    from teleopctl.wire.callbacks import (
+        in_transport_callback as in_transport_callback,
+        transport_callback as transport_callback,
+    )
     from teleopctl.wire.config import session_config as session_config
     from teleopctl.wire.graph import (
         Graph as Graph,
@@ -49,6 +53,7 @@ else:
         __name__,
         {
             "attachment": "Attachment decode_attachment encode_attachment",
+            "callbacks": "in_transport_callback transport_callback",
             "config": "session_config",
             "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
             "keys": "topic_key",

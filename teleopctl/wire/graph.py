@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import zenoh
 
+from teleopctl.wire.callbacks import transport_callback
 from teleopctl.wire.keys import liveliness_key
 from teleopctl.wire.session import domain_id
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token
@@ -182,7 +183,6 @@ class GraphWatcher:
         self._tokens: dict[str, NodeToken | EndpointToken] = {}
         self._graph: Graph | None = None
         self._closed = False
-        self._interrupted = False
         self._on_change = on_change
         self.refusals = Refusals("a token of the graph", _report)
         self._subscriber = session.liveliness().declare_subscriber(
@@ -192,9 +192,6 @@ class GraphWatcher:
             zenoh.handlers.Callback(self._hear, indirect=False),
             history=True,
         )
-        if self._interrupted:
-            self.close()
-            raise KeyboardInterrupt
 
     def snapshot(self) -> Graph:
         """The graph as far as this session has heard of it."""
@@ -234,15 +231,8 @@ class GraphWatcher:
             self._graph = Graph(self._tokens.values())
         return self._graph
 
+    @transport_callback
     def _hear(self, sample: zenoh.Sample) -> None:
-        try:
-            self._note(sample)
-        except KeyboardInterrupt:
-            # What is there already comes on the thread that declares, which is where Ctrl-C
-            # arrives; zenoh would report it and go on.
-            self._interrupted = True
-
-    def _note(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
         token = parse_token(text)
         if token is None:

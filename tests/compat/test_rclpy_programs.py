@@ -46,9 +46,6 @@ def test_a_program_runs_to_its_end_and_leaves_quietly(shared_ros, program, args)
 )
 @pytest.mark.parametrize(("signal", "status"), [("interrupt", 130), ("terminate", 0)])
 def test_a_signal_ends_a_program_quietly_in_every_state(shared_ros, request, state, signal, status):
-    if (state, signal) == ("service", "interrupt"):
-        # Open: Zenoh calls back on the main thread, and swallows an interrupt that comes then.
-        request.applymarker(pytest.mark.xfail(strict=False, reason="swallowed in a callback"))
     process = shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAMS / "waiting.py"), state])
     process.wait_for_line("waiting")
     getattr(process, signal)()

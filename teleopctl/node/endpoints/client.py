@@ -21,7 +21,13 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import EntityKind, Refusals, decode_attachment, encode_attachment
+from teleopctl.wire import (
+    EntityKind,
+    Refusals,
+    decode_attachment,
+    encode_attachment,
+    transport_callback,
+)
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
@@ -41,6 +47,7 @@ class ResponseFuture(Future[ResponseT]):
         self._settled = threading.Event()
         self.on_end(self._settled.set)
 
+    @transport_callback
     def reached_nobody(self) -> None:
         """Tell who waits in `wait_for_response` that no server will answer (ours)."""
         self._settled.set()
@@ -173,6 +180,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             self._pending.add(future)
         sequence = next(self._sequence)
 
+        @transport_callback
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
@@ -235,6 +243,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             self._pending.discard(future)
         future.cancel()
 
+    @transport_callback
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
         """Take the first answer that belongs to the request; further servers' are dropped."""
         sample = reply.ok

@@ -17,7 +17,14 @@ from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.wire import Attachment, EntityKind, Refusals, decode_attachment, encode_attachment
+from teleopctl.wire import (
+    Attachment,
+    EntityKind,
+    Refusals,
+    decode_attachment,
+    encode_attachment,
+    transport_callback,
+)
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
@@ -98,12 +105,14 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             return None
         return functools.partial(self._handle, query)
 
+    @transport_callback
     def _queue(self, query: zenoh.Query) -> None:
         if len(self._queries) == self._depth:
             self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
         self._queries.put(query, 0)
         self.tell_executor()
 
+    @transport_callback
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
             self._handle(query)

@@ -23,7 +23,7 @@ from teleopctl.node.endpoints.events import (
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
-from teleopctl.wire import EntityKind, Refusals, decode_attachment
+from teleopctl.wire import EntityKind, Refusals, decode_attachment, transport_callback
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
@@ -166,6 +166,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
             return None
         return functools.partial(self.callback, *arguments)
 
+    @transport_callback
     def _queue(self, sample: zenoh.Sample) -> None:
         if not self._samples.put((sample, time.time_ns()), len(sample.payload)):
             self.refusals.refuse("the queue is full, and nothing is taken from it")
@@ -175,6 +176,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
                 self._lost.saw(meta.gid, meta.sequence)
         self.tell_executor()
 
+    @transport_callback
     def _handle_now(self, sample: zenoh.Sample) -> None:
         arguments = self._arguments(sample, time.time_ns())
         if arguments is None:

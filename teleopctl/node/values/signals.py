@@ -6,11 +6,17 @@ the context ends besides is for the other threads, which that exception does not
 
 from __future__ import annotations
 
+import _thread
 import enum
 import signal
 import threading
 from types import FrameType
 from typing import Protocol
+
+from teleopctl.wire import in_transport_callback
+
+# Calls from Zenoh last some ten microseconds.
+_AGAIN_S = 0.001
 
 
 class Endable(Protocol):
@@ -66,6 +72,12 @@ def forget(context: Endable) -> None:
 
 
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
+    if in_transport_callback(frame):
+        # What is raised here would be lost: come again when the call is over.
+        again = threading.Timer(_AGAIN_S, _thread.interrupt_main, (signum,))
+        again.daemon = True
+        again.start()
+        return
     number = signal.Signals(signum)
     previous = _previous[number]
     running = [context for context in tuple(_contexts[number]) if context.ok()]
