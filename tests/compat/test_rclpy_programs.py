@@ -45,7 +45,7 @@ def test_a_program_runs_to_its_end_and_leaves_quietly(shared_ros, program, args)
     "state", ["spin", "spin_once", "service", "callback", "rate", "sleep", "thread", "pool"]
 )
 @pytest.mark.parametrize(("signal", "status"), [("interrupt", 130), ("terminate", 0)])
-def test_a_signal_ends_a_program_quietly_in_every_state(shared_ros, request, state, signal, status):
+def test_a_signal_ends_a_program_quietly_in_every_state(shared_ros, state, signal, status):
     process = shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAMS / "waiting.py"), state])
     process.wait_for_line("waiting")
     getattr(process, signal)()

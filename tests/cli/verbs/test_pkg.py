@@ -27,9 +27,7 @@ def test_the_folder_that_a_name_means_is_told_and_what_it_hides(ros_without_rout
     (folder / "package.xml").write_text("<package><name>controller_manager</name></package>")
     after = ros.run("pkg prefix controller_manager")
     assert after.stdout == f"{folder}\n"
-    assert after.stderr == (
-        f"It hides {own} (programs: ros2_control_node, spawner, unspawner)\n"
-    )
+    assert after.stderr == (f"It hides {own} (programs: ros2_control_node, spawner, unspawner)\n")
 
 
 def test_a_package_that_does_not_exist_is_an_error_with_close_names(ros_without_router):
