@@ -1,4 +1,9 @@
-"""The ROS 2 workflow in one pip install."""
+"""The ROS 2 workflow in one pip install.
+
+PYTEST_DONT_REWRITE: pytest reads this word here, and warns otherwise, as of a plug-in's package
+that comes too late for its rewriting of ``assert``, when Python has imported teleopctl at its start
+(``teleopctl python -m pytest``).
+"""
 
 __version__ = "0.1.0"
 

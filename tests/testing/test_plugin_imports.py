@@ -32,6 +32,10 @@ def project(tmp_path):
     (distribution / "METADATA").write_text("Metadata-Version: 2.1\nName: teleopctl-as-installed\n")
     lines = [f"{name} = {target}" for name, target in entries.items()]
     (distribution / "entry_points.txt").write_text("\n".join(["[pytest11]", *lines, ""]))
+    # pytest asks for a rewrite of all that the distribution of a plug-in lists and that is there.
+    (distribution / "RECORD").write_text("teleopctl/__init__.py,,\n")
+    (installed / "teleopctl").mkdir()
+    (installed / "teleopctl" / "__init__.py").write_text("")
     folder = tmp_path / "project"
     folder.mkdir()
     (folder / "pytest.ini").write_text("[pytest]\n")
@@ -39,10 +43,12 @@ def project(tmp_path):
     return folder
 
 
-def run_pytest(folder: Path, *args: str) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join([str(folder.parent / "installed"), str(ROOT)])
+def run_pytest(
+    folder: Path, *args: str, python: tuple[str, ...] = ()
+) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(ROOT), str(folder.parent / "installed")])
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *args],
+        [sys.executable, *python, "-m", "pytest", "-p", "no:cacheprovider", *args],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
@@ -62,6 +68,13 @@ def test_the_first_conftest_finds_it_already(project):
     (project / "conftest.py").write_text("import rclpy, tf2_ros\n")
     done = run_pytest(project)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_python_that_has_imported_teleopctl_at_its_start_gives_pytest_no_warning(project):
+    (project / "pytest.ini").write_text("[pytest]\nfilterwarnings = error\n")
+    done = run_pytest(project, python=("-m", "teleopctl", "python"))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 passed" in done.stdout
 
 
 @pytest.mark.parametrize("args", [["-p", "no:teleopctl"], ["-o", "teleopctl_imports=false"]])
