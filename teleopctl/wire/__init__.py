@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.wire.address import RouterAddress as RouterAddress
     from teleopctl.wire.attachment import (
         Attachment as Attachment,
         decode_attachment as decode_attachment,
@@ -52,6 +53,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "address": "RouterAddress",
             "attachment": "Attachment decode_attachment encode_attachment",
             "callbacks": "in_transport_callback transport_callback",
             "config": "session_config",

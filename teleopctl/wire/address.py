@@ -74,6 +74,10 @@ class RouterAddress:
         """
         return any(_serves(ours, theirs) for ours in self.endpoints for theirs in other.endpoints)
 
+    def is_missed_by(self, other: RouterAddress) -> bool:
+        """Whether sessions of the other address look for their router elsewhere than here."""
+        return bool(other.endpoints) and not self.serves(other)
+
     def to_connect(self) -> RouterAddress:
         """The address to connect to from this machine: no program connects to a wildcard."""
         return RouterAddress(map(_connectable, self._endpoints), self._origin)

@@ -62,14 +62,18 @@ def test_the_daemon_starts_in_its_place_though_sessions_connect_to_another_route
     connect_to(ros, other.router)
     status = ros.run("daemon status").stdout.splitlines()
     assert status[0] == "The daemon is not running"
-    assert ros.run("daemon start").stdout == "The daemon has been started\n"
-    status = ros.run("daemon status").stdout.splitlines()
-    assert status[:3] == [
-        "The daemon is running",
+    where = [
         f"Endpoint: {ros.router}",
         f"Sessions connect elsewhere: {other.router} (from ZENOH_CONFIG_OVERRIDE)",
     ]
-    assert ros.run("daemon start").stdout == "The daemon is already running\n"
+    for command, first in (
+        ("daemon start", "The daemon has been started"),
+        ("daemon start", "The daemon is already running"),
+        ("daemon status", "The daemon is running"),
+    ):
+        assert ros.run(command).stdout.splitlines()[:3] == [first, *where]
+    fields = json.loads(ros.run("daemon start --json").stdout)
+    assert fields == {"started": False, "endpoint": ros.router, "sessions": other.router}
 
 
 def test_a_router_that_an_override_names_is_not_started_in_another_place(ros):
@@ -133,9 +137,13 @@ def test_a_router_file_says_where_the_daemon_listens(ros):
     file = ros.folder / "router.json5"
     file.write_text(f'{{ mode: "router", listen: {{ endpoints: ["tcp/127.0.0.1:{port}"] }} }}')
     ros.env["ZENOH_ROUTER_CONFIG_URI"] = str(file)
-    assert ros.run("daemon start").stdout == "The daemon has been started\n"
-    assert ros.run("daemon start").stdout == "The daemon is already running\n"
-    assert f"Endpoint: tcp/127.0.0.1:{port}\n" in ros.run("daemon status").stdout
+    where = (
+        f"Endpoint: tcp/127.0.0.1:{port}\n"
+        f"Sessions connect elsewhere: {ros.router} (from TELEOPCTL_ROUTER)\n"
+    )
+    assert ros.run("daemon start").stdout == f"The daemon has been started\n{where}"
+    assert ros.run("daemon start").stdout == f"The daemon is already running\n{where}"
+    assert where in ros.run("daemon status").stdout
     missing = ros.run("topic list").stderr
     assert f"No router answers at {ros.router} (from TELEOPCTL_ROUTER)" in missing
     assert f"starts one at tcp/127.0.0.1:{port} (from {file})" in missing

@@ -1,8 +1,13 @@
 """``teleopctl daemon``: the router that introduces nodes to each other."""
 
+from typing import TYPE_CHECKING
+
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Group, Verb
+
+if TYPE_CHECKING:
+    from teleopctl.wire import RouterAddress
 
 GROUP = Group(
     "Manage the router that introduces nodes to each other.",
@@ -16,13 +21,17 @@ GROUP = Group(
 
 def start(as_json: AsJson = False) -> None:
     """Start the daemon if it is not running."""
-    from teleopctl.wire import daemon_address, start_router
+    from teleopctl.wire import daemon_address, session_config, start_router
 
     started = start_router()
+    address, sessions = daemon_address(), session_config("client").router
     if as_json:
-        console.out_json({"started": started, "endpoint": daemon_address().text})
-    else:
-        console.out("The daemon has been started" if started else "The daemon is already running")
+        fields = {"endpoint": address.text, "sessions": sessions.text}
+        console.out_json({"started": started, **fields})
+        return
+    console.out("The daemon has been started" if started else "The daemon is already running")
+    if address.is_missed_by(sessions):
+        _say_where(address, sessions)
 
 
 def stop(as_json: AsJson = False) -> None:
@@ -56,9 +65,13 @@ def status(as_json: AsJson = False) -> None:
         )
         return
     console.out("The daemon is running" if running else "The daemon is not running")
-    console.out(f"Endpoint: {address.text}")
-    if sessions.endpoints and not address.serves(sessions):
-        console.out(f"Sessions connect elsewhere: {sessions}")
+    _say_where(address, sessions)
     if record is not None:
         console.out(f"Process: {record.pid}")
         console.out(f"Log file: {record.log_file}")
+
+
+def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:
+    console.out(f"Endpoint: {address.text}")
+    if address.is_missed_by(sessions):
+        console.out(f"Sessions connect elsewhere: {sessions}")
