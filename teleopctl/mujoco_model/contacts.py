@@ -1,8 +1,8 @@
 """How parts touch, and which parts of a robot may touch each other.
 
-Two kinds of pairs of one robot never do: neighbours, whose shapes overlap around the joint's axis
-by construction, and links that already overlap in the robot's initial pose, such as the meshed
-roots of two fingers, where contact would push against the drives for ever. What moves freely
+Neighbours of one robot never do: their shapes overlap around the joint's axis by construction.
+Links that overlap in the robot's initial pose, such as the meshed roots of two fingers, do not
+touch until they have come apart: contact would push against the drives for ever. What moves freely
 touches everything.
 """
 

@@ -36,7 +36,7 @@ class RobotModel:
         cameras: The camera sensors.
         free_bodies: What moves freely.
         warnings: What had to be repaired or left out, one sentence each.
-        excluded: Pairs of links that may pass through each other because they overlap at start.
+        excluded: Pairs of links that overlap at the start: no contact until they have come apart.
     """
 
     name: str

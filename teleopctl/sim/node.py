@@ -148,7 +148,8 @@ class MujocoSim(Node):
             logger.warning(warning)
         for first, second in model.excluded:
             logger.warning(
-                f"'{first}' and '{second}' overlap at the start: they may pass through each other"
+                f"'{first}' and '{second}' overlap at the start: they touch once they have come "
+                "apart"
             )
         self._report(description, model)
         rate = int(self._number("update_rate"))

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from teleopctl.mujoco_model import RobotModel, initial_positions
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.free_bodies import FreeBodies
+from teleopctl.sim.parting import Parting
 
 Array = npt.NDArray[np.float64]
 
@@ -67,7 +68,7 @@ class Simulation:
         self.model = model
         self.control_period_ns = control_period_ns
         self.steps_per_period = -(-control_period_ns // timestep_ns)
-        # Gains and gravity compensation change while running: on a copy of its own.
+        # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
         self._m.opt.timestep = control_period_ns * 1e-9 / self.steps_per_period
         # Sensors are computed when they are read, on a copy: who looks changes nothing.
@@ -86,6 +87,7 @@ class Simulation:
         self._tick = 0
         self._substep = 0
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
+        self._parting = Parting(self._m, self._d, model.excluded)
         self.reset_state()
 
     # --- time -----------------------------------------------------------------------------
@@ -122,6 +124,7 @@ class Simulation:
         """Advance by a number of physics steps."""
         while count > 0:
             if self._substep == 0:
+                self._parting.check()
                 self._drives.plan_period()
             block = min(count, self.steps_per_period - self._substep)
             mujoco.mj_step(self._m, self._d, block)
@@ -159,6 +162,7 @@ class Simulation:
         for name, velocity in (velocities or {}).items():
             self._d.qvel[self._dof[self.joint_names.index(name)]] = velocity
         self._drives.reset()
+        self._parting.reset()
         self.refresh()
 
     def refresh(self) -> None:

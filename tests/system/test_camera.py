@@ -119,6 +119,46 @@ def test_an_image_shows_the_arm_lit_and_the_right_way_up(
     assert picture[teal].max() > 120, "and lit"
 
 
+CUBE_AND_EYE = """<robot name="scene"><link name="world"/><link name="eye"/>
+<joint name="mount" type="fixed"><parent link="world"/><child link="eye"/>
+  <origin xyz="0 0 0.5"/></joint>
+<gazebo reference="eye"><sensor name="eye" type="camera"><update_rate>10</update_rate>
+  <camera name="eye"><horizontal_fov>1.2</horizontal_fov>
+  <image><width>160</width><height>120</height></image></camera></sensor></gazebo>
+<link name="cube"><inertial><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  <visual><geometry><box size="0.4 0.4 0.4"/></geometry></visual>
+  <collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>
+<gazebo reference="cube"><material>Gazebo/Red</material></gazebo>
+<joint name="free" type="floating"><parent link="world"/><child link="cube"/>
+  <origin xyz="3 0.6 0.2"/></joint></robot>"""
+
+
+def test_a_free_body_is_seen_where_it_lies(ros: RosGraph, viewer: Viewer) -> None:
+    partner = Partner(CUBE_AND_EYE)
+    sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    ros.spawn_module("teleopctl.nodes", ["camera", "camera"])
+    sim.wait_for_line("Simulation is running")
+
+    def column() -> float:
+        image = viewer.images[-1]
+        red, green, blue = np.moveaxis(pixels(image).astype(int), -1, 0)
+        return float(np.nonzero(red > np.maximum(green, blue) + 60)[1].mean())
+
+    viewer.look()
+    viewer.wait(lambda: bool(viewer.images))
+    # Its front is 2.8 m away and half the picture, 80 pixels, is as wide as tan 0.6 of that.
+    pixels_per_metre = 80 / (2.8 * np.tan(0.6))
+    assert column() == pytest.approx(79.5 - 0.6 * pixels_per_metre, abs=3), "to the left"
+
+    place = get_message("mujoco_ros2_control_msgs/msg/FreeJointState")(name="cube")
+    place.pose.pose.position.x, place.pose.pose.position.y = 3.0, -0.6
+    place.pose.pose.position.z = 0.2
+    assert partner.call("SetFreeJointState", "set_free_joint_state", free_joints=[place]).success
+    viewer.wait(lambda: abs(column() - (79.5 + 0.6 * pixels_per_metre)) < 3)
+    partner.close()
+
+
 def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewer: Viewer) -> None:
     viewer.read_info()
     viewer.wait(lambda: len(viewer.infos) >= 3)

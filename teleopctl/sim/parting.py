@@ -1,0 +1,88 @@
+"""Links of a robot that overlap at the start touch again once they have come apart."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+# Shapes that touch in one plane are not apart: above rounding, below what anybody sees.
+_APART_M = 1e-4
+
+# Sorts after every pair of bodies, whose numbers fill sixteen bits each, and is none itself.
+_NO_PAIR = 2**31 - 1
+
+
+class Parting:
+    """The pairs of links of a simulation whose contact waits until they have come apart.
+
+    Each `check` looks at one pair, in turn, so its cost does not grow with the robot; without
+    pairs that wait, there is nothing to look at. Pairs whose shapes never part wait for ever.
+
+    Args:
+        model: The ``mujoco.MjModel``, whose excluded pairs are changed.
+        data: Its ``mujoco.MjData``.
+        pairs: The names of the links that overlap at the start, all of them excluded.
+    """
+
+    def __init__(self, model: Any, data: Any, pairs: Sequence[tuple[str, str]]) -> None:
+        self._m, self._d = model, data
+        self._excluded = np.array(model.exclude_signature)
+        self._pairs = [_Pair(model, first, second) for first, second in pairs]
+        self._waiting: deque[_Pair] = deque()
+
+    def reset(self) -> None:
+        """The start again: all pairs wait."""
+        self._waiting = deque(self._pairs)
+        self._m.exclude_signature[:] = self._excluded
+
+    def check(self) -> None:
+        """Let the next pair touch from now on if it is apart."""
+        if not self._waiting:
+            return
+        # Where the shapes are now: they are a physics step old, unless somebody asked.
+        mujoco.mj_kinematics(self._m, self._d)
+        pair = self._waiting.popleft()
+        if pair.overlaps(self._m, self._d):
+            self._waiting.append(pair)
+        else:
+            self._release(pair)
+
+    def _release(self, pair: _Pair) -> None:
+        # MuJoCo goes through its list once, so that it must stay sorted, and as long as it was.
+        listed = self._m.exclude_signature
+        listed[listed == pair.signature] = _NO_PAIR
+        listed.sort()
+
+
+class _Pair:
+    """Two links, as MuJoCo has them."""
+
+    def __init__(self, model: Any, first: str, second: str) -> None:
+        low, high = sorted(int(model.body(name).id) for name in (first, second))
+        self.signature = (low << 16) + high
+        # Those that overlapped the last time come first: one distance then answers for most.
+        self._geoms = [
+            (one, other)
+            for one in _geoms(model, low)
+            for other in _geoms(model, high)
+            if model.geom_contype[one] & model.geom_conaffinity[other]
+            or model.geom_contype[other] & model.geom_conaffinity[one]
+        ]
+
+    def overlaps(self, model: Any, data: Any) -> bool:
+        """Whether any shape of the one is not yet apart from one of the other."""
+        for number, (one, other) in enumerate(self._geoms):
+            # MuJoCo answers with the longest distance of interest for all beyond.
+            if mujoco.mj_geomDistance(model, data, one, other, _APART_M, None) < _APART_M:
+                self._geoms.insert(0, self._geoms.pop(number))
+                return True
+        return False
+
+
+def _geoms(model: Any, body: int) -> range:
+    first = int(model.body_geomadr[body])
+    return range(first, first + int(model.body_geomnum[body]))
