@@ -59,7 +59,7 @@ ALLOWED_ON_THE_GROUND = {
     "folders": {"errors"},
     "lazy": set(),
     "output": {"errors"},
-    "packages": {"errors", "lazy", "plugins"},
+    "packages": {"errors", "folders", "lazy", "plugins"},
     "plugins": {"errors"},
     "printable": set(),
     "progress": {"errors"},

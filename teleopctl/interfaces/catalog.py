@@ -38,7 +38,7 @@ class Catalog:
         self._used: set[str] = set()
         # The files of the definitions that were read from one.
         self._files: dict[str, Path] = {}
-        self._shares: dict[str, Path | None] = {}
+        self._folders: dict[str, Path | None] = {}
         self._lock = threading.RLock()
 
     def find(self, type_name: str) -> Definition | None:
@@ -136,7 +136,7 @@ class Catalog:
         from teleopctl.packages import list_packages
 
         found = list_packages()
-        return sorted(name for each in found for name, _ in _files(each.share, each.name))
+        return sorted(name for each in found for name, _ in _files(each.folder, each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
         """Return the names of the types of one package, sorted; empty for an unknown package.
@@ -154,8 +154,8 @@ class Catalog:
             )
             built_in = _files(_BUILT_IN / package, package)
             names.update(name for name, _ in built_in if name.startswith(start))
-            if not names and (share := self._share(package)) is not None:
-                names.update(name for name, _ in _files(share, package) if name.startswith(start))
+            if not names and (folder := self._folder(package)) is not None:
+                names.update(name for name, _ in _files(folder, package) if name.startswith(start))
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:
@@ -196,20 +196,20 @@ class Catalog:
         for folder in self._built_in:
             if (path := folder / package / kind / name).is_file():
                 return path
-        share = self._share(package)
-        if share is not None and (path := share / kind / name).is_file():
+        users = self._folder(package)
+        if users is not None and (path := users / kind / name).is_file():
             return path
         return None
 
-    def _share(self, package: str) -> Path | None:
+    def _folder(self, package: str) -> Path | None:
         """Return the folder of a ROS package of the user's; looked for once."""
-        if package not in self._shares:
+        if package not in self._folders:
             from teleopctl.packages import lookup_package
 
-            self._shares[package] = None  # what looks for packages may import, and an import ask
+            self._folders[package] = None  # what looks for packages may import, and an import ask
             found = lookup_package(package)
-            self._shares[package] = None if found is None else found.share
-        return self._shares[package]
+            self._folders[package] = None if found is None else found.folder
+        return self._folders[package]
 
 
 def _files(folder: Path, package: str) -> Iterator[tuple[str, Path]]:

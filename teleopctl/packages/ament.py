@@ -4,12 +4,13 @@ Nothing is built and nothing is executed: ``package.xml``, ``setup.py``, ``setup
 ``pyproject.toml`` are read as text.
 """
 
-import ast
 import os
 import re
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
+
+from teleopctl.packages.setup_script import setup_arguments
 
 _MAX_DEPTH = 4
 _MAX_FOLDERS = 500
@@ -138,69 +139,10 @@ def _scripts_of_pyproject(text: str) -> dict[str, str]:
 
 
 def _scripts_of_setup_py(text: str) -> dict[str, str]:
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError):  # a null byte is no syntax error before Python 3.12
+    entry_points = setup_arguments(text).get("entry_points")
+    lines = entry_points.get("console_scripts") if isinstance(entry_points, dict) else None
+    if isinstance(lines, str):
+        lines = lines.splitlines()
+    if not isinstance(lines, list | tuple):
         return {}
-    constants = {
-        target.id: statement.value
-        for statement in tree.body
-        if isinstance(statement, ast.Assign)
-        for target in statement.targets
-        if isinstance(target, ast.Name)
-    }
-    for call in ast.walk(tree):
-        if not isinstance(call, ast.Call) or _called_name(call) != "setup":
-            continue
-        for keyword in call.keywords:
-            if keyword.arg == "entry_points":
-                return _parse_entry_points(_console_lines(keyword.value, constants))
-    return {}
-
-
-def _called_name(call: ast.Call) -> str:
-    if isinstance(call.func, ast.Name):
-        return call.func.id
-    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
-
-
-def _console_lines(node: ast.expr, constants: dict[str, ast.expr]) -> list[str]:
-    """Return the lines of ``console_scripts`` in an ``entry_points`` mapping literal."""
-    if isinstance(node, ast.Name):
-        node = constants.get(node.id, node)
-    if not isinstance(node, ast.Dict):
-        return []
-    for key, value in zip(node.keys, node.values, strict=True):
-        if key is None or _text(key, constants) != "console_scripts":
-            continue
-        if isinstance(value, ast.Name):
-            value = constants.get(value.id, value)
-        if isinstance(value, ast.List | ast.Tuple):
-            return [line for item in value.elts if (line := _text(item, constants)) is not None]
-        block = _text(value, constants)
-        return block.splitlines() if block is not None else []
-    return []
-
-
-def _text(node: ast.expr, constants: dict[str, ast.expr], depth: int = 0) -> str | None:
-    """Evaluate a string expression made of literals, named constants, ``+`` and f-strings."""
-    if depth > 8:
-        return None
-    if isinstance(node, ast.Constant):
-        return node.value if isinstance(node.value, str) else None
-    if isinstance(node, ast.Name):
-        value = constants.get(node.id)
-        return None if value is None else _text(value, constants, depth + 1)
-    parts: list[str | None]
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        parts = [_text(side, constants, depth + 1) for side in (node.left, node.right)]
-    elif isinstance(node, ast.JoinedStr):
-        parts = [
-            _text(
-                part.value if isinstance(part, ast.FormattedValue) else part, constants, depth + 1
-            )
-            for part in node.values
-        ]
-    else:
-        return None
-    return None if None in parts else "".join(part for part in parts if part is not None)
+    return _parse_entry_points([line for line in lines if isinstance(line, str)])

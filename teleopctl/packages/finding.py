@@ -67,13 +67,28 @@ class Package(NamedTuple):
 
     Attributes:
         name: The package's name.
-        share: The folder of its files; ``launch/``, ``urdf/`` and so on are looked for in it.
+        folder: The folder of its files where it is found: of a source package its sources.
         executables: Its programs by name.
     """
 
     name: str
-    share: Path
+    folder: Path
     executables: dict[str, Executable]
+
+    @property
+    def share(self) -> Path:
+        """The folder of its files as installed; ``launch/``, ``urdf/`` … are looked for in it.
+
+        It is ``folder``, but for a source package whose ``setup.py`` installs files elsewhere.
+
+        Raises:
+            SystemFailureError: That needs a folder of links, which cannot be written.
+        """
+        if not (self.folder / "setup.py").is_file():
+            return self.folder
+        from teleopctl.packages.installed_layout import share_folder
+
+        return share_folder(self.name, self.folder)
 
 
 def find_package(name: str) -> Package:
@@ -236,17 +251,17 @@ def _overlay(layers: list[Package]) -> Package:
     executables: dict[str, Executable] = {}
     for layer in reversed(layers):
         executables.update(layer.executables)
-    return Package(name=layers[0].name, share=layers[0].share, executables=executables)
+    return Package(name=layers[0].name, folder=layers[0].folder, executables=executables)
 
 
 def builtin_package(name: str) -> Package | None:
     """Return the package of that name that teleopctl brings itself, or None."""
     if name in _DATA_PACKAGES:
         installed = _HERE / "share" / name
-        share = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]
-        return Package(name=name, share=share, executables={})
+        folder = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]
+        return Package(name=name, folder=folder, executables={})
     executables = _executables(name, plugins.NODES.ours.items())
-    return Package(name=name, share=_HERE, executables=executables) if executables else None
+    return Package(name=name, folder=_HERE, executables=executables) if executables else None
 
 
 def _executables(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
@@ -279,7 +294,7 @@ def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
             if name not in packages:
                 packages[name] = Package(
                     name=name,
-                    share=folder,
+                    folder=folder,
                     executables={
                         script: Executable(
                             name=script,
@@ -302,18 +317,18 @@ def _installed_package(name: str) -> Package | None:
     executables = _executables(name, nodes)
     plugin = plugins.find(plugins.PACKAGES, name)
     if plugin is not None:
-        share = _module_folder(plugin.target)
-        if share is None:
+        folder = _module_folder(plugin.target)
+        if folder is None:
             raise BrokenPluginError(
                 f"package '{name}' of {plugin.distribution}: there is no module {plugin.target}"
             )
     elif executables:
         # Without an entry of its own, its files lie beside the code of its first executable.
         module = next(iter(executables.values())).target.partition(":")[0]
-        share = _module_folder(module.partition(".")[0]) or _HERE
+        folder = _module_folder(module.partition(".")[0]) or _HERE
     else:
         return None
-    return Package(name=name, share=share, executables=executables)
+    return Package(name=name, folder=folder, executables=executables)
 
 
 def _module_folder(module: str) -> Path | None:

@@ -20,7 +20,7 @@ def list_packages(as_json: AsJson = False) -> None:
     """List the packages."""
     listed = packages.list_packages()
     if as_json:
-        console.out_json([{"name": one.name, "folder": str(one.share)} for one in listed])
+        console.out_json([{"name": one.name, "folder": str(one.folder)} for one in listed])
     else:
         console.out_lines(one.name for one in listed)
 
@@ -38,4 +38,4 @@ def prefix(
     console.flush()
     for hidden in packages.package_layers(name)[1:]:
         programs = ", ".join(sorted(hidden.executables)) or "none"
-        console.note(f"It hides {hidden.share} (programs: {programs})")
+        console.note(f"It hides {hidden.folder} (programs: {programs})")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from teleopctl.errors import NotFoundError
-from teleopctl.packages import list_packages, package_share
+from teleopctl.packages import find_package, list_packages, package_share
 
 __all__ = [
     "PackageNotFoundError",
@@ -46,14 +46,17 @@ def get_package_share_path(package_name: str, print_warning: bool = True) -> Pat
 def get_package_prefix(package_name: str) -> str:
     """Return the folder below which a package is found.
 
-    Packages are used where they lie and not installed, so this is the folder of its files.
+    Packages are used where they lie and not installed, so this is its folder.
 
     Raises:
         PackageNotFoundError: The package is unknown.
     """
-    return get_package_share_directory(package_name)
+    try:
+        return str(find_package(package_name).folder)
+    except NotFoundError as error:
+        raise PackageNotFoundError(error.message) from error
 
 
 def get_packages_with_prefixes() -> dict[str, str]:
     """Return every known package with its folder."""
-    return {package.name: str(package.share) for package in list_packages()}
+    return {package.name: str(package.folder) for package in list_packages()}
