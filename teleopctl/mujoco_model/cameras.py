@@ -88,7 +88,7 @@ class CameraModel:
 
 
 def camera_models(description: RobotDescription) -> list[CameraModel]:
-    """The camera sensors.
+    """The camera sensors; those without a ``<camera>`` or without a link are no cameras.
 
     Raises:
         InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
@@ -96,7 +96,9 @@ def camera_models(description: RobotDescription) -> list[CameraModel]:
     return [
         _camera(sensor)
         for sensor in description.gazebo.sensors
-        if sensor.type == "camera" and sensor.camera is not None
+        if sensor.type == "camera"
+        and sensor.camera is not None
+        and sensor.link in description.links
     ]
 
 

@@ -13,6 +13,9 @@ from teleopctl.robot.urdf import Pose
 
 Default = TypeVar("Default", bound=float | None)
 
+# Where a sensor's frame stands: in Gazebo, in Gazebo while its name was Ignition, in SDF.
+_FRAME_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
+
 
 @dataclass(frozen=True, slots=True)
 class Plugin:
@@ -155,7 +158,7 @@ def _read_sensor(element: Element, link: str) -> Sensor:
         always_on=_flag(element, child_text(element, "always_on", "false")),
         visualize=_flag(element, child_text(element, "visualize", "false")),
         topic=child_text(element, "topic"),
-        frame=child_text(element, "gz_frame_id") or child_text(element, "frame_id"),
+        frame=next(filter(None, (child_text(element, tag) for tag in _FRAME_TAGS)), ""),
         pose=_read_pose(element),
         camera=None if camera is None else _read_camera(camera),
         plugins=tuple(_read_plugin(child) for child in element.findall("plugin")),

@@ -404,34 +404,6 @@ def test_a_robot_of_800_links_that_overlap_is_built_in_one_go() -> None:
     assert ("l0", "l2") in built.excluded or ("l2", "l0") in built.excluded
 
 
-def test_tags_that_have_no_effect_are_told_with_their_lines() -> None:
-    tags = """
-<gazebo reference="base">
-  <mu1>0.8</mu1><mu2>0.8</mu2>
-  <kp>1e6</kp>
-  <gravity>false</gravity>
-  <selfCollide>true</selfCollide>
-  <sensor name="i" type="imu">
-    <imu><angular_velocity><x>
-      <noise/></x></angular_velocity></imu>
-    <lens/>
-  </sensor>
-</gazebo>
-<gazebo reference="base"><selfCollide>false</selfCollide><mu1>1</mu1><mu2>2</mu2></gazebo>
-<gazebo reference="nobody"><kp>1</kp></gazebo>"""
-    built = model(link("base", ""), tags)
-
-    assert built.warnings == (
-        "<kp> of 'base' (line 4) has no effect",
-        "<gravity> of 'base' (line 5) has no effect",
-        "<lens> of sensor 'i' (line 10) has no effect",
-        "<noise> of sensor 'i' (line 9) has no effect",
-        "<selfCollide> of 'base' (line 13) has no effect",
-        "<mu2> of 'base' (line 13) is left out: friction is <mu1> in all directions",
-        "<gazebo> (line 14) is left out: there is no link or joint 'nobody'",
-    )
-
-
 @pytest.mark.parametrize(
     ("tag", "frame"),
     [

@@ -1,0 +1,175 @@
+"""What a description asks for and does not get is said, and nothing else."""
+
+import pytest
+
+from teleopctl.mujoco_model.model import build_model
+from teleopctl.robot import RobotDescription
+from tests.sim.robots import link, model, robot
+from tests.system.sim_partner import teleop_urdf
+
+
+def warnings(tags: str) -> tuple[str, ...]:
+    return model(link("base", ""), link("tip", ""), MOUNT, tags).warnings
+
+
+MOUNT = '<joint name="mount" type="fixed"><parent link="base"/><child link="tip"/></joint>'
+IMAGE = "<image><width>8</width><height>8</height></image>"
+
+
+def camera(inside: str = "", beside: str = "") -> str:
+    return f"""<gazebo reference="tip"><sensor name="eye" type="camera"><camera>
+      <horizontal_fov>1</horizontal_fov>{IMAGE}
+{inside}</camera>
+{beside}</sensor></gazebo>"""
+
+
+def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
+    tags = """
+<gazebo reference="base">
+  <mu1>0.8</mu1><mu2>0.8</mu2>
+  <kp>1e6</kp>
+  <gravity>false</gravity>
+  <selfCollide>true</selfCollide>
+</gazebo>
+<gazebo reference="tip"><kp value="3"/><selfCollide>false</selfCollide><mu1>1</mu1><mu2>2</mu2>
+</gazebo>
+<gazebo reference="mount"><springStiffness>2</springStiffness></gazebo>
+<gazebo reference="nobody"><kp>1</kp></gazebo>
+<gazebo><static>true</static><self_collide>true</self_collide></gazebo>"""
+
+    assert warnings(tags) == (
+        "<gazebo> (line 11) is left out: there is no link or joint 'nobody'",
+        "<kp> of 'base' (line 4), 'tip' (line 8) has no effect",
+        "<gravity> of 'base' (line 5) has no effect",
+        "<selfCollide> of 'tip' (line 8) has no effect",
+        "<mu2> of 'tip' (line 8) has no effect: friction is <mu1> in all directions",
+        "<springStiffness> of 'mount' (line 10) has no effect",
+        "<static> of the robot (line 12) has no effect",
+    )
+
+
+def test_a_plugin_of_the_whole_robot_that_is_not_served_is_told() -> None:
+    tags = """
+<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"><ros/></plugin></gazebo>
+<gazebo reference="base"><plugin name="bump" filename="libbumper.so"/></gazebo>"""
+
+    assert warnings(tags) == (
+        "Plug-in 'drive' (libgazebo_ros_diff_drive.so, line 2) is left out: nothing simulates what "
+        "it does",
+        "Plug-in 'bump' (libbumper.so, line 3) is left out: nothing simulates what it does",
+    )
+
+
+@pytest.mark.parametrize(
+    "filename",
+    [
+        "libgazebo_ros2_control.so",
+        "gz_ros2_control-system",
+        "libgz_ros2_control-system.so",
+        "ign_ros2_control-system",
+        "gz-sim-sensors-system",
+        "libignition-gazebo6-imu-system.so",
+    ],
+)
+def test_a_plugin_that_stands_for_what_there_is_is_not_told(filename: str) -> None:
+    assert warnings(f'<gazebo><plugin name="p" filename="{filename}"/></gazebo>') == ()
+
+
+def test_a_camera_without_its_tag_is_told() -> None:
+    assert warnings('<gazebo reference="tip">\n<sensor name="eye" type="camera"/></gazebo>') == (
+        "Sensor 'eye' on link 'tip' (line 2) is left out: it has no <camera>",
+    )
+
+
+@pytest.mark.parametrize("reference", ["mount", "nobody"])
+def test_a_camera_on_what_is_no_link_is_left_out_and_told(reference: str) -> None:
+    tags = camera().replace('reference="tip"', f'reference="{reference}"')
+    built = model(link("base", ""), link("tip", ""), MOUNT, tags)
+
+    assert built.cameras == ()
+    assert len(built.warnings) == 1 and "is left out: there is no" in built.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("inside", "beside", "tag"),
+    [
+        ("<noise><type>gaussian</type><mean>0</mean><stddev>0.1</stddev></noise>", "", "noise"),
+        ("<distortion><k1>0.0</k1><k2>-0.2</k2></distortion>", "", "k2"),
+        ("<distortion><center>0.4 0.5</center></distortion>", "", "center"),
+        ("<image><format>L8</format></image>", "", "format"),
+        ("<lens><type>equidistant</type><cutoff_angle>1.5</cutoff_angle></lens>", "", "lens"),
+        ("<pose>0 0 1 0 0 0</pose>", "", "pose"),
+        ("<optical_frame_id>lens</optical_frame_id>", "", "optical_frame_id"),
+        ("", "<topic>front/image</topic>", "topic"),
+    ],
+)
+def test_what_a_camera_does_not_do_is_told(inside: str, beside: str, tag: str) -> None:
+    line = 3 if inside else 4
+    assert warnings(camera(inside, beside)) == (
+        f"<{tag}> of sensor 'eye' (line {line}) has no effect",
+    )
+
+
+def test_what_a_sensors_plugin_does_not_do_is_told() -> None:
+    plugin = """<plugin name="p" filename="libgazebo_ros_camera.so"><ros>
+      <namespace>/front</namespace>
+      <remapping>~/image_raw:=/image_raw</remapping><remapping>~/camera_info:=info</remapping></ros>
+      <imageTopicName>image_raw</imageTopicName><frameName>lens</frameName>
+      <distortionK1>0.0</distortionK1></plugin>"""
+
+    assert warnings(camera("", plugin)) == (
+        "<remapping> of plug-in 'p' (line 6) has no effect",
+        "<namespace> of plug-in 'p' (line 5) has no effect",
+        "<frameName> of plug-in 'p' (line 7) has no effect",
+    )
+
+
+def test_what_an_imu_does_not_do_is_told() -> None:
+    axis = "<x>\n<noise><stddev>0.1</stddev></noise></x><y><noise><stddev>0.0</stddev></noise></y>"
+    tags = f"""<gazebo reference="tip"><sensor name="i" type="imu"><topic>imu</topic>
+<imu><angular_velocity>{axis}</angular_velocity>
+<orientation_reference_frame><localization>NED</localization></orientation_reference_frame></imu>
+<lens/></sensor></gazebo>"""
+
+    assert warnings(tags) == (
+        "<noise> of sensor 'i' (line 3) has no effect",
+        "<orientation_reference_frame> of sensor 'i' (line 4) has no effect",
+        "<lens> of sensor 'i' (line 5) has no effect",
+    )
+
+
+def test_what_changes_nothing_is_not_told() -> None:
+    tags = """
+<gazebo reference="base"><material>Gazebo/Red</material><fdir1>1 0 0</fdir1>
+  <visual><material><ambient>1 0 0 1</ambient></material></visual>
+  <gravity>1</gravity><turnGravityOff>false</turnGravityOff><laserRetro>0.0</laserRetro></gazebo>
+<gazebo reference="mount"><preserveFixedJoint>true</preserveFixedJoint>
+  <provideFeedback>true</provideFeedback></gazebo>
+<gazebo reference="tip"><sensor name="i" type="imu"><always_on>1</always_on>
+  <imu><enable_orientation>true</enable_orientation></imu>
+  <plugin name="p" filename="libgazebo_ros_imu_sensor.so"><ros>
+    <remapping>~/out:=imu/data</remapping></ros><topicName>imu/data</topicName>
+    <bodyName>tip</bodyName><gaussianNoise>0.0</gaussianNoise><rpyOffset>0 0 0</rpyOffset>
+    <initialOrientationAsReference>false</initialOrientationAsReference></plugin></sensor></gazebo>
+<gazebo/>"""
+
+    assert warnings(tags) == ()
+    assert warnings(camera("<noise><type>none</type></noise>", "<visualize>true</visualize>")) == ()
+
+
+def test_a_sensor_of_another_kind_is_told_by_who_makes_sensors() -> None:
+    scan = "<ray><noise><stddev>1</stddev></noise></ray>"
+    tags = f'<gazebo reference="tip"><sensor name="l" type="ray">{scan}</sensor></gazebo>'
+
+    assert warnings(tags) == ()
+
+
+def test_the_arm_asks_for_nothing_that_it_does_not_get() -> None:
+    assert build_model(RobotDescription.from_urdf(teleop_urdf())).warnings == ()
+
+
+def test_the_frame_of_a_sensor_stands_in_any_of_gazebos_tags() -> None:
+    for tag in ("gz_frame_id", "ignition_frame_id", "frame_id"):
+        sensor = f'<sensor name="i" type="imu"><{tag}>there</{tag}></sensor>'
+        parts = (link("tip", ""), f'<gazebo reference="tip">{sensor}</gazebo>')
+        assert robot(*parts).gazebo.sensors[0].frame == "there"
