@@ -10,9 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from teleopctl.wire.keys import decimal
+
 DEFAULT_ENDPOINT = "tcp/localhost:7447"
 
+_LARGEST_PORT = 2**16 - 1
 _LOOPBACK = ("localhost", "[::1]")
+_PROTOCOLS_WITH_PORTS = ("tcp", "tls", "udp", "quic", "ws")
 _WILDCARDS = {"[::]": "localhost", "0.0.0.0": "127.0.0.1"}  # noqa: S104 (compared, not bound)
 
 
@@ -63,6 +67,11 @@ class RouterAddress:
         return ", ".join(self.endpoints)
 
     @property
+    def fault(self) -> str | None:
+        """Which endpoint no router can have, and why; None where all are possible."""
+        return next(filter(None, map(_fault, self.endpoints)), None)
+
+    @property
     def is_on_this_machine(self) -> bool:
         """Whether every endpoint is a loopback address, or a socket in the file system."""
         return all(_is_local(endpoint) for endpoint in self.endpoints)
@@ -89,15 +98,21 @@ DEFAULT_ADDRESS = RouterAddress((DEFAULT_ENDPOINT,))
 def tcp_address(endpoint: str) -> tuple[str, int | None]:
     """Host and port of a TCP endpoint; the port is None where the endpoint is of another kind."""
     protocol, host, port = _parts(endpoint)
-    if protocol != "tcp" or not port.isdigit():
-        return host, None
-    return host.strip("[]"), int(port)
+    return host.strip("[]"), decimal(port) if protocol == "tcp" else None
+
+
+def _fault(endpoint: str) -> str | None:
+    protocol, host, port = _parts(endpoint)
+    number = decimal(port)
+    if protocol not in _PROTOCOLS_WITH_PORTS or (host and number and number <= _LARGEST_PORT):
+        return None
+    return f"{endpoint} does not end in a colon and a port from 1 to {_LARGEST_PORT}"
 
 
 def _parts(endpoint: str) -> tuple[str, str, str]:
-    """Protocol, host and port of ``protocol/host:port#settings``."""
+    """Protocol, host and port of ``protocol/host:port?metadata#settings``."""
     protocol, _, address = endpoint.partition("/")
-    host, _, port = address.partition("#")[0].rpartition(":")
+    host, _, port = address.partition("#")[0].partition("?")[0].rpartition(":")
     return protocol, host, port
 
 

@@ -192,6 +192,7 @@ def session_config(mode: SessionMode) -> SessionConfig:
         )
     if "connect" in _override(config):
         router = RouterAddress(_endpoints(config, "connect"), _OVERRIDE)
+    _check(router)
     return SessionConfig(config, _mode_of(config), router)
 
 
@@ -255,6 +256,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
             f"A router cannot start in the mode {_mode_of(config)!r}, which {origin} asks for.",
             hint=f"{origin} may be meant for sessions only: start the daemon without it.",
         )
+    _check(address)
     is_stated = not path and "listen" not in overridden
     return RouterConfig(config, address, is_stated=is_stated)
 
@@ -263,15 +265,28 @@ def how_to_start(router: RouterAddress) -> str:
     """What a person does who wants a router at an address where none answers."""
     try:
         daemon = router_config().address
-    except UsageError:
-        daemon = RouterAddress(())
+    except UsageError as error:
+        hint = f" {error.hint}" if error.hint else ""
+        return f"'teleopctl daemon start' cannot start one: {error.message.rstrip('.')}.{hint}"
+    if not router.endpoints:
+        return (
+            f"Name the router's place in connect/endpoints of {router.origin}: 'teleopctl daemon "
+            f"start' starts one at {daemon}."
+        )
     if daemon.serves(router) and router.is_on_this_machine:
         return "Start one with 'teleopctl daemon start'."
     correct = f", or correct {router.origin}" if router.origin else ""
     if daemon.serves(router):
         return f"Start one on that machine with 'teleopctl daemon start'{correct}."
-    elsewhere = f" ('teleopctl daemon start' starts one at {daemon})" if daemon.endpoints else ""
-    return f"Start one there{correct}{elsewhere}."
+    return f"Start one there{correct} ('teleopctl daemon start' starts one at {daemon})."
+
+
+def _check(address: RouterAddress) -> None:
+    if address.fault is not None:
+        raise UsageError(
+            f"No router can be at {address}: {address.fault}.",
+            hint="An endpoint has the form tcp/host:port.",
+        )
 
 
 def _stated_router() -> RouterAddress:

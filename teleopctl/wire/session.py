@@ -26,7 +26,8 @@ class RouterNotRunning(UnavailableError):
     """
 
     def __init__(self, router: RouterAddress) -> None:
-        super().__init__(f"No router answers at {router}.", hint=how_to_start(router))
+        where = f" at {router}" if router.endpoints else f", and {router.origin} names no place"
+        super().__init__(f"No router answers{where}.", hint=how_to_start(router))
         self.router = router
 
 

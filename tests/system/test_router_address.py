@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -147,3 +148,27 @@ def test_a_router_file_says_where_the_daemon_listens(ros):
     missing = ros.run("topic list").stderr
     assert f"No router answers at {ros.router} (from TELEOPCTL_ROUTER)" in missing
     assert f"starts one at tcp/127.0.0.1:{port} (from {file})" in missing
+
+
+def test_whoever_misses_a_router_is_told_what_keeps_the_daemon_from_being_one(ros):
+    ros.env["ZENOH_ROUTER_CONFIG_URI"] = "/nope.json5"
+    told = ros.run("topic list").stderr
+    assert f"No router answers at {ros.router}" in told
+    assert "'teleopctl daemon start' cannot start one: The Zenoh configuration /nope.json5" in told
+    del ros.env["ZENOH_ROUTER_CONFIG_URI"]
+    ros.env["ZENOH_CONFIG_OVERRIDE"] = 'mode="client"'
+    assert ros.run("topic list").stderr.splitlines()[1:] == [
+        "  'teleopctl daemon start' cannot start one: A router cannot start in the mode 'client', "
+        "which ZENOH_CONFIG_OVERRIDE asks for. ZENOH_CONFIG_OVERRIDE may be meant for sessions "
+        "only: start the daemon without it."
+    ]
+
+
+def test_a_client_whose_file_names_no_router_is_told_to_name_one(ros):
+    file = write_session_file(ros)
+    Path(file).write_text('{ mode: "client" }')
+    assert ros.run("topic list").stderr == (
+        f"teleopctl: No router answers, and {file} names no place.\n"
+        f"  Name the router's place in connect/endpoints of {file}: 'teleopctl daemon start' starts "
+        "one at tcp/localhost:7447.\n"
+    )

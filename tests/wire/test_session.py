@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 import zenoh
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.testing import LONGEST_WAIT_S, free_port
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import router_config, session_config
@@ -271,6 +271,23 @@ def test_a_malformed_router_endpoint_is_an_error_or_finds_nobody(monkeypatch, en
     monkeypatch.setenv("TELEOPCTL_ROUTER", endpoint)
     with pytest.raises(TeleopctlError):
         open_session("client")
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/[::1]:1", "tls/robot:65535#so_sndbuf=1", "udp/robot:7447?rel=0", "tcp/é:7447"]
+)
+def test_a_router_may_be_at_any_port_that_there_is(monkeypatch, endpoint):
+    monkeypatch.setenv("TELEOPCTL_ROUTER", endpoint)
+    assert session_config("client").router.text == endpoint
+
+
+@pytest.mark.parametrize("configure", [lambda: session_config("client"), router_config])
+@pytest.mark.parametrize("address", ["robot:99999", "robot:0", "robot", ":7447", "robot:7447a"])
+def test_a_port_that_there_cannot_be_is_recognised(monkeypatch, configure, address):
+    monkeypatch.setenv("TELEOPCTL_ROUTER", f"tcp/{address}")
+    with pytest.raises(UsageError, match="a port from 1 to 65535") as failure:
+        configure()
+    assert f"tcp/{address} (from TELEOPCTL_ROUTER)" in failure.value.message
 
 
 def test_the_domain_comes_from_the_environment(monkeypatch):
