@@ -215,7 +215,8 @@ class Catalog:
 def _files(folder: Path, package: str) -> Iterator[tuple[str, Path]]:
     for kind in KINDS:
         for path in sorted(folder.joinpath(kind).glob(f"*.{kind}")):
-            yield f"{package}/{kind}/{path.stem}", path
+            if path.is_file():
+                yield f"{package}/{kind}/{path.stem}", path
 
 
 def _read(path: Path) -> str:

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         Executable as Executable,
         Package as Package,
         builtin_package as builtin_package,
+        faulty_packages as faulty_packages,
         find_executable as find_executable,
         find_package as find_package,
         is_path as is_path,
@@ -25,8 +26,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package find_executable "
-            "find_package is_path list_packages lookup_package package_layers package_share "
-            "resolve_uri",
+            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package faulty_packages "
+            "find_executable find_package is_path list_packages lookup_package package_layers "
+            "package_share resolve_uri",
         },
     )

@@ -32,8 +32,10 @@ def package_name(manifest: Path) -> str | None:
     return match.group(1) if match else None
 
 
-def find_package_folders(root: Path) -> Iterator[tuple[str, Path]]:
+def find_package_folders(root: Path) -> Iterator[tuple[str | None, Path]]:
     """Yield (package name, folder) of the packages at and below a folder, nearest first.
+
+    The name is None where `package_name` finds none.
 
     The search goes breadth first and is bounded in depth and number of folders, so that a
     command given in a home folder stays quick. Hidden folders, virtual environments, colcon's
@@ -53,9 +55,7 @@ def find_package_folders(root: Path) -> Iterator[tuple[str, Path]]:
         if "COLCON_IGNORE" in names or "pyvenv.cfg" in names:
             continue
         if "package.xml" in names:
-            name = package_name(Path(folder, "package.xml"))
-            if name is not None:
-                yield name, Path(folder)
+            yield package_name(Path(folder, "package.xml")), Path(folder)
             continue
         if depth < _MAX_DEPTH:
             pending.extend(

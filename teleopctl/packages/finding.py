@@ -102,6 +102,7 @@ def find_package(name: str) -> Package:
         raise NotFoundError(
             f"Package '{name}' not found",
             hint=did_you_mean(name, (package.name for package in list_packages()))
+            or " ".join(faulty_packages())
             or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
             "and among the installed distributions.",
         )
@@ -141,6 +142,19 @@ def list_packages() -> list[Package]:
         if layers:
             listed.append(_overlay(layers))
     return listed
+
+
+def faulty_packages() -> list[str]:
+    """Say of each folder with a ``package.xml`` that is no package for all that, why."""
+    from teleopctl.packages import ament
+
+    faulty = [
+        folder / "package.xml"
+        for root in _roots()
+        for name, folder in ament.find_package_folders(Path(root))
+        if name is None
+    ]
+    return [f"{file} has no readable <name>: its folder is no package." for file in dict.fromkeys(faulty)]
 
 
 def package_share(name: str) -> Path:
@@ -275,12 +289,17 @@ def _executables(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Ex
 
 
 def _folder_packages() -> dict[str, Package]:
-    roots = [
+    return _packages_below(_roots())
+
+
+def _roots() -> tuple[str, ...]:
+    """Where folders with a ``package.xml`` are looked for."""
+    named = [
         os.path.abspath(os.path.expanduser(folder))  # noqa: PTH100, PTH111 -- os.path needs no Path
         for folder in os.environ.get(PACKAGE_PATH_VARIABLE, "").split(os.pathsep)
         if folder
     ]
-    return _packages_below((*roots, os.getcwd()))  # noqa: PTH109 -- a string is the cache's key
+    return (*named, os.getcwd())  # noqa: PTH109 -- a string is the key of a cache
 
 
 @lru_cache(maxsize=16)
@@ -291,7 +310,7 @@ def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
     packages: dict[str, Package] = {}
     for root in roots:
         for name, folder in ament.find_package_folders(Path(root)):
-            if name not in packages:
+            if name is not None and name not in packages:
                 packages[name] = Package(
                     name=name,
                     folder=folder,

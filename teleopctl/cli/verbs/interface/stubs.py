@@ -31,6 +31,10 @@ def stubs(
     Those of the packages that come with teleopctl are installed with it. Run it again when a
     definition has changed.
     """
+    from teleopctl.packages import faulty_packages
+
+    for fault in faulty_packages():
+        console.warn(fault)
     known = known_types()
     names = known.names() if every else known.user_names()
     if not names:

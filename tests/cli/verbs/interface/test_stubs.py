@@ -44,3 +44,21 @@ def test_without_packages_of_ones_own_there_is_nothing_to_write(ros):
     assert done.returncode == 1
     assert "No package of your own defines" in done.stderr
     assert not (ros.folder / "typings").exists()
+
+
+@pytest.mark.parametrize("manifest", ["<package><name>gadget_msgs</name", "<package/>", ""])
+def test_a_package_without_a_readable_name_is_named_where_its_messages_are_missed(
+    ros, workspace, manifest
+):
+    file = workspace / "gadget_msgs" / "package.xml"
+    file.write_text(manifest)
+    fault = f"{file} has no readable <name>"
+    done = ros.run("interface stubs typings", cwd=workspace)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"WARNING: {fault}")
+    assert fault in ros.run("pkg prefix gadget_msgs", cwd=workspace).stderr
+
+
+def test_a_folder_that_is_called_like_a_definition_is_none(ros, workspace):
+    (workspace / "gadget_msgs" / "msg" / "Folder.msg").mkdir()
+    assert ros.run("interface stubs typings", cwd=workspace).returncode == 0
