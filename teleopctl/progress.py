@@ -27,9 +27,10 @@ READY = "ready"
 FAILED = "failed"
 """It runs, but cannot do its work, for the reason that is given."""
 ENDED = "ended"
-"""It has ended with the exit status that is given."""
+"""It has ended with the exit status that is given, and for the reason behind it if it failed."""
 
 _file: str | None = None
+_failure = ""
 
 
 class Progress(NamedTuple):
@@ -48,12 +49,22 @@ class Progress(NamedTuple):
     @property
     def exit_status(self) -> int | None:
         """What the process ended with; None while it runs, and of one that was killed."""
-        return int(self.detail) if self.state == ENDED else None
+        return int(self.detail.partition(" ")[0]) if self.state == ENDED else None
+
+    @property
+    def reason(self) -> str | None:
+        """Why the process cannot do its work, or could not; None where it has not said so."""
+        reason = self.detail.partition(" ")[2] if self.state == ENDED else self.detail
+        return reason if reason and self.state in (ENDED, FAILED) else None
 
 
 def tell(state: str, detail: str = "") -> None:
     """Say how far this process has come; does nothing where nobody has asked for it."""
-    global _file
+    global _file, _failure
+    if state == ENDED:
+        detail = f"{detail} {_failure}"
+    else:
+        _failure = detail if state == FAILED else ""
     # What this process starts does not speak for it.
     _file = os.environ.pop(VARIABLE, None) or _file
     if _file is None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
+from teleopctl.control.manager_log import ManagerLog
 from teleopctl.errors import UnavailableError
 from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp
 from teleopctl.node import (
@@ -19,6 +21,8 @@ from teleopctl.node import (
 )
 
 STRICT = 2
+# The graph wakes who waits for a service; the manager's log is looked at this often, in seconds.
+_LOOK_EVERY_S = 0.1
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
@@ -64,7 +68,8 @@ class ControllerManagerClient:
             patient: Whether to say on the node's logger what is being waited for.
 
         Raises:
-            ControllerManagerUnavailableError: The time is over.
+            ControllerManagerUnavailableError: The time is over, or the manager refuses the robot
+                description, without which it has no services.
             ExternalShutdownException: The process was told to end meanwhile.
         """
         client = self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
@@ -77,7 +82,7 @@ class ControllerManagerClient:
             if patient:
                 logger.info(f"waiting for service {service} to become available...")
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
-            if client.wait_for_service(max(0.0, left)):
+            if self._is_ready_within(left, client):
                 return
             if not self._node.context.ok():
                 raise ExternalShutdownException
@@ -88,6 +93,30 @@ class ControllerManagerClient:
                 )
             if patient:
                 logger.warning(f"Could not contact service {service}")
+
+    def _is_ready_within(self, seconds: float, client: Client[Any, Any]) -> bool:
+        deadline = time.monotonic() + seconds
+        while True:
+            left = deadline - time.monotonic()
+            if client.wait_for_service(max(0.0, min(left, _LOOK_EVERY_S))):
+                return True
+            if self._log.refusal is not None:
+                raise ControllerManagerUnavailableError(
+                    f"{self.name} has not accepted the robot description: {self._log.refusal}"
+                )
+            if left <= 0 or not self._node.context.ok():
+                return False
+
+    @cached_property
+    def _log(self) -> ManagerLog:
+        return ManagerLog(self._node, self.name)
+
+    def cause(self, controller: str) -> str | None:
+        """What the manager or the controller itself has logged of the controller's last failure.
+
+        None where nothing is heard of it.
+        """
+        return self._log.cause(controller)
 
     def _why_unavailable(self) -> str:
         names = self._node.graph().node_names(include_hidden=True)

@@ -11,6 +11,7 @@ from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.lifecycle import State
+from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
@@ -154,7 +155,7 @@ class ControllerManagerNode:
                 "to reload a robot description."
             )
             return
-        self._logger.info("Received robot description from topic.")
+        self._logger.info(DESCRIPTION_RECEIVED)
         progress.tell(progress.STARTING)
         self._reminder.cancel()
         try:
@@ -162,8 +163,7 @@ class ControllerManagerNode:
             self._resource_manager.load_and_initialize_components(description)
         except TeleopctlError as error:
             self._logger.error(
-                "The published robot description file (URDF) seems not to be genuine. The "
-                f"following error was caught: {error.message}"
+                f"{DESCRIPTION_REFUSED} {error.message}"
                 + (f" ({error.hint})" if error.hint else "")
             )
             self._logger.info(f"Another description on {self._subscription.topic_name} is taken")

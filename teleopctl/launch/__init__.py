@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
         describe_arguments as describe_arguments,
+        undeclared_arguments as undeclared_arguments,
     )
     from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
     from teleopctl.launch.evaluation.substitution import Substitution as Substitution
@@ -71,7 +72,7 @@ else:
         {
             "actions.messages": "Log",
             "actions.process": "Executable Node",
-            "arguments": "argument_names describe_arguments",
+            "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail",

@@ -9,6 +9,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.nesting import Group, Include, Timer, included_path
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.evaluation import undeclared
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model.action import Step
@@ -51,6 +52,17 @@ def argument_names(file: Path) -> list[str]:
     """
     declared = _declared(file, LaunchContext({}, Path()), 0)
     return list(dict.fromkeys(argument.name for argument in declared))
+
+
+def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
+    """Say which arguments a launch file that cannot be evaluated does not declare.
+
+    For a file that can be, the plan's warnings say so.
+    """
+    try:
+        return undeclared(arguments, argument_names(file))
+    except TeleopctlError:
+        return []
 
 
 def _describe(default: Template) -> str:

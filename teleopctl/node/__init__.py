@@ -138,6 +138,7 @@ if TYPE_CHECKING:
         qos_profile_latched as qos_profile_latched,
         qos_profile_parameter_events as qos_profile_parameter_events,
         qos_profile_parameters as qos_profile_parameters,
+        qos_profile_rosout_default as qos_profile_rosout_default,
         qos_profile_sensor_data as qos_profile_sensor_data,
         qos_profile_services_default as qos_profile_services_default,
         qos_profile_system_default as qos_profile_system_default,
@@ -199,8 +200,8 @@ else:
             "values.qos": "DurabilityPolicy HistoryPolicy InvalidQoSProfileException "
             "LivelinessPolicy QoSPresetProfiles QoSProfile ReliabilityPolicy "
             "qos_profile_action_status_default qos_profile_best_available qos_profile_latched "
-            "qos_profile_parameter_events qos_profile_parameters qos_profile_sensor_data "
-            "qos_profile_services_default qos_profile_system_default",
+            "qos_profile_parameter_events qos_profile_parameters qos_profile_rosout_default "
+            "qos_profile_sensor_data qos_profile_services_default qos_profile_system_default",
             "values.ros_args": "parse_ros_arguments",
             "values.signals": "SignalHandlerOptions",
             "values.time": "ClockType Duration Infinite Time",

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import NoReturn
 
+from teleopctl import progress
 from teleopctl.control import ControllerManagerClient, manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
@@ -194,7 +195,7 @@ class Spawner:
                 self._logger.info(f"Controller {request.name} is already active")
                 continue
             if not self._client.configure_controller(request.name):
-                self._fail("Failed to configure controller", fatal=False)
+                self._fail("Failed to configure controller", request.name, fatal=False)
             if request.inactive:
                 continue
             if self._options.activate_as_group:
@@ -223,7 +224,7 @@ class Spawner:
             return str(present[request.name])
         self._set_parameters(request)
         if not self._client.load_controller(request.name):
-            self._fail(f"Failed loading controller {request.name}")
+            self._fail(f"Failed loading controller {request.name}", request.name)
         self._logger.info(self._bold(_BLUE, "Loaded ", request.name))
         return "unconfigured"
 
@@ -273,7 +274,10 @@ class Spawner:
                 self._fail("Failed to unload controller")
         self._logger.info(f"Successfully unloaded controllers : {unloaded}")
 
-    def _fail(self, text: str, *, fatal: bool = True) -> NoReturn:
+    def _fail(self, text: str, controller: str = "", *, fatal: bool = True) -> NoReturn:
+        if controller and (cause := self._client.cause(controller)):
+            text = f"{text}: {cause}"
+        progress.tell(progress.FAILED, text)
         if fatal:
             self._logger.fatal(text)
         else:
@@ -338,6 +342,7 @@ def main(args: list[str] | None = None) -> int:
         return 1
     except TeleopctlError as error:
         node.get_logger().fatal(error.message)
+        progress.tell(progress.FAILED, error.message)
         if error.hint:
             node.get_logger().info(error.hint)
         return 1

@@ -154,7 +154,10 @@ def faulty_packages() -> list[str]:
         for name, folder in ament.find_package_folders(Path(root))
         if name is None
     ]
-    return [f"{file} has no readable <name>: its folder is no package." for file in dict.fromkeys(faulty)]
+    return [
+        f"{file} has no readable <name>: its folder is no package."
+        for file in dict.fromkeys(faulty)
+    ]
 
 
 def package_share(name: str) -> Path:

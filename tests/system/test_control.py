@@ -315,14 +315,47 @@ class TestSpawner:
         assert "Traceback" not in result.stderr
         assert spawn(ros, "joint_state_broadcaster").returncode == 0
 
+    def test_a_refused_description_ends_the_wait_of_spawners_until_another_is_taken(
+        self, ros, mock_urdf
+    ):
+        robot = Robot()
+        manager = start_manager(ros)
+        waiting = ros.spawn_module("teleopctl.nodes", CHAIN)
+        waiting.wait_for_line("waiting for service")
+        robot.describe("<robot>")
+        manager.wait_for_line("robot description file .* seems not to be genuine")
+        cause = "/controller_manager has not accepted the robot description: "
+        assert waiting.wait() == 1
+        assert cause in waiting.stderr
+        late = spawn(ros, ALL[0])
+        assert late.returncode == 1
+        assert cause in late.stderr
+        robot.describe(mock_urdf)
+        assert spawn(ros, ALL[0]).returncode == 0
+        robot.close()
+
+    def test_who_cannot_load_or_configure_a_controller_is_told_the_managers_reason(
+        self, ros, robot, tmp_path
+    ):
+        del robot
+        file = tmp_path / "wrong.yaml"
+        kind = "joint_trajectory_controller/JointTrajectoryController"
+        file.write_text(f"{{wrong: {{ros__parameters: {{type: {kind}, joints: [nope]}}}}}}")
+        untyped = "The 'type' param was not defined for 'nope'."
+        assert f"Failed loading controller nope: {untyped}" in spawn(ros, "nope").stderr
+        assert untyped in ros.run("control load_controller nope").stderr
+        spawned = spawn(ros, f"wrong --param-file {file}").stderr
+        reason = spawned.partition("Failed to configure controller: ")[2].splitlines()[0]
+        assert reason
+        again = ros.run("control set_controller_state wrong inactive").stderr
+        assert reason in again
+
     def test_a_spawner_waits_for_the_robot_description(self, ros, mock_urdf):
         robot = Robot()
         manager = start_manager(ros)
         manager.wait_for_line("Waiting for data on 'robot_description' topic")
         spawner = ros.spawn_module("teleopctl.nodes", CHAIN)
         spawner.wait_for_line("waiting for service")
-        robot.describe("<robot>")
-        manager.wait_for_line("robot description file .* seems not to be genuine")
         robot.describe(mock_urdf)
         assert spawner.wait() == 0
         robot.describe(mock_urdf)

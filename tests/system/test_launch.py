@@ -311,6 +311,12 @@ def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(r
     second = ros.run("launch sim.yaml")
     assert (second.stdout, second.returncode) == ("", 1)
     assert "A simulation runs already" in second.stderr
+    undeclared = ros.run("launch sim.yaml nope:=1").stderr.splitlines()
+    assert undeclared[0].startswith("WARNING: launch argument 'nope' is not declared")
+    assert undeclared[1].startswith("teleopctl: A simulation runs already")
+    wrong = ros.run("launch sim.yaml model:=/nope")
+    assert "/nope" in wrong.stderr
+    assert "A simulation runs already" not in wrong.stderr
     launch.interrupt()
     assert launch.wait() == 130
     assert "escalating" not in launch.stdout
@@ -340,7 +346,28 @@ def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
     log = ros.run("logs sim").stdout
     assert "Waiting for data on 'robot_description'" not in log.partition("Received robot")[2]
     refused = ros.run("control list_controllers")
-    assert "it has not accepted the robot description" in refused.stderr
+    cause = "has not accepted the robot description: no 'ros2_control' tag found in the URDF"
+    assert cause in refused.stderr
+
+
+def test_in_the_foreground_the_spawner_ends_with_the_reason_of_a_refusal(ros):
+    (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
+    launch = ros.spawn("launch sim.yaml camera:=false model:=plain.urdf")
+    launch.wait_for_line(
+        r"\[spawner-4\].* has not accepted the robot description: no 'ros2_control'"
+    )
+    launch.wait_for_line(r"\[spawner-4\]: process has died .*exit code 1")
+    launch.interrupt()
+    launch.wait()
+
+
+def test_a_controller_that_cannot_be_loaded_fails_the_launch_with_the_managers_reason(ros):
+    launch = ros.run("launch -d sim.yaml camera:=false controllers:=nope")
+    assert launch.returncode == 1
+    assert launch.stderr.splitlines()[0] == (
+        "teleopctl: spawner-4: Failed loading controller nope: "
+        "The 'type' param was not defined for 'nope'."
+    )
 
 
 def test_a_simulator_that_cannot_build_the_robot_is_not_up(ros):

@@ -169,6 +169,6 @@ def test_a_client_whose_file_names_no_router_is_told_to_name_one(ros):
     Path(file).write_text('{ mode: "client" }')
     assert ros.run("topic list").stderr == (
         f"teleopctl: No router answers, and {file} names no place.\n"
-        f"  Name the router's place in connect/endpoints of {file}: 'teleopctl daemon start' starts "
-        "one at tcp/localhost:7447.\n"
+        f"  Name the router's place in connect/endpoints of {file}: 'teleopctl daemon start' "
+        "starts one at tcp/localhost:7447.\n"
     )

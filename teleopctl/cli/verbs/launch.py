@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import UsageError
+from teleopctl.errors import TeleopctlError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.launch import LaunchPlan, ProcessStatus
@@ -64,7 +64,13 @@ def launch(
     if safe:
         # For this process and for those that it starts, which may read descriptions themselves.
         os.environ["TELEOPCTL_SAFE"] = "1"
-    from teleopctl.launch import find_launch_file, make_plan, run_here, start_in_background
+    from teleopctl.launch import (
+        find_launch_file,
+        make_plan,
+        run_here,
+        start_in_background,
+        undeclared_arguments,
+    )
 
     package, name, arguments = split(words)
     file = find_launch_file(package, name)
@@ -74,7 +80,12 @@ def launch(
         console.out_text("\n".join(describe_arguments(file, arguments)))
         return 0
     # In the background nobody sees the difference between the streams, and a log is to be whole.
-    plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
+    try:
+        plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
+    except TeleopctlError:
+        for warning in undeclared_arguments(file, arguments):
+            console.warn(warning)
+        raise
     if print_plan:
         _print(plan)
         return 0

@@ -6,7 +6,7 @@ missing arguments, robot descriptions that do not parse.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
@@ -49,12 +49,7 @@ def evaluate(
     builder = ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
     evaluation = Evaluation(context, builder)
     evaluation.run_file(file)
-    known = ", ".join(sorted(evaluation.declared)) or "none"
-    unknown = [
-        f"launch argument '{name}' is not declared by the launch file (declared: {known})"
-        for name in arguments
-        if name not in evaluation.declared
-    ]
+    unknown = undeclared(arguments, evaluation.declared)
     return LaunchPlan(
         log_directory=log_directory,
         processes=builder.plans,
@@ -62,6 +57,16 @@ def evaluate(
         warnings=[*context.warnings, *unknown],
         files=builder.files,
     )
+
+
+def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
+    """Say which of some launch arguments nobody declares."""
+    known = ", ".join(sorted(declared)) or "none"
+    return [
+        f"launch argument '{name}' is not declared by the launch file (declared: {known})"
+        for name in arguments
+        if name not in declared
+    ]
 
 
 @contextmanager

@@ -89,13 +89,14 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> LaunchError | None:
     failures: list[tuple[float, str]] = []
     for process in statuses:
         log_file = Path(process.log_file)
+        said = progress.read(log_file)
+        reason = None if said is None else said.reason
         if process.state == "died":
             how = f"died with exit code {process.exit_status}"
-            failures.append((process.ended_at, f"{process.name} {how}:\n{log_tail(log_file)}"))
-        elif process.state == "running":
-            said = progress.read(log_file)
-            if said is not None and said.state == progress.FAILED:
-                failures.append((said.time, f"{process.name}: {said.detail}"))
+            told = f": {reason}" if reason else f" {how}:\n{log_tail(log_file)}"
+            failures.append((process.ended_at, process.name + told))
+        elif process.state == "running" and said is not None and reason is not None:
+            failures.append((said.time, f"{process.name}: {reason}"))
     return LaunchError(min(failures)[1]) if failures else None
 
 

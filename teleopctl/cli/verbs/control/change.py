@@ -48,15 +48,17 @@ def load_controller(
             if param_file:
                 _set_param_file(client, name, param_file)
             if not client.load_controller(name):
-                raise RefusedError(f"Failed loading controller {name} {_LOGS}")
+                raise _refused(f"Failed loading controller {name} {_LOGS}", client, name)
             console.out(f"Successfully loaded controller {name}")
         if set_state is None:
             return
         unconfigured = states.get(name, "unconfigured") == "unconfigured"
         if unconfigured and not client.configure_controller(name):
-            raise RefusedError(f"Error configuring controller : {name}")
-        if set_state == "active" and not client.switch_controllers([name])[0]:
-            raise RefusedError(f"Error activating controller : {name}, {_LOGS}")
+            raise _refused(f"Error configuring controller : {name}", client, name)
+        if set_state == "active":
+            ok, message = client.switch_controllers([name])
+            if not ok:
+                raise RefusedError(f"Error activating controller : {name}, {_LOGS}", hint=message)
         console.out(f"Successfully loaded controller {name} into state {set_state}")
 
 
@@ -75,7 +77,8 @@ def unload_controller(
     """Unload a controller."""
     with manager_client(controller_manager) as client:
         if not client.unload_controller(controller_name):
-            raise RefusedError(f"Error unloading controller {controller_name}, {_LOGS}")
+            text = f"Error unloading controller {controller_name}, {_LOGS}"
+            raise _refused(text, client, controller_name)
     console.out(f"Successfully unloaded controller {controller_name}")
 
 
@@ -86,7 +89,8 @@ def cleanup_controller(
     """Bring a controller back to unconfigured."""
     with manager_client(controller_manager) as client:
         if not client.cleanup_controller(controller_name):
-            raise RefusedError(f"Error cleaning up controller {controller_name}, {_LOGS}")
+            text = f"Error cleaning up controller {controller_name}, {_LOGS}"
+            raise _refused(text, client, controller_name)
     console.out(f"Successfully cleaned up controller {controller_name}")
 
 
@@ -104,11 +108,11 @@ def set_controller_state(
                 raise RefusedError(f"controller {name} does not seem to be loaded")
             case "inactive", "unconfigured":
                 if not client.cleanup_controller(name):
-                    raise RefusedError(f"Error cleaning up controller, {_LOGS}")
+                    raise _refused(f"Error cleaning up controller, {_LOGS}", client, name)
                 console.out(f"successfully cleaned up {name}")
             case "unconfigured", "inactive":
                 if not client.configure_controller(name):
-                    raise RefusedError(f"Error configuring controller, {_LOGS}")
+                    raise _refused(f"Error configuring controller, {_LOGS}", client, name)
                 console.out(f"Successfully configured {name}")
             case "active", "inactive":
                 ok, message = client.switch_controllers((), [name])
@@ -182,6 +186,10 @@ def reload_controller_libraries(
     if not response.ok:
         raise RefusedError(f"Error reloading libraries, {_LOGS}")
     console.out("Reload successful")
+
+
+def _refused(text: str, client: "ControllerManagerClient", controller: str) -> RefusedError:
+    return RefusedError(text, hint=client.cause(controller))
 
 
 def _states(client: "ControllerManagerClient") -> dict[str, str]:
