@@ -31,9 +31,9 @@ def draw_arm(file: Path) -> None:
 
     from teleopctl.mujoco_model import build_model
     from teleopctl.packages import package_share
-    from teleopctl.robot import RobotDescription, expand
+    from teleopctl.robot import RobotDescription, expand_xacro
 
-    urdf = expand(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
+    urdf = expand_xacro(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
     model = build_model(RobotDescription.from_urdf(urdf)).mj_model
     width, height = 1000, 680
     model.vis.global_.offwidth, model.vis.global_.offheight = 2 * width, 2 * height

@@ -28,6 +28,18 @@ def out(line: str = "") -> None:
     sys.stdout.write(printable_line(line) + "\n")
 
 
+def out_coloured(*parts: tuple[str, str]) -> None:
+    """Write one line of data to stdout, in parts of a text and its colour, "" for none.
+
+    The colour is an escape sequence of a terminal; it is left out where none is wanted.
+    """
+    is_coloured = colour_enabled(sys.stdout)
+    for text, colour in parts:
+        shown = printable_line(text)
+        sys.stdout.write(f"{colour}{shown}{_RESET}" if colour and is_coloured else shown)
+    sys.stdout.write("\n")
+
+
 def out_lines(lines: Iterable[str]) -> None:
     """Write many lines of data to stdout at once."""
     sys.stdout.write("".join(printable_line(line) + "\n" for line in lines))

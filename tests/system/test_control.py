@@ -136,6 +136,19 @@ class TestLooking:
             f"gripper_controller      {trajectory}  active",
         ]
 
+    @pytest.mark.parametrize(
+        ("wish", "name", "state"),
+        [
+            ("FORCE_COLOR", "\x1b[92marm_controller         \x1b[0m", "\x1b[92mactive\x1b[0m"),
+            ("NO_COLOR", "arm_controller         ", "active"),
+        ],
+    )
+    def test_list_controllers_is_coloured_by_state(self, looked_at, monkeypatch, wish, name, state):
+        ros, _, _ = looked_at
+        monkeypatch.setitem(ros.env, wish, "1")
+        arm = lines(ros.run("control list_controllers"))[1]
+        assert arm == f"{name} joint_trajectory_controller/JointTrajectoryController  {state}"
+
     def test_list_controllers_with_interfaces(self, looked_at):
         ros, _, _ = looked_at
         text = ros.run("control list_controllers --claimed-interfaces").stdout

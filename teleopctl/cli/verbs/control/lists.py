@@ -1,6 +1,5 @@
 """``control list_controllers`` and ``list_controller_types``."""
 
-import sys
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Any
 
@@ -10,7 +9,6 @@ from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
-_END = "\033[0m"
 
 _CONTROLLER_FIELDS = (
     "name",
@@ -61,13 +59,12 @@ def list_controllers(
     names = max(len(controller.name) for controller in controllers)
     types = max(len(controller.type) for controller in controllers)
     states = max(len(controller.state) for controller in controllers)
-    colors = _COLORS if console.colour_enabled(sys.stdout) else {}
     for controller in controllers:
-        color = colors.get(controller.state, "")
-        end = _END if color else ""
-        console.out(
-            f"{color}{controller.name:{names}}{end} {controller.type:{types}}  "
-            f"{color}{controller.state:{states}}{end}"
+        color = _COLORS.get(controller.state, "")
+        console.out_coloured(
+            (f"{controller.name:{names}}", color),
+            (f" {controller.type:{types}}  ", ""),
+            (f"{controller.state:{states}}", color),
         )
         if verbose:
             console.out(f"\tupdate_rate: {controller.update_rate} Hz")
