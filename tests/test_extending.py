@@ -157,3 +157,9 @@ def test_a_strangers_node(ros, use):
     ros.spawn("run my_robot heartbeat --ros-args -r heartbeat:=alive")
     ros.wait_for_nodes("/heartbeat")
     ros.wait_for_message(get_message("std_msgs/msg/Empty"), "/alive")
+
+
+def test_a_strangers_panel_and_display_are_on_the_page(ros, use):
+    (said,) = use("viewer")
+    assert "/rviz" in said
+    assert "/stop" in ros.run("topic list").stdout.split()

@@ -20,6 +20,7 @@ GROUND = {
     "lazy",
     "output",
     "packages",
+    "plugin_lookup",
     "plugins",
     "printable",
     "progress",
@@ -39,8 +40,10 @@ ALLOWED = {
     "launch": {"node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"interfaces", "node", "tf"},
+    "viewer": {"interfaces", "node", "robot", "tf"},
     "nodes": {
-        *("compat", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
+        *("compat", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf"),
+        *("viewer", "wire"),
     },
     "testing": {
         *("compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot", "sim"),
@@ -60,7 +63,8 @@ ALLOWED_ON_THE_GROUND = {
     "lazy": set(),
     "output": {"errors"},
     "packages": {"errors", "folders", "lazy", "plugins"},
-    "plugins": {"errors"},
+    "plugin_lookup": {"errors"},
+    "plugins": {"plugin_lookup"},
     "printable": set(),
     "progress": {"errors"},
     "ros_yaml": {"errors"},
@@ -118,7 +122,7 @@ def test_no_imports_run_in_a_circle():
 
 
 def test_domains_know_nothing_of_each_other():
-    domains = {"control", "launch", "sim"}
+    domains = {"control", "launch", "sim", "viewer"}
     for domain in domains:
         assert not ALLOWED[domain] & domains
 

@@ -4,7 +4,7 @@ Each part is built in metres in the frame of its link, where its proportions can
 is then moved into the frame of its file: the URDF draws a file at a given origin and at a scale
 of 0.01, so the file holds the part seen from that origin, 100 units to the metre.
 
-Needs the extra ``meshes`` (manifold3d for the solids, trimesh for the files).
+Needs the extra ``meshes`` (manifold3d for the solids).
 """
 
 import math

@@ -1,6 +1,6 @@
 """Mesh files of a robot: URIs into paths that MuJoCo can read.
 
-MuJoCo reads STL and OBJ. COLLADA files are converted with trimesh where it is installed. A mesh
+MuJoCo reads STL and OBJ. COLLADA files are converted with trimesh. A mesh
 that cannot be had costs its picture and its contacts, never the simulation.
 """
 
@@ -54,13 +54,8 @@ def _use_file(mesh: Any, uri: str) -> str | None:
 
 def _convert(mesh: Any, path: Path) -> str | None:
     """Load a format that MuJoCo does not read through trimesh, as plain triangles."""
-    try:
-        import trimesh
-    except ImportError:
-        return (
-            f"MuJoCo cannot read {path.suffix} files; convert it to STL or OBJ, "
-            "or install trimesh: pip install 'teleopctl[meshes]'"
-        )
+    import trimesh
+
     try:
         # One mesh of the whole scene graph, in metres and z up as the file's header says.
         loaded: Any = trimesh.load(path, force="mesh")

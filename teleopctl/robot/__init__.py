@@ -16,7 +16,19 @@ if TYPE_CHECKING:
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
     )
-    from teleopctl.robot.urdf import Joint as Joint, Link as Link, Mimic as Mimic, Pose as Pose
+    from teleopctl.robot.urdf import (
+        Box as Box,
+        Capsule as Capsule,
+        Cylinder as Cylinder,
+        Geometry as Geometry,
+        Joint as Joint,
+        Link as Link,
+        Material as Material,
+        Mesh as Mesh,
+        Mimic as Mimic,
+        Pose as Pose,
+        Sphere as Sphere,
+    )
     from teleopctl.robot.xacro_file import expand_xacro as expand_xacro
 else:
     from teleopctl.lazy import attach
@@ -31,7 +43,7 @@ else:
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
-            "urdf": "Joint Link Mimic Pose",
+            "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "xacro_file": "expand_xacro",
         },
     )

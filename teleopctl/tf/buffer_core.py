@@ -61,6 +61,11 @@ class BufferCore:
         with self._changed:
             self._tree.clear()
 
+    def latest(self) -> list[tuple[str, Sample]]:
+        """Return every frame with the newest that is known of it (ours)."""
+        with self._changed:
+            return self._tree.latest()
+
     # -- questions -------------------------------------------------------------------------------
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:

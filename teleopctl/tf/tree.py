@@ -88,6 +88,10 @@ class FrameTree:
         for child, history in self._histories.items():
             yield child, history.latest.parent
 
+    def latest(self) -> list[tuple[str, Sample]]:
+        """Return every frame that has a parent, with the newest that is known of it."""
+        return [(child, history.latest) for child, history in self._histories.items()]
+
     def authority(self, frame: str) -> str:
         """Return who last said where a frame stands, or an empty string."""
         return self._frames.get(frame, "")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl import plugins
+from teleopctl import plugin_lookup
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends.yaml.parser import parse_file
@@ -50,7 +50,7 @@ ENTRIES = {
 def plan(tmp_path, monkeypatch):
     install(tmp_path, "strange-launch", ENTRIES, {"strange_launch.py": CODE})
     monkeypatch.syspath_prepend(str(tmp_path))
-    plugins._installed.cache_clear()
+    plugin_lookup._installed.cache_clear()
 
     def plan(*lines):
         file = tmp_path / "file.yaml"
@@ -58,7 +58,7 @@ def plan(tmp_path, monkeypatch):
         return evaluate(parse_file(file), {}, tmp_path / "log")
 
     yield plan
-    plugins._installed.cache_clear()
+    plugin_lookup._installed.cache_clear()
 
 
 def test_a_strangers_action_gives_actions_and_runs_its_children(plan):

@@ -6,6 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 
 from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.mujoco_model.model import build_model
@@ -95,24 +96,10 @@ def test_a_mesh_of_an_unknown_package_is_left_out_too() -> None:
 
 
 def test_a_collada_mesh_is_converted(tmp_path: Path) -> None:
-    trimesh = pytest.importorskip("trimesh")
-    pytest.importorskip("collada")
     file = tmp_path / "part.dae"
     trimesh.creation.box((1, 2, 3)).export(file)
 
     assert model(link("base", mesh("visual", str(file)))).mj_model.nmesh == 1
-
-
-def test_a_collada_mesh_without_a_converter_is_left_out_with_the_line_that_installs_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "part.dae"
-    file.write_text("<COLLADA/>")
-    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
-
-    built = model(link("base", mesh("visual", str(file))))
-
-    assert "teleopctl[meshes]" in built.warnings[0]
 
 
 def test_a_moving_link_without_inertia_gets_it_from_its_shape() -> None:

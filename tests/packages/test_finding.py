@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl import plugins
+from teleopctl import plugin_lookup
 from teleopctl.errors import BrokenPluginError, TeleopctlError
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.packages import ament, finding as packages
@@ -211,9 +211,9 @@ def test_no_setup_py_makes_the_reader_fail(text):
 def site(tmp_path, monkeypatch):
     folder = tmp_path / "site"
     monkeypatch.syspath_prepend(str(folder))
-    plugins._installed.cache_clear()
+    plugin_lookup._installed.cache_clear()
     yield folder
-    plugins._installed.cache_clear()
+    plugin_lookup._installed.cache_clear()
 
 
 def test_an_installed_distribution_brings_a_package_of_files(site):
@@ -245,7 +245,7 @@ def test_a_package_whose_files_are_missing_is_told_where_it_is_used_and_nowhere_
 
 def test_entry_points_are_read_only_for_what_nothing_else_knows(monkeypatch, empty_folder):
     make_package(empty_folder / "mine", "mine")
-    monkeypatch.setattr(plugins, "_installed", None)
+    monkeypatch.setattr(plugin_lookup, "_installed", None)
     assert packages.lookup_package("mine")
     assert packages.lookup_package("teleop_description")
     assert packages.lookup_package("tf2_ros")

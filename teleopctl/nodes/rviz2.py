@@ -1,0 +1,44 @@
+"""``rviz2``: the robot in a browser; see `teleopctl.viewer`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import webbrowser
+
+from teleopctl import progress
+from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
+from teleopctl.viewer import DEFAULT_PORT, Viewer, open_server, page_address
+
+
+def main(args: list[str] | None = None) -> int:
+    """Serve the page until it is interrupted.
+
+    Args:
+        args: Command line; None takes the process's.
+
+    Raises:
+        PageError: It cannot be opened.
+    """
+    words = sys.argv[1:] if args is None else args
+    parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
+    parser.add_argument("--token", help="what the page's address has to carry")
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    options = parser.parse_args(parse_ros_arguments(words).program)
+    progress.tell(progress.STARTING)
+    server = open_server(options.host, options.port, token=options.token)
+    address = page_address(options.host, server.get_port(), options.token)
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=words),
+        Viewer(server) as node,
+    ):
+        node.get_logger().info(f"The robot is at {address}")
+        progress.tell(progress.READY)
+        if options.open:
+            webbrowser.open(address)
+        spin(node)
+    return 0

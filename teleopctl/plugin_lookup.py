@@ -1,0 +1,187 @@
+"""Finds and imports plug-ins; `teleopctl.plugins` has the kinds that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
+
+
+# Every command loads this module, and making a named tuple takes half a millisecond.
+class Kind:
+    """A kind of plug-in.
+
+    Attributes:
+        noun: What one is called in messages.
+        group: The entry-point group of strangers' plug-ins.
+        ours: Those that come with teleopctl, as ``module:object`` by name.
+        bases: What a plug-in has to be, as ``module:Class``; empty for anything.
+        classes: Whether plug-ins are classes derived from ``bases``, rather than objects of them.
+        direct: Whether ``module:object`` may stand where a name is expected.
+        summaries: One line on each of ours, where a list shows it without importing anything.
+    """
+
+    __slots__ = ("bases", "classes", "direct", "group", "noun", "ours", "summaries")
+
+    def __init__(
+        self,
+        noun: str,
+        group: str,
+        ours: dict[str, str],
+        *,
+        bases: tuple[str, ...] = (),
+        classes: bool = True,
+        direct: bool = False,
+        summaries: Mapping[str, str] | None = None,
+    ) -> None:
+        self.noun = noun
+        self.group = group
+        self.ours = ours
+        self.bases = bases
+        self.classes = classes
+        self.direct = direct
+        self.summaries = summaries or {}
+
+
+class Plugin:
+    """A plug-in that has not been imported.
+
+    Attributes:
+        name: What it is asked for by.
+        target: ``module:object``.
+        distribution: The distribution that brings it; empty for ours.
+    """
+
+    __slots__ = ("distribution", "name", "target")
+
+    def __init__(self, name: str, target: str, distribution: str = "") -> None:
+        self.name = name
+        self.target = target
+        self.distribution = distribution
+
+
+def find(kind: Kind, name: str) -> Plugin | None:
+    """Look a plug-in up by its name or, where the kind allows that, as ``module:object``."""
+    if name in kind.ours:
+        return Plugin(name, kind.ours[name])
+    if (stranger := _strangers(kind.group).get(name)) is not None:
+        return stranger
+    if kind.direct and ":" in name and "/" not in name:
+        return Plugin(name, name)
+    return None
+
+
+def available(kind: Kind) -> dict[str, Plugin]:
+    """Every plug-in of a kind: ours in the order of their table, then strangers' sorted."""
+    plugins = {name: Plugin(name, target) for name, target in kind.ours.items()}
+    for name, stranger in _strangers(kind.group).items():
+        plugins.setdefault(name, stranger)
+    return plugins
+
+
+def load(kind: Kind, name: str) -> Any:
+    """Import a plug-in.
+
+    Returns:
+        The class or object; what it is depends on the kind, so the caller names the type.
+
+    Raises:
+        UnknownPluginError: None has that name; the message lists those that there are.
+        BrokenPluginError: It cannot be imported, or is not what its kind has to be.
+    """
+    plugin = find(kind, name)
+    if plugin is None:
+        names = sorted(available(kind))
+        listed = "\n".join(f"  {known}" for known in names)
+        raise UnknownPluginError(
+            f"There is no {kind.noun} '{name}'. Available are:\n{listed}",
+            hint=did_you_mean(name, names),
+        )
+    if name in kind.ours:
+        return _imported(plugin.target)
+    whose = f" of {plugin.distribution}" if plugin.distribution else ""
+    what = f"{kind.noun} '{name}'{whose}"
+    try:
+        found = _imported(plugin.target)
+    except (Exception, SystemExit) as error:
+        raise BrokenPluginError(
+            f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {error}"
+        ) from error
+    if kind.bases and not _is_one(found, kind):
+        relation = "a subclass" if kind.classes else "an object"
+        raise BrokenPluginError(
+            f"{what}: {plugin.target} is not {relation} of {' or '.join(kind.bases)}"
+        )
+    return found
+
+
+def _imported(target: str) -> Any:
+    module, _, attribute = target.partition(":")
+    return getattr(import_module(module), attribute)
+
+
+def _is_one(found: object, kind: Kind) -> bool:
+    bases = tuple(_imported(base) for base in kind.bases)
+    if kind.classes:
+        return isinstance(found, type) and issubclass(found, bases)
+    return isinstance(found, bases)
+
+
+def _strangers(group: str) -> dict[str, Plugin]:
+    return _installed().get(group, {})
+
+
+@cache
+def _installed() -> dict[str, dict[str, Plugin]]:
+    """The plug-ins of all installed distributions, by group and name, sorted.
+
+    A distribution whose entries cannot be read is reported and passed over, as is the second one
+    to offer a name.
+    """
+    from importlib.metadata import distributions
+
+    owners: dict[str, list[tuple[str, str, str]]] = {}
+    for distribution in distributions():
+        try:
+            if "[teleopctl." not in (distribution.read_text("entry_points.txt") or ""):
+                continue
+            owner = distribution.name
+            entries = [
+                (entry.group, entry.name, entry.value) for entry in distribution.entry_points
+            ]
+        except Exception as error:  # noqa: BLE001 -- whatever is wrong with it, the others work
+            _warn(f"The plug-ins of {_name_of(distribution)} cannot be read: {error}")
+            continue
+        # The first one on the path is the one whose modules are imported.
+        owners.setdefault(owner, entries)
+    found: dict[str, dict[str, Plugin]] = {}
+    for owner, entries in sorted(owners.items()):
+        for group, name, value in entries:
+            # What stands in brackets are extras, an obsolete part of entry points.
+            plugin = Plugin(name, value.partition("[")[0].strip(), owner)
+            known = found.setdefault(group, {}).setdefault(name, plugin)
+            if known.distribution != owner and group.startswith("teleopctl."):
+                _warn(
+                    f"Both {known.distribution} and {owner} offer '{name}' in {group}: "
+                    f"that of {known.distribution} is used"
+                )
+    return {group: dict(sorted(plugins.items())) for group, plugins in found.items()}
+
+
+def _name_of(distribution: Distribution) -> str:
+    try:
+        return distribution.name
+    except Exception:  # noqa: BLE001 -- its metadata may be what is wrong
+        return "a distribution without a name"
+
+
+def _warn(text: str) -> None:
+    from logging import getLogger
+
+    getLogger(__name__).warning(text)

@@ -1,0 +1,36 @@
+"""The robot in a browser: RViz, joint sliders and the rqt tools as one page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.base import (
+        ERROR as ERROR,
+        OK as OK,
+        WARN as WARN,
+        Display as Display,
+        Stage as Stage,
+    )
+    from teleopctl.viewer.displays.properties import Property as Property
+    from teleopctl.viewer.page.server import (
+        DEFAULT_PORT as DEFAULT_PORT,
+        PageError as PageError,
+        open_server as open_server,
+        page_address as page_address,
+    )
+    from teleopctl.viewer.panels.base import Page as Page, Panel as Panel
+    from teleopctl.viewer.viewer import Viewer as Viewer
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "displays.base": "ERROR OK WARN Display Stage",
+            "displays.properties": "Property",
+            "page.server": "DEFAULT_PORT PageError open_server page_address",
+            "panels.base": "Page Panel",
+            "viewer": "Viewer",
+        },
+    )

@@ -1,0 +1,1 @@
+"""What can be shown in the picture: one file for each kind of display, under RViz's names."""

@@ -1,0 +1,208 @@
+"""What a display is: something of the graph, drawn in the picture while it is enabled.
+
+A display has the properties that RViz's has, listens only while it is drawn for somebody, and says
+how it fares: one status with its cause, in the place of a flood of log lines.
+
+All methods are called on the node's thread, so a display needs no locks. What takes long, such as
+reading files, is given to `Stage.work` in another thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from teleopctl.viewer.displays.properties import Properties, Property
+
+if TYPE_CHECKING:
+    import viser
+
+    from teleopctl.node import Node, QoSProfile
+    from teleopctl.viewer.scene.frames import Frames
+
+OK, WARN, ERROR = "ok", "warn", "error"
+
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
+
+class Stage(Protocol):
+    """What a display works with; the viewer's node offers it."""
+
+    @property
+    def node(self) -> Node:
+        """The node, for its clock, clients and logger."""
+
+    @property
+    def scene(self) -> viser.SceneApi:
+        """Where to draw."""
+
+    @property
+    def frames(self) -> Frames:
+        """Where frames stand."""
+
+    def subscribe(
+        self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
+    ) -> Callable[[], None]:
+        """Listen to a topic; the function that is returned ends it."""
+
+    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        """Do something that takes long, in another thread, and give its result to ``then``.
+
+        ``then`` is called on the node's thread. An exception of the task is its result.
+        """
+
+
+class Display:
+    """A kind of display.
+
+    Attributes:
+        rviz_class: The class's name in ``.rviz`` files, without its package.
+        message_type: What it listens to; empty for one that is not about one topic.
+        properties: What can be set, besides name, topic and whether it is enabled.
+        latched: Whether the last message counts for those who come late, however the file asks.
+        name: What the user calls it.
+        topic: Where it listens; empty while nothing has been chosen.
+        status: How it fares: `OK`, `WARN` or `ERROR`, and a sentence.
+        root: The name in the scene below which it draws.
+        messages: How many messages it has taken.
+
+    Args:
+        stage: What it works with.
+        name: Its name.
+        root: The name in the scene below which it draws; nobody else draws there.
+        given: What a file says of it.
+    """
+
+    rviz_class: ClassVar[str]
+    message_type: ClassVar[str] = ""
+    properties: ClassVar[tuple[Property, ...]] = ()
+    latched: ClassVar[bool] = False
+
+    def __init__(
+        self, stage: Stage, name: str, root: str, given: dict[str, Any] | None = None
+    ) -> None:
+        self.stage = stage
+        self.name = name
+        self.root = root
+        self.values = Properties(self.properties, given)
+        self.topic = _topic_in(self.values.given)
+        self.status = (OK, "")
+        self.messages = 0
+        self._end: Callable[[], None] | None = None
+        self._drawn = False
+
+    # --- what the viewer calls ----------------------------------------------------------------
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it listens and draws."""
+        return self._drawn
+
+    def begin(self) -> None:
+        """Listen and draw, until `end`."""
+        if self._drawn:
+            return
+        self._drawn = True
+        self.started()
+        self._listen()
+
+    def end(self) -> None:
+        """Listen no more and take everything out of the picture."""
+        if not self._drawn:
+            return
+        self._drawn = False
+        self._hush()
+        self.stopped()
+
+    def listen_to(self, topic: str) -> None:
+        """Choose the topic."""
+        self.topic = topic
+        place = self.values.given.get("Topic")
+        if isinstance(place, dict):
+            place["Value"] = topic
+        else:
+            self.values.given["Topic"] = {"Value": topic}
+        self.messages = 0
+        self.status = (OK, "")
+        if self._drawn:
+            self._hush()
+            self.stopped()
+            self.started()
+            self._listen()
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a property and draw accordingly."""
+        self.values.set(name, value)
+        if self._drawn:
+            self.changed(name)
+
+    # --- what a kind of display defines -------------------------------------------------------
+
+    def started(self) -> None:
+        """Draw what is there without a message."""
+
+    def stopped(self) -> None:
+        """Take everything out of the picture."""
+
+    def received(self, message: Any) -> None:
+        """Draw a message."""
+
+    def changed(self, name: str) -> None:  # noqa: ARG002 -- for those who ask which one
+        """Draw anew after a property has been set; by default as at the start."""
+        self.stopped()
+        self.started()
+
+    def tick(self) -> None:
+        """Follow what has moved; called once for each picture while somebody looks."""
+
+    def time_jumped_back(self) -> None:
+        """Forget what is of a time that is yet to come."""
+        self.stopped()
+        self.started()
+
+    # --- what it uses -------------------------------------------------------------------------
+
+    def qos(self) -> QoSProfile:
+        """What it asks of its topic: what the file says, as far as publishers offer it."""
+        from teleopctl.viewer.displays.topic_qos import topic_qos
+
+        return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)
+
+    def say(self, level: str, text: str = "") -> None:
+        """Set the status."""
+        self.status = (level, text)
+
+    def _listen(self) -> None:
+        if self.topic and self.message_type:
+            self._end = self.stage.subscribe(self.topic, self.message_type, self._take, self.qos())
+
+    def _hush(self) -> None:
+        if self._end is not None:
+            self._end()
+            self._end = None
+
+    def _take(self, message: Any) -> None:
+        if not self._drawn:
+            return
+        self.messages += 1
+        self.say(OK)
+        try:
+            self.received(message)
+        except Exception as error:  # noqa: BLE001 -- a strange message must not end the page
+            self.say(ERROR, f"{type(error).__name__}: {error}")
+            self.stage.node.get_logger().warning(
+                f"Display '{self.name}' cannot show a message of {self.topic}: "
+                f"{type(error).__name__}: {error}",
+                throttle_duration_sec=10.0,
+            )
+
+
+def _topic_in(given: dict[str, Any]) -> str:
+    """The topic that a file names, in the ways of ROS 2's and ROS 1's RViz."""
+    for key in ("Topic", "Marker Topic", "Image Topic", "Description Topic"):
+        value = given.get(key)
+        if isinstance(value, dict):
+            value = value.get("Value")
+        if isinstance(value, str) and value:
+            return value
+    return ""

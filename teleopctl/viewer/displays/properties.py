@@ -1,0 +1,124 @@
+"""The properties of a display, as an ``.rviz`` file has them.
+
+What a file says is kept whole: a display reads from it what it knows, and whoever saves the view
+writes everything back, also what nobody here understands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Color = tuple[int, int, int]
+"""Red, green, blue, each from 0 to 255."""
+
+Value = bool | int | float | str | Color
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """One thing about a display that can be set.
+
+    Attributes:
+        name: Its name in an ``.rviz`` file; parts below others are joined by ``/``.
+        default: Its value where the file has none. A tuple is a colour.
+        choices: What it may be, for a text that is one of few.
+        low: The least that a number may be.
+        high: The most.
+        hint: One sentence for whoever sets it.
+    """
+
+    name: str
+    default: Value
+    choices: tuple[str, ...] = ()
+    low: float | None = None
+    high: float | None = None
+    hint: str = ""
+
+
+class Properties:
+    """The properties of one display.
+
+    Args:
+        known: What the display understands.
+        given: What a file says, which is changed in place when a property is set.
+    """
+
+    # Any stands for what YAML holds.
+    def __init__(self, known: tuple[Property, ...], given: dict[str, Any] | None = None) -> None:
+        self.known = {one.name: one for one in known}
+        self.given: dict[str, Any] = {} if given is None else given
+
+    def __getitem__(self, name: str) -> Value:
+        return read(self.known[name], self.given)
+
+    def number(self, name: str) -> float:
+        """A property that is a number."""
+        value = self[name]
+        assert isinstance(value, int | float)
+        return float(value)
+
+    def flag(self, name: str) -> bool:
+        """A property that is true or false."""
+        return bool(self[name])
+
+    def text(self, name: str) -> str:
+        """A property that is a text."""
+        return str(self[name])
+
+    def color(self, name: str) -> Color:
+        """A property that is a colour."""
+        value = self[name]
+        assert isinstance(value, tuple)
+        return value
+
+    def set(self, name: str, value: Value) -> None:
+        """Set a property."""
+        *groups, last = name.split("/")
+        place = self.given
+        for group in groups:
+            inner = place.get(group)
+            if not isinstance(inner, dict):
+                # a property with parts below it: its own value moves to "Value"
+                inner = {} if inner is None else {"Value": inner}
+                place[group] = inner
+            place = inner
+        written: Any = "; ".join(map(str, value)) if isinstance(value, tuple) else value
+        if isinstance(place.get(last), dict):
+            place[last]["Value"] = written
+        else:
+            place[last] = written
+
+
+def read(known: Property, given: Mapping[str, Any]) -> Value:
+    """Read a property from what a file says; what cannot be understood is the default."""
+    value: Any = given
+    for part in known.name.split("/"):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    if isinstance(value, Mapping):
+        value = value.get("Value")
+    default = known.default
+    if value is None:
+        return default
+    if isinstance(default, tuple):
+        return _color(value, default)
+    if isinstance(default, bool):
+        return value if isinstance(value, bool) else default
+    if isinstance(default, str):
+        text = str(value)
+        return text if not known.choices or text in known.choices else default
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return default
+    number = max(value, known.low) if known.low is not None else value
+    number = min(number, known.high) if known.high is not None else number
+    return type(default)(number)
+
+
+def _color(value: object, default: Color) -> Color:
+    parts = str(value).split(";")
+    try:
+        red, green, blue = (min(max(int(float(part)), 0), 255) for part in parts)
+    except (ValueError, OverflowError):
+        return default
+    return red, green, blue

@@ -1,0 +1,131 @@
+"""Opens the page: viser's server behind our rules of access."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+import threading
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.viewer.page.access import Access, is_loopback
+
+if TYPE_CHECKING:
+    import viser
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
+DEFAULT_PORT = 8080
+_PORTS_TRIED = 20
+_LAST_PORT = 65_535
+_BRAND = (20, 120, 190)
+
+
+class PageError(TeleopctlError):
+    """The page cannot be opened."""
+
+
+def open_server(
+    host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
+) -> viser.ViserServer:
+    """Open the page.
+
+    Args:
+        host: The address to listen on.
+        port: The port; one of the next if it is taken, any for 0.
+        token: What the page's address has to carry; needed unless the host is loopback.
+
+    Raises:
+        PageError: Nothing can listen there, or a token is missing.
+    """
+    if token is None and not is_loopback(host):
+        raise PageError(
+            f"On {host} others could open the page: it needs a token",
+            hint="Give one: --host HOST --token SECRET",
+        )
+    port = _free_port(host, port)
+    access = Access(host, token)
+    import viser
+
+    with _guarded(access), contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host, port, verbose=False)
+    server.gui.configure_theme(
+        show_logo=False, show_share_button=False, dark_mode=True, brand_color=_BRAND
+    )
+    return server
+
+
+def _free_port(host: str, port: int) -> int:
+    """Find a port; viser by itself would try a thousand, and then wait for ever."""
+    if not 0 <= port <= _LAST_PORT:
+        raise PageError(f"There is no port {port}", hint=f"Ports go from 0 to {_LAST_PORT}.")
+    last: OSError | None = None
+    for candidate in range(port, min(port + (_PORTS_TRIED if port else 1), _LAST_PORT + 1)):
+        try:
+            family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
+                0
+            ]
+            with socket.create_server(address[:2], family=family):
+                return candidate
+        except OSError as error:
+            last = error
+    raise PageError(f"The page cannot be opened at {host}:{port}: {last}")
+
+
+_patching = threading.Lock()
+
+
+@contextlib.contextmanager
+def _guarded(access: Access) -> Iterator[None]:
+    """Have the server that viser starts meanwhile ask for access first.
+
+    viser offers no way to look at requests. What it hands to the library below it does.
+    """
+    import websockets.asyncio.server as below
+
+    serve = below.serve
+
+    def guarded_serve(*args: Any, process_request: Any, **kwargs: Any) -> Any:
+        def process(connection: ServerConnection, request: Request) -> Response | None:
+            headers = {name.lower(): value for name, value in request.headers.raw_items()}
+            answer = access.check(request.path, headers)
+            if answer is None:
+                answered: Response | None = process_request(connection, request)
+                return answered
+            response = connection.respond(answer.status, answer.text)
+            for name, value in answer.headers:
+                response.headers[name] = value
+            return response
+
+        return serve(*args, process_request=process, **kwargs)
+
+    with _patching:
+        below.serve = guarded_serve  # type: ignore[assignment, misc]
+        try:
+            yield
+        finally:
+            below.serve = serve  # type: ignore[misc]
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Close the page, without viser's words about it."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def page_address(host: str, port: int, token: str | None = None) -> str:
+    """The address to open in a browser.
+
+    Args:
+        host: What the server listens on.
+        port: Its port.
+        token: What the address has to carry, if anything.
+    """
+    name = f"[{host}]" if ":" in host else host
+    if is_loopback(host):
+        name = "localhost"
+    elif host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
+        name = socket.gethostname()
+    return f"http://{name}:{port}/" + (f"?token={token}" if token else "")

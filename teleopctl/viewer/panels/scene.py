@@ -1,0 +1,145 @@
+"""What is in the picture: the fixed frame, and the list of displays with their properties."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from teleopctl import plugins
+from teleopctl.viewer.displays.base import ERROR, OK, Display
+from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.panels.base import Page, Panel
+
+_ROOT = "(root)"
+_MARKS = {OK: "", ERROR: "🔴 "}
+
+
+class ScenePanel(Panel):
+    """Displays: add, remove, enable, set."""
+
+    title: ClassVar[str] = "Scene"
+    icon = "stack-2"
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self._rows: dict[int, _Row] = {}
+
+    def build(self) -> None:
+        """Add the choice of the fixed frame, of a new display, and the list."""
+        self._fixed: Any = self.gui.add_dropdown(
+            "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
+        )
+        self._fixed.on_update(self.page.on(self._fix))
+        self._list = self.gui.add_folder("Displays")
+        with self.gui.add_folder("Add", expand_by_default=False):
+            self._kind = self.gui.add_dropdown(
+                "Display", tuple(plugins.available(plugins.DISPLAYS))
+            )
+            self.gui.add_button("Add display").on_click(self.page.on(lambda _event: self._add()))
+        self._show_displays()
+
+    def _fix(self, event: Any) -> None:
+        self.page.frames.fix("" if event.target.value == _ROOT else event.target.value)
+
+    def _add(self) -> None:
+        self.page.add_display(self._kind.value)
+
+    def tick(self) -> None:
+        """Follow frames, displays and how they fare."""
+        names = (_ROOT, *sorted(self.page.frames.by_name))
+        if names != tuple(self._fixed.options):
+            chosen = self._fixed.value
+            self._fixed.options = names
+            if chosen in names:
+                self._fixed.value = chosen
+        self._show_displays()
+        for row in self._rows.values():
+            row.follow()
+
+    def graph_changed(self) -> None:
+        """Offer the topics that there are."""
+        topics = dict(self.page.node.get_topic_names_and_types())
+        for row in self._rows.values():
+            row.offer(topics)
+
+    def _show_displays(self) -> None:
+        shown = {id(display): display for display in self.page.displays}
+        for key in [key for key in self._rows if key not in shown]:
+            self._rows.pop(key).remove()
+        for key, display in shown.items():
+            if key not in self._rows:
+                with self._list:
+                    self._rows[key] = _Row(self.page, display)
+                self._rows[key].offer(dict(self.page.node.get_topic_names_and_types()))
+
+
+class _Row:
+    """One display in the list."""
+
+    def __init__(self, page: Page, display: Display) -> None:
+        self._page, self._display = page, display
+        gui = page.gui
+        self._folder = gui.add_folder(display.name, expand_by_default=False)
+        self._topic: Any = None
+        with self._folder:
+            self._status = gui.add_markdown("", visible=False)
+            enabled = gui.add_checkbox("Show", bool(display.values.given.get("Enabled", True)))
+            enabled.on_update(
+                page.on(lambda event: page.enable(display, enabled=event.target.value))
+            )
+            if display.message_type:
+                self._topic = gui.add_dropdown("Topic", (display.topic or "",))
+                self._topic.on_update(page.on(self._choose_topic))
+            for known in display.properties:
+                self._add(known)
+            gui.add_button("Remove", color="red").on_click(
+                page.on(lambda _event: page.remove_display(display))
+            )
+
+    def _add(self, known: Property) -> None:
+        gui, value = self._page.gui, self._display.values[known.name]
+        label, hint = known.name.replace("/", ": "), known.hint or None
+        handle: Any
+        if isinstance(value, bool):
+            handle = gui.add_checkbox(label, value, hint=hint)
+        elif isinstance(value, tuple):
+            handle = gui.add_rgb(label, value, hint=hint)
+        elif known.choices:
+            handle = gui.add_dropdown(label, known.choices, initial_value=str(value), hint=hint)
+        elif isinstance(value, str):
+            handle = gui.add_text(label, value, hint=hint)
+        elif known.low == 0.0 and known.high == 1.0:
+            handle = gui.add_slider(label, 0.0, 1.0, 0.01, float(value), hint=hint)
+        else:
+            handle = gui.add_number(label, value, min=known.low, max=known.high, hint=hint)
+
+        def changed(event: Any) -> None:
+            self._display.set(known.name, event.target.value)
+
+        handle.on_update(self._page.on(changed))
+
+    def _choose_topic(self, event: Any) -> None:
+        if event.target.value != self._display.topic:
+            self._display.listen_to(event.target.value)
+
+    def offer(self, topics: dict[str, list[str]]) -> None:
+        """Offer the topics of the display's type, and the one that is chosen."""
+        if self._topic is None:
+            return
+        own, kind = self._display.topic, self._display.message_type
+        fitting = {name for name, types in topics.items() if kind in types} | {own}
+        options = tuple(sorted(fitting))
+        if options != tuple(self._topic.options):
+            self._topic.options = options
+            self._topic.value = own
+
+    def follow(self) -> None:
+        """Show how the display fares."""
+        level, text = self._display.status
+        content = "" if level == OK and not text else f"**{level}** {text}"
+        if content != self._status.content:
+            self._status.content = content
+            self._status.visible = bool(content)
+
+    def remove(self) -> None:
+        """Take it out of the list."""
+        self._folder.remove()

@@ -1,0 +1,1 @@
+"""What stands in the picture: frames, and the robot on them."""

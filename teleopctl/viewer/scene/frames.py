@@ -1,0 +1,219 @@
+"""Where every frame stands in the fixed frame, and its place in the picture.
+
+Each frame of ``/tf`` is one node of the scene, standing in the fixed frame. What belongs to a frame
+(its axes, its name, the geometry of a link) hangs below that node and moves with it, so that one
+pose is sent for each frame that has moved.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from teleopctl.tf import Buffer, Transform
+
+if TYPE_CHECKING:
+    import viser
+
+    from teleopctl.node import Time
+
+_IDENTITY = Transform()
+# As RViz draws them: 0.2 m long, 0.02 m thick.
+_AXES_LENGTH_M = 0.2
+_AXES_RADIUS_M = 0.01
+
+
+@dataclass(slots=True)
+class Frame:
+    """A frame in the picture.
+
+    Attributes:
+        name: Its name in tf.
+        node: Its node in the scene.
+        label: Its name in the picture, where that is shown.
+        pose: Where it stands in the fixed frame; None where nothing joins the two.
+        parent: The frame that it stands in; empty for one that is in none.
+        stamp: The time of what is known of it, in nanoseconds.
+        changed: When that was last seen to change, by `time.monotonic`.
+    """
+
+    name: str
+    node: viser.FrameHandle
+    label: viser.LabelHandle | None = None
+    pose: Transform | None = None
+    parent: str = ""
+    stamp: int = 0
+    changed: float = 0.0
+
+
+class Frames:
+    """All frames of a buffer, drawn.
+
+    Args:
+        scene: Where to draw.
+        buffer: What is known of frames.
+
+    Attributes:
+        by_name: The frames in the picture.
+    """
+
+    def __init__(self, scene: viser.SceneApi, buffer: Buffer) -> None:
+        self.buffer = buffer
+        self.by_name: dict[str, Frame] = {}
+        self._scene = scene
+        self._fixed = ""
+        self._wanted_fixed = ""
+        self._axes_shown = False
+        self._names_shown = False
+        self._scale = 1.0
+
+    @property
+    def fixed(self) -> str:
+        """The frame in which everything is drawn; empty until one is known."""
+        return self._fixed
+
+    def fix(self, name: str) -> None:
+        """Draw everything in a frame; an empty name leaves the choice to the tree's root."""
+        self._wanted_fixed = name.removeprefix("/")
+
+    def show(self, *, axes: bool, names: bool, scale: float) -> None:
+        """Choose what is drawn of each frame.
+
+        Args:
+            axes: Whether its axes are: x red, y green, z blue.
+            names: Whether its name is.
+            scale: Size of the axes; 1 is 0.2 m.
+        """
+        self._axes_shown, self._names_shown, self._scale = axes, names, scale
+        for frame in self.by_name.values():
+            self._dress(frame)
+
+    def node_of(self, name: str) -> str:
+        """The path in the scene of a frame, which is made if nobody has spoken of it yet."""
+        return self._frame(name).node.name
+
+    def update(self) -> None:
+        """Move everything to where it stands now."""
+        latest = dict(self.buffer.latest())
+        parents = {child: sample.parent for child, sample in latest.items()}
+        self._choose_fixed(parents)
+        local = {child: sample.transform for child, sample in latest.items()}
+        poses, tops = _poses_in_roots(parents, local)
+        top = tops.get(self._fixed, self._fixed)
+        to_fixed = poses.get(self._fixed, _IDENTITY).inverse()
+        now = time.monotonic()
+        for name in (*poses, *(self.by_name.keys() - poses.keys())):
+            frame = self._frame(name)
+            if (sample := latest.get(name)) is not None:
+                frame.parent = sample.parent
+                if sample.stamp != frame.stamp or not frame.changed:
+                    frame.stamp, frame.changed = sample.stamp, now
+            joined = tops.get(name, name) == top
+            self._move(frame, to_fixed @ poses.get(name, _IDENTITY) if joined else None)
+
+    def pose_in_fixed(self, frame: str, stamp: Time | None = None) -> Transform:
+        """Where a frame stands in the fixed frame.
+
+        Args:
+            frame: Its name.
+            stamp: When; None or 0 is the newest that is known.
+
+        Raises:
+            TransformException: That is not known.
+        """
+        frame = frame.removeprefix("/")
+        if frame == self._fixed:
+            return _IDENTITY
+        stamp_ns = 0 if stamp is None else stamp.nanoseconds
+        return self.buffer.lookup(self._fixed, frame, stamp_ns)[1]
+
+    def remove(self) -> None:
+        """Take everything out of the picture."""
+        for frame in self.by_name.values():
+            frame.node.remove()
+        self.by_name.clear()
+
+    def _choose_fixed(self, parents: dict[str, str]) -> None:
+        if self._wanted_fixed:
+            self._fixed = self._wanted_fixed
+        elif parents and (not self._fixed or self._fixed in parents):
+            # the root of the largest tree
+            roots: dict[str, int] = {}
+            for name in parents:
+                root = _root_of(name, parents)
+                roots[root] = roots.get(root, 0) + 1
+            self._fixed = max(roots, key=lambda root: (roots[root], root))
+
+    def _frame(self, name: str) -> Frame:
+        name = name.removeprefix("/")
+        frame = self.by_name.get(name)
+        if frame is None:
+            node = self._scene.add_frame(f"/frames/{scene_name(name)}", show_axes=False)
+            node.visible = name == self._fixed
+            frame = self.by_name[name] = Frame(name, node)
+            self._dress(frame)
+        return frame
+
+    def _dress(self, frame: Frame) -> None:
+        frame.node.axes_length = _AXES_LENGTH_M * self._scale
+        frame.node.axes_radius = _AXES_RADIUS_M * self._scale
+        frame.node.origin_radius = _AXES_RADIUS_M * self._scale
+        frame.node.show_axes = self._axes_shown
+        if self._names_shown and frame.label is None:
+            frame.label = self._scene.add_label(f"{frame.node.name}/name", frame.name)
+        elif not self._names_shown and frame.label is not None:
+            frame.label.remove()
+            frame.label = None
+
+    def _move(self, frame: Frame, pose: Transform | None) -> None:
+        if pose == frame.pose:
+            return
+        if pose is not None:
+            x, y, z, w = pose.rotation
+            if frame.pose is None or pose.rotation != frame.pose.rotation:
+                frame.node.wxyz = (w, x, y, z)
+            if frame.pose is None or pose.translation != frame.pose.translation:
+                frame.node.position = pose.translation
+        if (pose is None) != (frame.pose is None):
+            frame.node.visible = pose is not None
+        frame.pose = pose
+
+
+def scene_name(name: str) -> str:
+    """A name as one part of a path in the scene, where a slash would begin the next."""
+    return name.replace("/", "\u2215") or "_"
+
+
+def _root_of(name: str, parents: dict[str, str]) -> str:
+    for _ in range(len(parents)):
+        if name not in parents:
+            break
+        name = parents[name]
+    return name
+
+
+def _poses_in_roots(
+    parents: dict[str, str], local: dict[str, Transform]
+) -> tuple[dict[str, Transform], dict[str, str]]:
+    """Where each frame stands in the root of its tree, and which root that is."""
+    poses: dict[str, Transform] = {}
+    tops: dict[str, str] = {}
+    for name in parents:
+        chain: list[str] = []
+        while name in parents and name not in poses and len(chain) <= len(parents):
+            chain.append(name)
+            name = parents[name]
+        if name not in poses:
+            poses[name], tops[name] = _IDENTITY, name
+        for child in reversed(chain):
+            parent = parents[child]
+            poses[child] = poses.get(parent, _IDENTITY) @ local[child]
+            tops[child] = tops.get(parent, parent)
+    return poses, tops
+
+
+def names_of(frames: Iterable[Frame]) -> list[str]:
+    """The names of frames, sorted."""
+    return sorted(frame.name for frame in frames)

@@ -1,0 +1,224 @@
+"""The viewer: a node whose picture and panels are a page in the browser.
+
+Everything that knows the graph runs on the node's thread: messages arrive there, what users do on
+the page is handed over to it, and a timer moves the picture on, thirty times a second while
+somebody looks. Nobody looks: the timer stands still, and displays and panels listen to nothing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, cast
+
+from teleopctl import plugins
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import get_message
+from teleopctl.node import Clock, ClockType, Node, QoSProfile
+from teleopctl.tf import Buffer, TransformListener
+from teleopctl.viewer.displays.base import Display
+from teleopctl.viewer.page.server import close_server
+from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.scene.frames import Frames
+
+if TYPE_CHECKING:
+    import viser
+
+_PICTURES_PER_S = 30.0
+# Panels are read, not watched: every third picture is enough.
+_PICTURES_PER_PANEL_TICK = 3
+
+DEFAULT_DISPLAYS: tuple[tuple[str, str, dict[str, Any]], ...] = (
+    ("Grid", "Grid", {}),
+    ("RobotModel", "RobotModel", {"Description Topic": {"Value": "/robot_description"}}),
+    ("TF", "TF", {"Enabled": False, "Marker Scale": 0.5}),
+)
+"""What is in the picture where no file says otherwise: class, name, properties."""
+
+
+class Viewer(Node):
+    """The node, and the page that it serves.
+
+    Args:
+        server: The page.
+        panels: The panels by name, in their order; None is all that there are.
+    """
+
+    def __init__(self, server: viser.ViserServer, panels: list[str] | None = None) -> None:
+        super().__init__("rviz")
+        self.node = self
+        self.stage = self
+        self.server = server
+        self.scene = server.scene
+        self.gui = server.gui
+        self.displays: list[Display] = []
+        self._watched = False
+        self._pictures = 0
+        self._names = 0
+        self._last_time_ns = 0
+        self._errands: deque[Callable[[], object]] = deque()
+        self._errand = self.create_guard_condition(self._run_errands)
+        self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
+        self.buffer = Buffer(node=self)
+        self.frames = Frames(server.scene, self.buffer)
+        self._listener: TransformListener | None = None
+        self._timer = self.create_timer(
+            1.0 / _PICTURES_PER_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._timer.cancel()
+        server.scene.set_up_direction("+z")
+        server.scene.configure_default_lights(cast_shadow=False)
+        server.initial_camera.position = (1.5, -1.5, 1.1)
+        server.initial_camera.look_at = (0.0, 0.0, 0.35)
+        for rviz_class, name, given in DEFAULT_DISPLAYS:
+            self.add_display(rviz_class, name, dict(given))
+        self.panels = self._make_panels(panels)
+        self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
+        server.on_client_connect(self.on(lambda _client: self._look()))
+        server.on_client_disconnect(self.on(lambda _client: self._look()))
+
+    def _make_panels(self, names: list[str] | None) -> list[Panel]:
+        made: list[Panel] = []
+        tabs = self.gui.add_tab_group()
+        for name in names or plugins.available(plugins.PANELS):
+            panel: Panel = plugins.load(plugins.PANELS, name)(self)
+            with tabs.add_tab(panel.title, cast("viser.IconName", panel.icon)):
+                panel.build()
+            made.append(panel)
+        return made
+
+    # --- what displays and panels use ---------------------------------------------------------
+
+    def subscribe(
+        self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
+    ) -> Callable[[], None]:
+        """Listen to a topic; the function that is returned ends it."""
+        subscription = self.create_subscription(get_message(type_name), topic, callback, qos)
+
+        def end() -> None:
+            self.destroy_subscription(subscription)
+
+        return end
+
+    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        """Do something that takes long, in another thread; see `Stage.work`."""
+
+        def run() -> None:
+            try:
+                result = task()
+            except Exception as error:  # noqa: BLE001 -- it is whose task it is that decides
+                result = error
+            self.soon(lambda: then(result))
+
+        self._workers.submit(run)
+
+    def soon(self, errand: Callable[[], object]) -> None:
+        """Do something on the node's thread; may be called on any."""
+        self._errands.append(errand)
+        self._errand.trigger()
+
+    def on(self, function: Callable[..., object]) -> Callable[..., None]:
+        """Make a function that viser calls one that runs on the node's thread; see `Page.on`."""
+
+        def hand_over(*arguments: Any) -> None:
+            self.soon(lambda: function(*arguments))
+
+        return hand_over
+
+    def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
+        """Tell everybody who looks, for some seconds."""
+        for client in self.server.get_clients().values():
+            client.add_notification(
+                title, text, color="red" if wrong else None, auto_close_seconds=8.0
+            )
+
+    def add_display(
+        self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None
+    ) -> Display:
+        """Add a display to the picture; see `Page.add_display`."""
+        kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)
+        self._names += 1
+        display = kind(self, name or rviz_class, f"/display{self._names}", given)
+        self.displays.append(display)
+        if self._watched and display.values.given.get("Enabled", True):
+            display.begin()
+        return display
+
+    def remove_display(self, display: Display) -> None:
+        """Take a display out."""
+        display.end()
+        self.displays.remove(display)
+
+    def enable(self, display: Display, *, enabled: bool) -> None:
+        """Draw a display, or do not."""
+        display.values.given["Enabled"] = enabled
+        if enabled and self._watched:
+            display.begin()
+        elif not enabled:
+            display.end()
+
+    # --- the picture --------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        """Find out whether anybody looks."""
+        watched = bool(self.server.get_clients())
+        if watched == self._watched:
+            return
+        self._watched = watched
+        if watched:
+            self._listener = TransformListener(self.buffer, self)
+            for display in self.displays:
+                if display.values.given.get("Enabled", True):
+                    display.begin()
+            for panel in self.panels:
+                panel.began()
+            self._timer.reset()
+        else:
+            self._timer.cancel()
+            if self._listener is not None:
+                self._listener.unregister()
+            for display in self.displays:
+                display.end()
+            for panel in self.panels:
+                panel.ended()
+
+    def _tell_of_graph(self) -> None:
+        for panel in self.panels:
+            panel.graph_changed()
+
+    def _tick(self) -> None:
+        self._pictures += 1
+        now_ns = self.get_clock().now().nanoseconds
+        jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
+        with self.server.atomic():
+            self.frames.update()
+            for display in self.displays:
+                if display.is_drawn:
+                    if jumped_back:
+                        display.time_jumped_back()
+                    display.tick()
+        if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
+            for panel in self.panels:
+                panel.tick()
+
+    def _run_errands(self) -> None:
+        # What is added meanwhile triggers anew, so that messages get their turn.
+        for _ in range(len(self._errands)):
+            errand = self._errands.popleft()
+            try:
+                errand()
+            except TeleopctlError as error:
+                self.get_logger().error(error.message)
+                self.notify("That did not work", error.message, wrong=True)
+            except Exception as error:  # noqa: BLE001 -- one button must not end the page
+                self.get_logger().error(f"The page: {type(error).__name__}: {error}")
+                self.notify("That did not work", f"{type(error).__name__}: {error}", wrong=True)
+
+    def destroy_node(self) -> None:
+        """Close the page, then the node."""
+        for panel in self.panels:
+            panel.close()
+        self._workers.shutdown(wait=False, cancel_futures=True)
+        close_server(self.server)
+        super().destroy_node()

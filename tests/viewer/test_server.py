@@ -1,0 +1,106 @@
+"""The page's server, asked over real sockets."""
+
+import http.client
+import socket
+
+import pytest
+import viser
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from teleopctl.viewer import PageError, open_server, page_address
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+
+
+@pytest.fixture(scope="module")
+def page():
+    server = open_server(port=0)
+    yield server
+    server.stop()
+
+
+def get(port, path="/", **headers):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", path, headers=headers)
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    return response
+
+
+def test_the_page_is_there_and_asks_for_nothing_else(page):
+    assert get(page.get_port()).status == 200
+    assert page.get_host() == "127.0.0.1"
+
+
+def test_foreign_hosts_and_pages_get_nothing(page):
+    assert get(page.get_port(), Host="evil.com").status == 403
+    assert get(page.get_port(), Origin="http://evil.com").status == 403
+
+
+def test_a_websocket_of_a_foreign_page_is_refused(page):
+    address = f"ws://127.0.0.1:{page.get_port()}/"
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(address, origin=Origin("http://evil.com"), subprotocols=[PROTOCOL])
+    own = f"http://127.0.0.1:{page.get_port()}"
+    with connect(address, origin=Origin(own), subprotocols=[PROTOCOL]) as socket_to_page:
+        assert socket_to_page.recv(timeout=10)
+
+
+def test_with_a_token_nobody_gets_in_without():
+    server = open_server("0.0.0.0", 0, token="s3cret")
+    try:
+        port = server.get_port()
+        assert get(port).status == 403
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(f"ws://127.0.0.1:{port}/", subprotocols=[PROTOCOL])
+        found = get(port, "/?token=s3cret")
+        assert (found.status, found.headers["Location"]) == (302, "/")
+        cookie = found.headers["Set-Cookie"].partition(";")[0]
+        assert get(port, Cookie=cookie).status == 200
+        with connect(
+            f"ws://127.0.0.1:{port}/",
+            subprotocols=[PROTOCOL],
+            additional_headers={"Cookie": cookie},
+        ) as socket_to_page:
+            assert socket_to_page.recv(timeout=10)
+    finally:
+        server.stop()
+
+
+def test_a_port_that_is_taken_gives_way_to_the_next():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        server = open_server(port=port)
+        try:
+            assert port < server.get_port() <= port + 20
+        finally:
+            server.stop()
+
+
+@pytest.mark.parametrize(("host", "port"), [("0.0.0.0", 0), ("no.such.host.invalid", 0)])
+def test_what_cannot_be_opened_is_refused_at_once(host, port):
+    with pytest.raises(PageError):
+        open_server(host, port)
+
+
+@pytest.mark.parametrize("port", [-1, 70_000])
+def test_an_impossible_port_is_refused_at_once(port):
+    with pytest.raises(PageError):
+        open_server(port=port)
+
+
+@pytest.mark.parametrize(
+    ("host", "token", "address"),
+    [
+        ("127.0.0.1", None, "http://localhost:80/"),
+        ("::1", None, "http://localhost:80/"),
+        ("192.168.0.7", "x", "http://192.168.0.7:80/?token=x"),
+        ("fe80::1", "x", "http://[fe80::1]:80/?token=x"),
+        ("0.0.0.0", "x", f"http://{socket.gethostname()}:80/?token=x"),
+    ],
+)
+def test_the_address_is_one_that_a_browser_opens(host, token, address):
+    assert page_address(host, 80, token) == address
