@@ -10,6 +10,8 @@ from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
 PUBLIC_NAMES = ROOT / "tests" / "public_names.txt"
+# What programs and plug-ins use besides the front doors: of these, every public name.
+MODULES = ("cli.console", "cli.verb", "errors", "plugins")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -20,6 +22,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for package in dict.fromkeys(line.split(".")[1] for line in lines):
         text = _reference(package)
         files.append(File.generated(config, f"reference/{package}.md", content=text))
+    for module in MODULES:
+        options = "{heading_level: 1, show_root_full_path: true}"
+        text = f"::: teleopctl.{module}\n    options: {options}\n"
+        files.append(File.generated(config, f"reference/{module}.md", content=text))
     return files
 
 

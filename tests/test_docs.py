@@ -1,5 +1,6 @@
 """The documentation says what is true: links, command lines, launch files, pictures."""
 
+import ast
 import re
 import shlex
 from collections.abc import Iterator
@@ -173,3 +174,27 @@ def test_pictures_are_small_enough_for_a_first_screen():
     pictures = list((ROOT / "docs" / "images").glob("*.png"))
     assert {picture.stem for picture in pictures} >= {"teleop_arm", "camera"}
     assert all(picture.stat().st_size <= LARGEST_PICTURE_BYTES for picture in pictures)
+
+
+def reference_pages():
+    """The modules to which the site has a page of the API: front doors, and those that it lists."""
+    names = text_of(ROOT / "tests" / "public_names.txt").split()
+    (listed,) = (
+        ast.literal_eval(statement.value)
+        for statement in ast.parse(text_of(ROOT / ".ci" / "reference.py")).body
+        if isinstance(statement, ast.Assign) and ast.unparse(statement.targets[0]) == "MODULES"
+    )
+    return {name.rpartition(".")[0] for name in names} | {f"teleopctl.{name}" for name in listed}
+
+
+def test_the_reference_has_a_page_of_every_module_that_the_documentation_uses():
+    used = {"teleopctl.errors", "teleopctl.plugins"}  # the pages name them in prose
+    for path in PAGES:
+        for text in blocks(path, "python"):
+            for module, names in re.findall(
+                r"^ *from (teleopctl\.[\w.]+) import (.+)$", text, re.M
+            ):
+                parts = [f"{module}.{name.strip()}" for name in names.split(",")]
+                used.update(parts if module == "teleopctl.cli" else [module])
+    assert used >= {"teleopctl.cli.verb", "teleopctl.cli.console", "teleopctl.control"}
+    assert used <= reference_pages()
