@@ -1,12 +1,12 @@
 """The ``teleopctl`` command, also as ``python -m teleopctl``."""
 
 import _signal  # type: ignore[import-not-found] # typeshed leaves private modules out
-from typing import NoReturn
 
 
-def main() -> NoReturn:
+def main() -> None:
     """Run the command line of this process; until it can say how it ends, Ctrl-C just ends it."""
-    # The module signal takes a millisecond or two to import: long enough to be interrupted in.
+    # Any import takes a millisecond or more, `signal` and `typing` too: long enough to be
+    # interrupted in.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from teleopctl.cli.main import main as command_line
 

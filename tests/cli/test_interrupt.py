@@ -29,6 +29,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "status"),
     [
+        ("typing", -signal.SIGINT),
         ("teleopctl.cli.main", -signal.SIGINT),
         ("teleopctl.plugins", -signal.SIGINT),
         ("teleopctl.cli.quick", 130),
