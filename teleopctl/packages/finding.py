@@ -79,12 +79,13 @@ class Package(NamedTuple):
     def share(self) -> Path:
         """The folder of its files as installed; ``launch/``, ``urdf/`` … are looked for in it.
 
-        It is ``folder``, but for a source package whose ``setup.py`` installs files elsewhere.
+        It is ``folder``, but for a source package whose ``setup.py`` or ``CMakeLists.txt`` installs
+        files elsewhere.
 
         Raises:
             SystemFailureError: That needs a folder of links, which cannot be written.
         """
-        if not (self.folder / "setup.py").is_file():
+        if not any((self.folder / script).is_file() for script in ("setup.py", "CMakeLists.txt")):
             return self.folder
         from teleopctl.packages.installed_layout import share_folder
 

@@ -1,10 +1,11 @@
-"""The files of a source package where its ``setup.py`` installs them.
+"""The files of a source package where its ``setup.py`` or ``CMakeLists.txt`` installs them.
 
 A package is used where it lies, so the folder of its files is its source folder, and mostly that is
 laid out as the installed one would be. Where ``data_files`` puts files elsewhere
-(``("share/arm/launch", ["bringup/up.launch.yaml"])``), that folder is one of links: everything of
-the source folder, and the files once more where they are installed. A file that is edited is the
-file that is used, as with ``colcon build --symlink-install``.
+(``("share/arm/launch", ["bringup/up.launch.yaml"])``), or ``install`` of a ``CMakeLists.txt``
+does, that folder is one of links: everything of the source folder, and the files once more where
+they are installed. A file that is edited is the file that is used, as with ``colcon build
+--symlink-install``.
 """
 
 import os
@@ -16,6 +17,7 @@ from typing import Any, Final
 
 from teleopctl.errors import SystemFailureError
 from teleopctl.folders import make_private, runtime_dir
+from teleopctl.packages.cmake_script import installed_files
 from teleopctl.packages.setup_script import setup_arguments
 
 _FOLDER: Final = "packages"  # in the runtime folder
@@ -32,13 +34,7 @@ def share_folder(name: str, folder: Path) -> Path:
     Raises:
         SystemFailureError: The folder of links cannot be written.
     """
-    try:
-        text = (folder / "setup.py").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return folder
-    if "data_files" not in text:
-        return folder
-    moved = _moved(name, folder, setup_arguments(text, folder).get("data_files"))
+    moved = _moved(name, folder, _data_files(folder))
     if not moved:
         return folder
     import hashlib
@@ -51,6 +47,20 @@ def share_folder(name: str, folder: Path) -> Path:
     except OSError as error:
         raise SystemFailureError(f"{view} cannot be written: {error}") from error
     return view
+
+
+def _data_files(folder: Path) -> Any:  # Any: as it was written
+    """Pairs of a folder below the install prefix and the files that are installed there."""
+    for script in ("setup.py", "CMakeLists.txt"):
+        try:
+            text = (folder / script).read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            continue
+        if script == "setup.py" and "data_files" in text:
+            return setup_arguments(text, folder).get("data_files")
+        if script == "CMakeLists.txt":
+            return installed_files(text, folder)
+    return None
 
 
 def _moved(name: str, folder: Path, data_files: Any) -> dict[str, Path]:  # Any: as it was written

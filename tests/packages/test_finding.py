@@ -260,3 +260,8 @@ def test_an_installed_distribution_brings_messages(site):
     assert [field.name for field in definition.fields] == ["force"]
     assert catalog.package_names("strange_msgs") == ["strange_msgs/msg/Grip"]
     assert "strange_msgs/msg/Grip" in catalog.names()
+
+
+def test_packages_are_found_however_deep_they_lie(empty_folder):
+    make_package(empty_folder / "src/examples/rclpy/topics/minimal_publisher", "minimal")
+    assert packages.package_share("minimal").name == "minimal_publisher"

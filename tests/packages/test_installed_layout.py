@@ -198,3 +198,38 @@ _WORDS = st.sampled_from(
 @given(st.lists(_WORDS, max_size=40))
 def test_no_program_makes_the_reader_fail(words):
     assert isinstance(setup_arguments(" ".join(words)), dict)
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "project(arm)\ninstall(DIRECTORY bringup/up cad DESTINATION share/${PROJECT_NAME})",
+        'PROJECT (arm)\ninstall (\n  DIRECTORY "bringup/" # all\n  DESTINATION share/arm/)\n',
+        "set(to share/arm/up)\ninstall(FILES bringup/up/a.yaml DESTINATION ${to})",
+        "install(PROGRAMS bringup/up/a.yaml\n  DESTINATION share/arm/up OPTIONAL)",
+        "install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/bringup/up DESTINATION share/arm"
+        ' PATTERN "*.in" EXCLUDE)',
+    ],
+)
+def test_a_file_is_where_cmake_installs_it(arm, script):
+    (arm / "bringup/up").mkdir()
+    (arm / "bringup/up/a.yaml").touch()
+    (arm / "CMakeLists.txt").write_text(script)
+    share = packages.package_share("arm")
+    assert (share / "up/a.yaml").resolve() == arm / "bringup/up/a.yaml"
+    assert (share / "cad/a.stl").resolve() == arm / "cad/a.stl"
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "project(arm)\ninstall(DIRECTORY bringup config DESTINATION share/${PROJECT_NAME}/)",
+        "install(TARGETS arm EXPORT export_arm RUNTIME DESTINATION bin)",
+        "install(DIRECTORY bringup/ DESTINATION ${elsewhere})\ninstall(DIRECTORY bringup)",
+        "install(DIRECTORY include/ DESTINATION include/arm)\ninstall(FILES",
+        "# install(DIRECTORY bringup/ DESTINATION share/arm)",
+    ],
+)
+def test_where_cmake_moves_nothing_the_source_folder_is_used(arm, script):
+    (arm / "CMakeLists.txt").write_text(script)
+    assert packages.package_share("arm") == arm
