@@ -110,7 +110,10 @@ if TYPE_CHECKING:
     from teleopctl.node.values.names import (
         absolute_namespace as absolute_namespace,
         expand_name as expand_name,
+        expand_unchecked as expand_unchecked,
         validate_absolute_name as validate_absolute_name,
+        validate_name as validate_name,
+        validate_namespace as validate_namespace,
         validate_node_name as validate_node_name,
     )
     from teleopctl.node.values.parameter import (
@@ -192,8 +195,8 @@ else:
             "values.future": "Future Task",
             "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
             "get_logger_level set_logger_level severity_from_name",
-            "values.names": "absolute_namespace expand_name validate_absolute_name "
-            "validate_node_name",
+            "values.names": "absolute_namespace expand_name expand_unchecked "
+            "validate_absolute_name validate_name validate_namespace validate_node_name",
             "values.parameter": "AllowableParameterValue Parameter ParameterType "
             "parameter_value_from_yaml parameter_value_to_python",
             "values.parameter_file": "ParameterFile parameter_messages read_parameter_file",

@@ -29,6 +29,9 @@ class ShutdownException(Exception):
 class ROSInterruptException(ExternalShutdownException):
     """A rate's sleep was cut short by shutdown."""
 
+    def __init__(self) -> None:
+        super().__init__("rclpy.shutdown() has been called")
+
 
 class TimeoutException(Exception):
     """A bounded wait ran out."""
@@ -89,6 +92,18 @@ class InvalidServiceNameException(NameValidationException):
     kind = "service name"
 
 
+class UnknownSubstitutionError(TeleopctlError, ValueError):
+    """The name of a topic or service has braces that stand for nothing.
+
+    Args:
+        name: The name as it was given.
+        substitution: What stands in it, with its braces.
+    """
+
+    def __init__(self, name: str, substitution: str) -> None:
+        super().__init__(f"topic name '{name}' is invalid: unknown substitution: {substitution}")
+
+
 class ParameterException(TeleopctlError):
     """An operation on parameters failed.
 
@@ -120,7 +135,7 @@ class ParameterUninitializedException(ParameterException):
     """A statically typed parameter without a value was read."""
 
     def __init__(self, parameters: str | list[str]) -> None:
-        super().__init__("The parameter is not initialized", parameters)
+        super().__init__(f"The parameter '{parameters}' is not initialized", parameters)
 
 
 class ParameterImmutableException(ParameterException):

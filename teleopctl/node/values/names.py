@@ -1,13 +1,16 @@
 """Names of nodes, topics and services: the rules and their expansion.
 
-Source: the ROS 2 design article on topic and service names, and rcl's name validation. A name is
-relative (``chatter``), absolute (``/chatter``) or private (``~/chatter``) and is expanded against
-the namespace and the name of its node.
+Source: the ROS 2 design article on topic and service names, and the name validation of rcl (names
+that are not expanded yet) and rmw (absolute names, namespaces, nodes), in its order and with its
+words, which say "topic name" of services too. A name is relative (``chatter``), absolute
+(``/chatter``) or private (``~/chatter``) and is expanded against the namespace and the name of its
+node.
 """
 
 from __future__ import annotations
 
 import re
+from typing import Final
 
 from teleopctl.node.values.exceptions import (
     InvalidNamespaceException,
@@ -15,16 +18,22 @@ from teleopctl.node.values.exceptions import (
     InvalidServiceNameException,
     InvalidTopicNameException,
     NameValidationException,
+    UnknownSubstitutionError,
 )
 
-_SUBSTITUTION = re.compile(r"\{([^{}]*)\}")
+# What rmw allows (rmw/validate_*.h), in characters.
+_LONGEST_TOPIC: Final = 247
+_LONGEST_NAMESPACE: Final = 245
+_LONGEST_NODE: Final = 255
+
+_SUBSTITUTION: Final = re.compile(r"\{([^{}]*)\}")
 
 
 def validate_node_name(name: str) -> None:
     """Check the name of a node.
 
     Raises:
-        InvalidNodeNameException: The name is empty or has a character that is not allowed.
+        InvalidNodeNameException: A rule is broken; the message says which and where.
     """
     if not name:
         raise InvalidNodeNameException(name, "node name must not be empty", 0)
@@ -33,33 +42,110 @@ def validate_node_name(name: str) -> None:
         raise InvalidNodeNameException(name, reason, bad.start())
     if name[0].isdigit():
         raise InvalidNodeNameException(name, "node name must not start with a number", 0)
+    if len(name) > _LONGEST_NODE:
+        reason = f"node name length should not exceed '{_LONGEST_NODE}'"
+        raise InvalidNodeNameException(name, reason, _LONGEST_NODE - 1)
 
 
-def _check_absolute(name: str, error: type[NameValidationException]) -> None:
-    """Raise ``error`` when an absolute name breaks a rule."""
-    kind = error.kind
-    if not name.startswith("/"):
-        raise error(name, f"{kind} must be absolute, it must lead with a '/'", 0)
+def validate_name(name: str, *, is_service: bool = False) -> None:
+    """Check a topic or service name that is not expanded yet.
+
+    Raises:
+        InvalidTopicNameException: A rule is broken (topics); the message says which and where.
+        InvalidServiceNameException: A rule is broken (services).
+    """
+    if (broken := _broken_rule(name)) is not None:
+        raise _exception_of(is_service)(name, *broken)
+
+
+def _broken_rule(name: str) -> tuple[str, int] | None:
+    """The first rule of rcl that a name breaks, and where; None when it breaks none."""
+    if not name:
+        return "topic name must not be empty string", 0
+    if name[0] in "0123456789":
+        return "topic name token must not start with a number", 0
     if name.endswith("/"):
-        raise error(name, f"{kind} must not end with a '/'", len(name) - 1)
-    if bad := re.search(r"[^A-Za-z0-9_/]", name):
-        reason = f"{kind} must not contain characters other than alphanumerics, '_', or '/'"
-        raise error(name, reason, bad.start())
-    if "//" in name:
-        raise error(name, f"{kind} must not contain repeated '/'", name.index("//") + 1)
-    if number := re.search(r"/\d", name):
-        reason = f"{kind} token must not start with a number"
-        raise error(name, reason, number.start() + 1)
+        return "topic name must not end with a forward slash", len(name) - 1
+    opened: int | None = None  # where the brace is that is not closed yet
+    for index, character in enumerate(name):
+        if opened is not None and character == "}":
+            opened = None
+        elif opened is not None:
+            if index == opened + 1 and character in "0123456789":
+                return "substitution name must not start with a number", index
+            if character == "~":
+                return "topic name must not have tilde '~' unless it is the first character", index
+            if not re.match(r"[A-Za-z0-9_]", character):
+                reason = "substitution name must not contain characters other than alphanumerics"
+                return f"{reason} or '_'", index
+        elif character == "{":
+            opened = index
+        elif character == "}":
+            return "topic name must not have unmatched (unbalanced) curly braces '{}'", index
+        elif character == "~" and index:
+            return "topic name must not have tilde '~' unless it is the first character", index
+        elif not re.match(r"[A-Za-z0-9_/~]", character):
+            allowed = "alphanumerics, '_', '~', '{', or '}'"
+            return f"topic name must not contain characters other than {allowed}", index
+    if opened is not None:
+        return "topic name must not have unmatched (unbalanced) curly braces '{}'", opened
+    if re.match(r"~[^/]", name):  # rcl misses it where the name ends there, as in "~a"
+        reason = "topic name must not have a tilde '~' that is not followed by a forward slash '/'"
+        return reason, 1
+    if number := re.search(r"/[0-9]", name):
+        return "topic name token must not start with a number", number.start() + 1
+    return None
 
 
 def validate_absolute_name(name: str, *, is_service: bool = False) -> None:
     """Check an absolute topic or service name.
 
     Raises:
-        InvalidTopicNameException: A rule is broken (topics).
+        InvalidTopicNameException: A rule is broken (topics); the message says which and where.
         InvalidServiceNameException: A rule is broken (services).
     """
-    _check_absolute(name, InvalidServiceNameException if is_service else InvalidTopicNameException)
+    error = _exception_of(is_service)
+    _check_absolute(name, error, "topic name", "")
+    if len(name) > _LONGEST_TOPIC:
+        reason = f"topic length should not exceed '{_LONGEST_TOPIC}'"
+        raise error(name, reason, _LONGEST_TOPIC - 1)
+
+
+def validate_namespace(namespace: str) -> None:
+    """Check a namespace, which must be absolute.
+
+    Raises:
+        InvalidNamespaceException: A rule is broken; the message says which and where.
+    """
+    if namespace == "/":
+        return
+    _check_absolute(namespace, InvalidNamespaceException, "namespace", ", unless only a '/'")
+    if len(namespace) > _LONGEST_NAMESPACE:
+        reason = f"namespace should not exceed '{_LONGEST_NAMESPACE}'"
+        raise InvalidNamespaceException(namespace, reason, _LONGEST_NAMESPACE - 1)
+
+
+def _check_absolute(
+    name: str, error: type[NameValidationException], what: str, exception: str
+) -> None:
+    """Raise ``error`` when an absolute name breaks a rule that topics and namespaces share."""
+    if not name:
+        raise error(name, f"{what} must not be empty", 0)
+    if not name.startswith("/"):
+        raise error(name, f"{what} must be absolute, it must lead with a '/'", 0)
+    if name.endswith("/"):
+        raise error(name, f"{what} must not end with a '/'{exception}", len(name) - 1)
+    if bad := re.search(r"[^A-Za-z0-9_/]", name):
+        reason = f"{what} must not contain characters other than alphanumerics, '_', or '/'"
+        raise error(name, reason, bad.start())
+    if bad := re.search(r"/[/0-9]", name):
+        if bad[0] == "//":
+            raise error(name, f"{what} must not contain repeated '/'", bad.end() - 1)
+        raise error(name, f"{what} must not have a token that starts with a number", bad.end() - 1)
+
+
+def _exception_of(is_service: bool) -> type[NameValidationException]:
+    return InvalidServiceNameException if is_service else InvalidTopicNameException
 
 
 def absolute_namespace(namespace: str | None) -> str:
@@ -68,11 +154,8 @@ def absolute_namespace(namespace: str | None) -> str:
     Raises:
         InvalidNamespaceException: A rule is broken; the message says which and where.
     """
-    if namespace in (None, "", "/"):
-        return "/"
-    assert namespace is not None
-    absolute = namespace if namespace.startswith("/") else f"/{namespace}"
-    _check_absolute(absolute, InvalidNamespaceException)
+    absolute = namespace if namespace and namespace.startswith("/") else f"/{namespace or ''}"
+    validate_namespace(absolute)
     return absolute
 
 
@@ -86,7 +169,7 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
 
     Args:
         name: Relative, absolute or private name; ``{node}``, ``{ns}`` and ``{namespace}`` stand
-            for those of the node.
+            for those of the node, the namespace with its leading slash.
         node_name: Name of the node that uses it.
         namespace: Absolute namespace of that node.
         is_service: Says which of the two exceptions tells of a broken rule.
@@ -94,23 +177,28 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
     Raises:
         InvalidTopicNameException: A rule is broken (topics).
         InvalidServiceNameException: A rule is broken (services).
+        UnknownSubstitutionError: Braces hold anything else.
     """
-    error = InvalidServiceNameException if is_service else InvalidTopicNameException
-    if not name:
-        raise error(name, f"{error.kind} must not be empty", 0)
+    validate_name(name, is_service=is_service)
+    expanded = expand_unchecked(name, node_name, namespace)
+    validate_absolute_name(expanded, is_service=is_service)
+    return expanded
+
+
+def expand_unchecked(name: str, node_name: str, namespace: str) -> str:
+    """Return the absolute form of a name that `validate_name` accepts; it may still break rules.
+
+    Raises:
+        UnknownSubstitutionError: Braces hold neither ``node`` nor ``ns`` nor ``namespace``.
+    """
     substitutions = {"node": node_name, "ns": namespace, "namespace": namespace}
 
     def replace(match: re.Match[str]) -> str:
         if match[1] not in substitutions:
-            raise error(name, f"unknown substitution '{match[1]}'", match.start())
-        value = substitutions[match[1]].rstrip("/")
-        # A namespace at the beginning makes the name absolute.
-        return value if match.start() == 0 else value.lstrip("/")
+            raise UnknownSubstitutionError(name, match[0])
+        return substitutions[match[1]]
 
+    if name.startswith("~"):
+        name = fully_qualified(namespace, node_name) + name[1:]
     expanded = _SUBSTITUTION.sub(replace, name)
-    if expanded == "~" or expanded.startswith("~/"):
-        expanded = fully_qualified(namespace, node_name) + expanded[1:]
-    elif not expanded.startswith("/"):
-        expanded = fully_qualified(namespace, expanded)
-    _check_absolute(expanded, error)
-    return expanded
+    return expanded if expanded.startswith("/") else fully_qualified(namespace, expanded)
