@@ -1,0 +1,93 @@
+"""The definitions that come with teleopctl: their hashes, and where each is from."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
+
+import teleopctl
+from teleopctl.interfaces import hashing
+from teleopctl.interfaces.catalog import Catalog
+from teleopctl.interfaces.definition import Definition, FieldType, Shape
+
+FOLDER = Path(teleopctl.__file__).parent / "interfaces" / "definitions"
+
+# distribution, type and RIHS01 hash of every file; those of kilted where they are others
+RECORDED = [
+    line.split() for line in Path(__file__).with_name("hashes.txt").read_text().splitlines()
+]
+
+
+def names(folder: Path) -> list[str]:
+    """The types that the files of a folder define."""
+    files = folder.glob("[!_]*/*/*.*")
+    return sorted(f"{f.parents[1].name}/{f.parent.name}/{f.stem}" for f in files)
+
+
+def find(catalog: Catalog, name: str) -> Definition:
+    found = catalog.find(name)
+    assert found is not None, name
+    return found
+
+
+def type_hash(catalog: Catalog, name: str) -> str:
+    return hashing.type_hash(find(catalog, name), lambda other: find(catalog, other))
+
+
+def foreign_hash(catalog: Catalog, name: str) -> str:
+    """The hash that rosbags computes; to it a service is a message of its three parts."""
+    foreign = get_typestore(Stores.EMPTY)
+    pending = [name]
+    while pending:
+        definition = find(catalog, pending.pop())
+        if definition.type_name in foreign.fielddefs:
+            continue
+        fields = [(field.attribute, described(field.type)) for field in definition.wire_fields]
+        foreign.register({definition.type_name: ([], fields)})
+        pending += definition.nested_types()
+    return str(foreign.hash_rihs01(name))
+
+
+def described(kind: FieldType) -> Any:  # Any: nested tuples, which rosbags has no public type for
+    # rosbags takes a char for another type than ROS 2, to which it is a uint8
+    base = "uint8" if kind.base == "char" else kind.base
+    element = (
+        (Nodetype.NAME, base) if kind.is_nested else (Nodetype.BASE, (base, kind.string_capacity))
+    )
+    match kind.shape:
+        case Shape.SINGLE:
+            return element
+        case Shape.ARRAY:
+            return (Nodetype.ARRAY, (element, kind.capacity))
+    return (Nodetype.SEQUENCE, (element, kind.capacity))
+
+
+@pytest.fixture(scope="module")
+def catalogs() -> dict[str, Catalog]:
+    return {name: Catalog(name, cached=False) for name in ("jazzy", "kilted")}
+
+
+def test_every_definition_has_the_hash_that_is_recorded(catalogs):
+    files = [("jazzy", name) for name in names(FOLDER)]
+    files += [("kilted", name) for name in names(FOLDER / "_kilted")]
+    found = [[each, name, type_hash(catalogs[each], name)] for each, name in files]
+    assert found == RECORDED
+
+
+def test_the_recorded_hashes_are_those_of_another_implementation(catalogs):
+    for distribution, name, recorded in RECORDED:
+        assert foreign_hash(catalogs[distribution], name) == recorded, name
+
+
+def test_the_origin_of_every_package_is_told():
+    told = re.findall(
+        r"^\| `([\w/]+)` \| [\w-]+/[\w-]+, `[\w-]+` \| \d+\.\d+\.\d+ \| \w+",
+        (FOLDER / "SOURCES.md").read_text(),
+        re.MULTILINE,
+    )
+    packages = [folder.name for folder in FOLDER.glob("[!_]*/")]
+    packages += [f"_kilted/{folder.name}" for folder in FOLDER.glob("_kilted/*/")]
+    assert told == sorted(packages)
