@@ -176,6 +176,12 @@ class Catalog:
                     return f"{path}:{line_with(_read(path), type_name, split(user)[0])}"
         return None
 
+    def file(self, type_name: str) -> Path | None:
+        """Return the file that defines a type, or None when it is not from a file."""
+        with self._lock:
+            self.find(type_name)
+            return self._files.get(type_name)
+
     def _load(self, type_name: str) -> Definition | None:
         if (standard := self._standard.find(type_name)) is not None:
             self._definitions[type_name] = standard

@@ -7,6 +7,7 @@ safe to call from any thread.
 from __future__ import annotations
 
 import copyreg
+import os
 import threading
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -19,6 +20,7 @@ from teleopctl.interfaces import hashing
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
+from teleopctl.interfaces.standard import cache_folder
 from teleopctl.interfaces.typenames import module_name, normalize, split
 
 if TYPE_CHECKING:
@@ -209,6 +211,29 @@ def definition_text(type_name: str) -> str:
         TeleopctlError: There is no such type.
     """
     return _definition(normalize(type_name)).render()
+
+
+def definition_file(type_name: str) -> Path:
+    """Return a file that defines a type.
+
+    A type of rosbags' tables, or one that was learnt from a node, has none: its definition is
+    written into the user's cache folder.
+
+    Raises:
+        TeleopctlError: There is no such type.
+    """
+    name = normalize(type_name)
+    text = definition_text(name)
+    file = known_types().file(name)
+    if file is None:
+        package, kind, stem = split(name)
+        file = cache_folder() / "definitions" / package / kind / f"{stem}.{kind}"
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            part = file.with_name(f"{file.name}.{os.getpid()}")
+            part.write_text(text, encoding="utf-8")
+            part.replace(file)
+    return file
 
 
 def complete_definition_text(type_name: str) -> str:

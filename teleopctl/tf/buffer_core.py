@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces import to_seconds
+from teleopctl.tf import frame_texts
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.history import Sample
 from teleopctl.tf.messages import stamp_of, transform_of, transform_stamped
@@ -223,22 +223,44 @@ class BufferCore:
     def all_frames_as_string(self) -> str:
         """Return a sentence for each frame that has a parent."""
         with self._changed:
-            pairs = list(self._tree.parents())
-        return "".join(f"Frame {child} exists with parent {parent}.\n" for child, parent in pairs)
+            return frame_texts.as_string(self._tree)
 
     def all_frames_as_yaml(self) -> str:
         """Return the frames and what is known of each, as YAML that tf2's tools read."""
         with self._changed:
-            lines = []
-            for child, parent in self._tree.parents():
-                stamp, is_static = self._tree.span(child) or (0, True)
-                lines.append(
-                    f"{child}: \n  parent: '{parent}'\n"
-                    f"  broadcaster: '{self._tree.authority(child) or 'default_authority'}'\n"
-                    f"  most_recent_transform: {to_seconds(stamp):.6f}\n"
-                    f"  is_static: {str(is_static).lower()}\n"
-                )
-        return "".join(lines) or "[]"
+            return frame_texts.as_yaml(self._tree)
+
+    def _allFramesAsDot(self, time: Any = None) -> str:  # noqa: N802 -- tf2's name
+        """Return the frames as a graph for Graphviz, with their ages at a time if one is given."""
+        with self._changed:
+            return frame_texts.as_dot(self._tree, 0 if time is None else stamp_of(time))
+
+    def _chain(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+    ) -> list[str]:
+        """Return the frames on the way from the source frame to the fixed frame, both included.
+
+        Where the two times differ, the way goes on to the target frame, as in tf2.
+
+        Raises:
+            TransformException: A frame is not known, or there is no way at its time.
+        """
+        with self._changed:
+            for frame, argument in (
+                (source_frame, "source_frame"),
+                (fixed_frame, "fixed_frame"),
+                (target_frame, "target_frame"),
+            ):
+                self._tree.check(frame, argument, "_chain")
+            chain = self._tree.chain(fixed_frame, source_frame, stamp_of(source_time))
+            if stamp_of(source_time) != stamp_of(target_time):
+                chain += self._tree.chain(target_frame, fixed_frame, stamp_of(target_time))[1:]
+            return chain
 
     # -- inside ----------------------------------------------------------------------------------
 

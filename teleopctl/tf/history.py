@@ -36,6 +36,11 @@ class StaticHistory:
         """What is known of the frame."""
         return self._sample
 
+    @property
+    def stamps(self) -> list[int]:
+        """None: it is known for every time."""
+        return []
+
     def insert(self, sample: Sample) -> bool:
         """Replace what is known. Always done."""
         self._sample = sample
@@ -67,6 +72,11 @@ class MovingHistory:
     def latest(self) -> Sample:
         """The newest sample."""
         return self._samples[-1]
+
+    @property
+    def stamps(self) -> list[int]:
+        """The times of the samples, the oldest first."""
+        return self._stamps
 
     def insert(self, sample: Sample) -> bool:
         """Add a sample and forget those that are too old by now.

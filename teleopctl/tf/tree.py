@@ -101,6 +101,11 @@ class FrameTree:
         history = self._histories.get(frame)
         return None if history is None else (history.latest.stamp, history.is_static)
 
+    def stamps(self, frame: str) -> list[int]:
+        """Return the times at which a frame is known, the oldest first; none where it stands."""
+        history = self._histories.get(frame)
+        return [] if history is None else history.stamps
+
     def check(self, frame: str, argument: str, caller: str) -> str:
         """Return a frame's name if it is valid and known.
 
@@ -149,10 +154,28 @@ class FrameTree:
             return (stamp or (span[0] if span and not span[1] else 0)), IDENTITY
         if stamp == 0:
             stamp = self.latest_common_time(target, source)
+        above_source, above_target, shared = self._meet(target, source, stamp)
+        return stamp, above_target[shared].inverse() @ above_source[shared]
+
+    def chain(self, target: str, source: str, stamp: int) -> list[str]:
+        """Return the frames on the way from the source frame to the target frame, both included.
+
+        See `lookup` for the arguments and for what is raised.
+        """
+        if target == source:
+            return [source]
+        if stamp == 0:
+            stamp = self.latest_common_time(target, source)
+        above_source, above_target, shared = self._meet(target, source, stamp)
+        up, down = list(above_source), list(above_target)
+        return up[: up.index(shared) + 1] + down[: down.index(shared)][::-1]
+
+    def _meet(self, target: str, source: str, stamp: int) -> "tuple[_Above, _Above, str]":
+        """The ancestors of source and of target at a time, and the first that they share."""
         above_source, above_target = self._climb(source, stamp), self._climb(target, stamp)
-        for frame, of_target in above_target.frames.items():
+        for frame in above_target.frames:
             if frame in above_source.frames:
-                return stamp, of_target.inverse() @ above_source.frames[frame]
+                return above_source.frames, above_target.frames, frame
         # the chain may only end early because an ancestor is not known at that time
         fault = above_source.fault or above_target.fault
         if fault is None:
@@ -238,11 +261,14 @@ class FrameTree:
         return _Chain(found, None)
 
 
+_Above = dict[str, Transform]
+
+
 @dataclass(frozen=True, slots=True)
 class _Chain:
     """A frame in each of its ancestors, as far up as its time allows."""
 
-    frames: dict[str, Transform]
+    frames: _Above
     fault: ExtrapolationException | None
 
 

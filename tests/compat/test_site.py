@@ -11,7 +11,8 @@ from teleopctl.compat.activation import SITE
 from tests.compat.activated import output
 
 PACKAGES = """
-ament_index_python cv_bridge message_filters rclpy rosidl_parser rosidl_runtime_py sensor_msgs_py
+ament_index_python cv_bridge message_filters rclpy ros2_numpy rosidl_parser
+rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 """
 
@@ -26,7 +27,8 @@ rclpy.qos_overriding_options rclpy.serialization rclpy.service rclpy.signals rcl
 rclpy.task rclpy.time rclpy.time_source rclpy.timer rclpy.topic_endpoint_info
 rclpy.topic_or_service_is_hidden rclpy.type_support rclpy.utilities
 rclpy.validate_full_topic_name rclpy.validate_namespace
-rclpy.validate_node_name rclpy.validate_topic_name rclpy.wait_for_message
+rclpy.validate_node_name rclpy.validate_parameter_name rclpy.validate_topic_name
+rclpy.wait_for_message
 """
 
 
@@ -50,7 +52,7 @@ def test_the_packages_know_each_other_by_their_public_names():
                 names = [node.module or ""]
             for name in names:
                 package = name.partition(".")[0]
-                assert package in allowed or package.endswith("_msgs"), file
+                assert package in allowed or package.endswith(("_msgs", "_interfaces")), file
                 assert not name.startswith("teleopctl.compat"), file
 
 

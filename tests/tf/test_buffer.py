@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+import yaml
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import ClockType, Duration, Time
@@ -97,8 +98,40 @@ def test_all_frames_are_listed(buffer):
     assert buffer.all_frames_as_string() == (
         "Frame base exists with parent world.\nFrame hand exists with parent base.\n"
     )
-    assert "hand: \n  parent: 'base'\n" in buffer.all_frames_as_yaml()
+    assert yaml.safe_load(buffer.all_frames_as_yaml())["hand"] == {
+        "parent": "base",
+        "broadcaster": "default_authority",
+        "rate": 2.0,
+        "most_recent_transform": 2.0,
+        "oldest_transform": 1.0,
+        "buffer_length": 1.0,
+        "is_static": False,
+    }
     assert set(buffer.frame_names()) == {"world", "base", "hand"}
+
+
+def test_the_frames_are_a_graph(buffer):
+    label = "Broadcaster: default_authority\\nAverage rate: 2.000 Hz\\n"
+    seen = "Most recent transform: 2.000000 ( 1.500 sec old)\\nBuffer length: 1.000 sec\\n"
+    lines = buffer._allFramesAsDot(Time(seconds=3.5)).splitlines()
+    assert f'"base" -> "hand"[label="{label}{seen}"];' in lines
+    assert lines[-3:-1] == ['"Recorded at time: 3.500000"[ shape=plaintext ] ;', ' }->"world";']
+    assert '"world" -> "base"' in buffer._allFramesAsDot()
+    assert "sec old" not in buffer._allFramesAsDot()
+    assert "no tf data recieved" in BufferCore()._allFramesAsDot()
+
+
+def test_a_chain_names_the_frames_between(buffer):
+    buffer.set_transform(stamped("base", "eye", 1, 1))
+    at = Time(seconds=1.0)
+    assert buffer._chain("base", at, "hand", at, "world") == ["hand", "base", "world"]
+    assert buffer._chain("world", at, "world", at, "hand") == ["world", "base", "hand"]
+    assert buffer._chain("base", at, "eye", at, "hand") == ["eye", "base", "hand"]
+    assert buffer._chain("eye", at, "hand", NOW, "base") == ["hand", "base", "eye"]
+    with pytest.raises(LookupException):
+        buffer._chain("world", at, "nobody", at, "hand")
+    with pytest.raises(ExtrapolationException):
+        buffer._chain("world", at, "hand", Time(seconds=9.0), "world")
 
 
 def test_the_cache_time_can_be_chosen():

@@ -1,8 +1,13 @@
 """``rosidl_runtime_py.get_interfaces``. Which types there are."""
 
 from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
 
-from teleopctl.interfaces import list_types
+import rosidl_runtime_py
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import definition_file, list_types
+from teleopctl.packages import lookup_package
 
 
 def get_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
@@ -29,9 +34,41 @@ def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[s
     return _types(package_names, "action")
 
 
-def get_interface_packages() -> list[str]:
-    """Return the names of the packages that have types."""
-    return sorted(_types((), None))
+def get_interface_packages() -> dict[str, str]:
+    """Return the packages that have types, each with the folder below which it is found."""
+    return {package: _prefix(package) for package in sorted(_types((), None))}
+
+
+def get_interface_path(interface_name: str) -> str:
+    """Return the path of the file that defines a type.
+
+    Args:
+        interface_name: ``package/kind/Name``, with or without the ending of the file.
+
+    Raises:
+        ValueError: That is no such name.
+        LookupError: There is no such package, or it has no such type.
+    """
+    parts = interface_name.split("/")
+    if len(parts) < 2:
+        raise ValueError(
+            f"Invalid name '{interface_name}'. Expected at least two parts separated by '/'"
+        )
+    if not all(parts):
+        raise ValueError(f"Invalid name '{interface_name}'. Must not contain empty parts")
+    if ".." in parts:
+        raise ValueError(f"Invalid name '{interface_name}'. Must not contain '..'")
+    _types(parts[:1], None)
+    name, _, ending = interface_name.partition(".")
+    if len(parts) == 3 and ending in ("", parts[1]):
+        with suppress(TeleopctlError):
+            return str(definition_file(name))
+    raise LookupError(f"Could not find the interface '{interface_name}'")
+
+
+def _prefix(package: str) -> str:
+    found = lookup_package(package)
+    return str(Path(rosidl_runtime_py.__file__).parents[1] if found is None else found.folder)
 
 
 def _types(package_names: Iterable[str], kind: str | None) -> dict[str, list[str]]:
@@ -41,11 +78,10 @@ def _types(package_names: Iterable[str], kind: str | None) -> dict[str, list[str
         known.setdefault(package, []).append(name)
     wanted = list(package_names)
     for package in wanted:
-        if package not in known:
+        if package not in known and lookup_package(package) is None:
             raise LookupError(f"Unknown package '{package}'")
-    chosen = {package: known[package] for package in wanted} if wanted else known
     fitting = {
-        package: [name for name in names if kind is None or name.startswith(f"{kind}/")]
-        for package, names in chosen.items()
+        package: [name for name in known.get(package, ()) if kind in (None, name.split("/")[0])]
+        for package in wanted or known
     }
     return {package: names for package, names in fitting.items() if names}
