@@ -59,7 +59,8 @@ def interrupt_once(words: Sequence[str], after_s: float) -> tuple[str, str]:
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGABRT)  # says where each thread stands
             _, said = process.communicate()
-            os.killpg(process.pid, signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):  # its children may be gone too
+                os.killpg(process.pid, signal.SIGKILL)
             outcome = "needed a second one"
     return outcome, said
 

@@ -1,8 +1,9 @@
 """Lets nodes work for a while and compares what the process holds before and after.
 
-``python -m tests.faults.soak [--seconds N]``: messages, service calls and endpoints that come and
-go, in one process with two sessions. What is held is printed four times: the first quarter fills
-caches, and Zenoh keeps each call for a minute.
+``python -m tests.faults.soak [--seconds N] [--rate HZ] [--endpoints N]``: messages, service calls
+and endpoints that come and go, in one process with two sessions. What is held is printed four
+times: the first quarter fills caches, and Zenoh keeps each call for a minute. ``--endpoints 0``
+leaves the endpoints that come and go away: Zenoh never forgets the key of one.
 """
 
 from __future__ import annotations
@@ -46,9 +47,13 @@ def holdings() -> Holdings:
 
 
 class Work:
-    """Two nodes in two sessions that keep each other busy."""
+    """Two nodes in two sessions that keep each other busy.
 
-    def __init__(self) -> None:
+    Args:
+        endpoints: After how many rounds two endpoints come and go; 0 is never.
+    """
+
+    def __init__(self, endpoints: int) -> None:
         self.contexts = [Context(), Context()]
         for context in self.contexts:
             context.init([])
@@ -64,6 +69,8 @@ class Work:
         self.server.create_subscription(_STRING, "talk", self._hear, 10)
         self.talk = self.user.create_publisher(_STRING, "talk", 10)
         self.rounds = 0
+        self.gone = 0
+        self._every = endpoints
 
     @staticmethod
     def _add(request: Any, response: Any) -> Any:
@@ -78,9 +85,10 @@ class Work:
         future = self.client.call_async(_ADD.Request(a=1, b=2))
         assert future.wait(10), "a call was not answered"
         self.talk.publish(_STRING(data="x" * 1000))
-        if self.rounds % 50 == 0:
+        if self._every and self.rounds % self._every == 0:
             self.user.destroy_publisher(self.user.create_publisher(_STRING, "brief", 10))
             self.user.destroy_client(self.user.create_client(_ADD, "add"))
+            self.gone += 2
         self.rounds += 1
 
     def close(self) -> None:
@@ -95,15 +103,24 @@ def main() -> None:
     """Run for as long as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=240.0)
+    parser.add_argument("--rate", type=float, default=0.0, help="rounds a second; 0: no limit")
+    parser.add_argument("--endpoints", type=int, default=50, help="rounds until two come and go")
     options = parser.parse_args()
     print(f"pid {os.getpid()}", flush=True)
     with own_graph():
-        work = Work()
+        work = Work(options.endpoints)
         began_s = time.monotonic()
         for quarter in range(1, 5):
             while time.monotonic() - began_s < options.seconds * quarter / 4:
                 work.round()
-            print(f"{work.rounds} rounds, {work.heard} heard: {holdings()}", flush=True)
+                if options.rate:
+                    due_s = began_s + work.rounds / options.rate
+                    time.sleep(max(0.0, due_s - time.monotonic()))
+            print(
+                f"{work.rounds} rounds, {work.heard} heard, {work.gone} endpoints gone: "
+                f"{holdings()}",
+                flush=True,
+            )
         work.close()
         print(f"after the end: {holdings()}")
 
