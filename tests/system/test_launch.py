@@ -212,6 +212,7 @@ def test_arguments_are_passed_and_unknown_ones_warned_about(ros):
     launch = ros.run("launch file.yaml who:=me whom:=you")
     assert "[INFO] [launch.user]: hello me\n" in launch.stdout
     assert "[WARNING] [launch]: launch argument 'whom' is not declared" in launch.stdout
+    assert "(declared: who). Did you mean who?\n" in launch.stdout
     for line, word in (("file.yaml a", "a"), ("my_pkg file.yaml a", "a"), ("who:=me b", "b")):
         wrong = ros.run(f"launch {line}")
         assert wrong.returncode == 2

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.errors import LaunchError, TeleopctlError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
@@ -64,6 +64,7 @@ def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]
     known = ", ".join(sorted(declared)) or "none"
     return [
         f"launch argument '{name}' is not declared by the launch file (declared: {known})"
+        + (f". {guess}" if (guess := did_you_mean(name, declared)) else "")
         for name in arguments
         if name not in declared
     ]

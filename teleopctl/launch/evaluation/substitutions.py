@@ -177,18 +177,24 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """The controllers of the controller manager's section, broadcasters first.
+    """The controllers whose types a file gives, broadcasters first.
 
-    A broadcaster only reads, so that states are seen before anything moves.
+    A type stands below the controller manager's section or in a section of the controller's own;
+    ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
+    moves.
     """
     from teleopctl.node import read_parameter_file
 
-    parameters = read_parameter_file(resolve_uri(arguments[0])).for_node("/controller_manager")
+    file = read_parameter_file(resolve_uri(arguments[0]))
     types = {
         name.removesuffix(_TYPE): str(value)
-        for name, value in parameters.items()
+        for name, value in file.for_node("/controller_manager").items()
         if name.endswith(_TYPE)
     }
+    for section, parameters in file.sections:
+        name = section.removeprefix("/")
+        if "type" in parameters and not set(name) & set("*/"):
+            types.setdefault(name, str(parameters["type"]))
     return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
 
 

@@ -176,10 +176,18 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
         "    update_rate: 50\n"
         "    wrist: {type: forward_command_controller/ForwardCommandController}\n"
         "    states: {type: joint_state_broadcaster/JointStateBroadcaster}\n"
+        "# As in ros2_control's demos, the type in a section of the controller's own.\n"
+        "hand:\n"
+        "  ros__parameters:\n"
+        "    type: forward_command_controller/ForwardCommandController\n"
+        "wrist:\n"
+        "  ros__parameters: {joints: [wrist]}\n"
+        "/**:\n"
+        "  ros__parameters: {type: of/NoController}\n"
     )
     text = "launch:\n- include: {file: spawn_controllers.yaml}"
     (spawner,) = plan(text, controllers_file=str(mine)).processes
-    assert spawner.command[6:10] == ["spawner", "states", "wrist", "--param-file"]
+    assert spawner.command[6:11] == ["spawner", "states", "wrist", "hand", "--param-file"]
     mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
     with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
