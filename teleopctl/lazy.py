@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any
 
 
+# Any: what Python hands on as a module's names.
 def attach(
     package: str, names: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

@@ -85,6 +85,7 @@ def available(kind: Kind) -> dict[str, Plugin]:
     return plugins
 
 
+# Any: what a plug-in is depends on its kind.
 def load(kind: Kind, name: str) -> Any:
     """Import a plug-in.
 

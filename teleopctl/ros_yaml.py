@@ -47,6 +47,7 @@ class RosLoader(_BASE):  # type: ignore[misc]
         for first, resolvers in _BASE.yaml_implicit_resolvers.items()
     }
 
+    # Any: values of YAML.
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         """Build a value; what an explicit tag such as ``!!int`` cannot read is a YAML error."""
         if node.tag == _INTEGER and len(node.value) > _LONGEST_INTEGER:
@@ -132,6 +133,7 @@ def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
     return yaml.composer.ComposerError(None, None, reason, mark)
 
 
+# Any, here and below: values of YAML.
 def load(text: str) -> Any:
     """Read one YAML document.
 

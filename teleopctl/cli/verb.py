@@ -55,7 +55,11 @@ class Option(Declaration):
 
     __slots__ = ("flags",)
 
-    def __init__(self, *flags: str, **declaration: Any) -> None:
+    def __init__(
+        self,
+        *flags: str,
+        **declaration: Any,  # Any: Declaration checks its own
+    ) -> None:
         super().__init__(**declaration)
         self.flags = flags
 
@@ -129,6 +133,7 @@ class Parameter:
 
     __slots__ = ("declaration", "default", "many", "name", "optional", "type")
 
+    # Any: an annotation may be anything that can be written there.
     def __init__(self, name: str, annotation: Any, default: object, required: bool) -> None:
         self.name = name
         self.default = default

@@ -7,15 +7,18 @@ that cannot be had costs its picture and its contacts, never the simulation.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
 
+if TYPE_CHECKING:
+    import mujoco
+
 _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 
 
-def resolve_meshes(spec: Any) -> list[str]:
+def resolve_meshes(spec: mujoco.MjSpec) -> list[str]:
     """Point every mesh of a spec at a readable file, and drop those that have none.
 
     Args:
@@ -69,7 +72,7 @@ def _convert(mesh: Any, path: Path) -> str | None:
     return None
 
 
-def _drop_mesh(spec: Any, mesh: Any) -> None:
+def _drop_mesh(spec: mujoco.MjSpec, mesh: Any) -> None:
     for geom in list(spec.geoms):
         if geom.meshname == mesh.name:
             spec.delete(geom)

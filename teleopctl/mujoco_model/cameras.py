@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -132,7 +132,7 @@ def _of_plugins(sensor: Sensor, parameter: str) -> str:
     return next((text for text in texts if text), "")
 
 
-def add_camera(spec: Any, camera: CameraModel) -> None:
+def add_camera(spec: mujoco.MjSpec, camera: CameraModel) -> None:
     """Add a camera to a spec.
 
     Args:

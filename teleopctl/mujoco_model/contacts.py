@@ -23,7 +23,7 @@ _FRICTION_STIFFNESS = 10.0
 _NOSLIP_ITERATIONS = 4
 
 
-def hold_by_friction(spec: Any) -> None:
+def hold_by_friction(spec: mujoco.MjSpec) -> None:
     """Choose the solver's settings with which a grip holds.
 
     Args:
@@ -34,7 +34,7 @@ def hold_by_friction(spec: Any) -> None:
     spec.option.noslip_iterations = _NOSLIP_ITERATIONS
 
 
-def exclude_adjacent(spec: Any) -> None:
+def exclude_adjacent(spec: mujoco.MjSpec) -> None:
     """Exclude contacts between each link and the nearest one before it that has a shape.
 
     MuJoCo itself lets the links on either side of a joint pass through each other, with all that
@@ -81,7 +81,7 @@ class Overlap:
     one_robot: bool
 
 
-def overlaps(model: Any, positions: np.ndarray, ground: str) -> list[Overlap]:
+def overlaps(model: mujoco.MjModel, positions: np.ndarray, ground: str) -> list[Overlap]:
     """The pairs of links whose shapes overlap in a pose.
 
     Args:

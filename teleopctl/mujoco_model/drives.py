@@ -67,7 +67,7 @@ def motor_name(joint: str) -> str:
     return f"{joint}_motor"
 
 
-def prepare_joints(spec: Any, joints: list[JointSpec]) -> None:
+def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
     """Give all joints their limits, driven joints their rotors and mimic joints constraints.
 
     Args:
@@ -112,7 +112,7 @@ def _range(lower: float, upper: float) -> list[float]:
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
 
-def _add_mimic(spec: Any, name: str, leader: str, mimic: Mimic) -> None:
+def _add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> None:
     """Tie a joint to its leader, or to its offset where the leader cannot move."""
     constraint = spec.add_equality(
         name=f"{name}_mimic",
@@ -126,7 +126,7 @@ def _add_mimic(spec: Any, name: str, leader: str, mimic: Mimic) -> None:
     constraint.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
 
 
-def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
+def add_drives(spec: mujoco.MjSpec, model: mujoco.MjModel, joints: list[JointSpec]) -> None:
     """Add the actuators, tuned to the inertia that each joint moves.
 
     Args:
@@ -154,7 +154,7 @@ def add_drives(spec: Any, model: Any, joints: list[JointSpec]) -> None:
             motor.set_to_motor()
 
 
-def _moved_inertias(model: Any, joints: list[JointSpec]) -> dict[str, float]:
+def _moved_inertias(model: mujoco.MjModel, joints: list[JointSpec]) -> dict[str, float]:
     """Inertia that each joint's drive feels: its own and that of all joints that follow it.
 
     With J the velocities of all joints while this one moves at 1 rad/s (or m/s), it is J^T M J.
@@ -178,7 +178,7 @@ def _moved_inertias(model: Any, joints: list[JointSpec]) -> dict[str, float]:
     return inertias
 
 
-def _add_drive(spec: Any, joint: JointSpec, inertia: float) -> None:
+def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
     drive = spec.add_actuator(
         name=drive_name(joint.name), target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT
     )
@@ -192,7 +192,7 @@ def _add_drive(spec: Any, joint: JointSpec, inertia: float) -> None:
         drive.actrange = _range(limits.lower, limits.upper)
 
 
-def compensated_bodies(model: Any, unsupported_dofs: np.ndarray) -> np.ndarray:
+def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> np.ndarray:
     """Which bodies' weight the drives can carry, as MuJoCo's ``body_gravcomp`` (1 or 0).
 
     A body is carried when every joint between it and the ground is held by a drive or follows

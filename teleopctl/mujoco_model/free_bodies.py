@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 
@@ -48,7 +48,7 @@ def free_bodies(description: RobotDescription) -> list[FreeBody]:
     return found
 
 
-def free_root(model: Any, body: int) -> int:
+def free_root(model: mujoco.MjModel, body: int) -> int:
     """The body on a free joint that carries another one, or 0 where that stands in the world.
 
     Args:

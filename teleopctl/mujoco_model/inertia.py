@@ -6,9 +6,12 @@ and with inertias that no body can have. Each repair is told by one warning that
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import mujoco
 
 # Where only shapes are known, links are as dense as water, in kg/m^3.
 DENSITY = 1000.0
@@ -21,7 +24,7 @@ _DUMMY_RADIUS_M = 0.03
 _SMALLEST = 1e-15
 
 
-def repair_inertias(spec: Any) -> list[str]:
+def repair_inertias(spec: mujoco.MjSpec) -> list[str]:
     """Give every moving link a mass and an inertia that physics can work with.
 
     Args:
@@ -40,7 +43,7 @@ def repair_inertias(spec: Any) -> list[str]:
     return warnings
 
 
-def _repair(spec: Any, body: Any) -> str | None:
+def _repair(spec: mujoco.MjSpec, body: Any) -> str | None:
     moving = len(body.joints) > 0
     if not body.explicitinertial or body.mass < _SMALLEST:
         if not moving or _carries_mass(body):

@@ -63,7 +63,7 @@ class RobotModel:
 
 
 def build_model(
-    description: RobotDescription, extend: Callable[[Any], None] | None = None
+    description: RobotDescription, extend: Callable[[mujoco.MjSpec], None] | None = None
 ) -> RobotModel:
     """Build the model of a robot standing on a plane.
 
@@ -117,7 +117,9 @@ def build_model(
     )
 
 
-def initial_positions(model: Any, joints: list[JointSpec] | tuple[JointSpec, ...]) -> np.ndarray:
+def initial_positions(
+    model: mujoco.MjModel, joints: list[JointSpec] | tuple[JointSpec, ...]
+) -> np.ndarray:
     """MuJoCo's ``qpos`` with every joint at its initial position."""
     positions = np.array(model.qpos0)
     for joint in joints:
@@ -125,7 +127,7 @@ def initial_positions(model: Any, joints: list[JointSpec] | tuple[JointSpec, ...
     return positions
 
 
-def _apply_gazebo(spec: Any, description: RobotDescription) -> None:
+def _apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     """Colours and friction of ``<gazebo reference="link">``."""
     for link, properties in description.gazebo.links.items():
         body = spec.body(link)
@@ -139,7 +141,7 @@ def _apply_gazebo(spec: Any, description: RobotDescription) -> None:
                 geom.friction[0] = properties.mu1
 
 
-def _compile(spec: Any) -> Any:
+def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:

@@ -6,8 +6,6 @@ z = 0 of the world frame.
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 
 GROUND_NAME = "ground_plane"
@@ -19,7 +17,7 @@ _ZENITH = [0.62, 0.74, 0.88]
 _HORIZON = [0.86, 0.9, 0.95]
 
 
-def add_scene(spec: Any) -> str:
+def add_scene(spec: mujoco.MjSpec) -> str:
     """Add ground, light and sky to a robot's spec.
 
     The ground has a body of its own, so that contacts between it and the robot's base can be
@@ -45,7 +43,7 @@ def _free_name(wanted: str, taken: set[str]) -> str:
     return wanted
 
 
-def _add_sky(spec: Any) -> None:
+def _add_sky(spec: mujoco.MjSpec) -> None:
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -58,7 +56,7 @@ def _add_sky(spec: Any) -> None:
     spec.visual.rgba.haze = [*_HORIZON, 1.0]
 
 
-def _add_ground(spec: Any, name: str) -> None:
+def _add_ground(spec: mujoco.MjSpec, name: str) -> None:
     spec.add_texture(
         name="ground",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -84,7 +82,7 @@ def _add_ground(spec: Any, name: str) -> None:
     )
 
 
-def _add_lights(spec: Any) -> None:
+def _add_lights(spec: mujoco.MjSpec) -> None:
     spec.worldbody.add_light(
         name="sun",
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,

@@ -8,8 +8,6 @@ come back in `teleopctl.mujoco_model.drives`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 from lxml import etree
 
@@ -40,7 +38,7 @@ _GAZEBO_COLOURS = {
 }
 
 
-def import_urdf(urdf: str) -> Any:
+def import_urdf(urdf: str) -> mujoco.MjSpec:
     """Read URDF text into a ``mujoco.MjSpec``.
 
     Args:
@@ -94,7 +92,7 @@ def _with_compiler_options(urdf: str) -> str:
     return text
 
 
-def _show_bare_collisions(spec: Any) -> None:
+def _show_bare_collisions(spec: mujoco.MjSpec) -> None:
     """Draw the collision shapes of links that have nothing else to be seen by."""
     for body in spec.bodies:
         geoms = list(body.geoms)

@@ -141,7 +141,7 @@ class Executor:
             self._wake_queued = True
             self._queue.put(_LOOK_AGAIN)
 
-    def create_future(self) -> Future[Any]:
+    def create_future(self) -> Future[Any]:  # Any: whoever makes it knows of what
         """Make a future whose callbacks this executor runs."""
         return Future(executor=self)
 

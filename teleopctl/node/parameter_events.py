@@ -49,7 +49,7 @@ class ParameterEventHandler:
         node: NodeEndpoints,
         qos_profile: QoSProfile | int = qos_profile_parameter_events,
         callback_group: CallbackGroup | None = None,
-        **options: Any,  # those of `create_subscription`, which checks them
+        **options: Any,  # Any: those of `create_subscription`, which checks them
     ) -> None:
         self.node = node
         self.qos_profile = qos_profile

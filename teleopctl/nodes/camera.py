@@ -303,6 +303,7 @@ def _poses(bodies: Any) -> dict[str, tuple[float, ...]]:
     return poses
 
 
+# Any: a class that is made from its definition.
 def new_info(camera: CameraModel) -> Any:
     """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
     info = _CameraInfo(

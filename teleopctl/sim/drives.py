@@ -7,7 +7,7 @@ they are switched between positions, velocities and efforts, and led from period
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ from teleopctl.mujoco_model import (
 )
 
 if TYPE_CHECKING:
+    import mujoco
+
     from teleopctl.mujoco_model import JointSpec
 
 Array = npt.NDArray[np.float64]
@@ -45,7 +47,13 @@ class Drives:
         period_s: Time between two commands, in seconds.
     """
 
-    def __init__(self, model: Any, data: Any, joints: Sequence[JointSpec], period_s: float) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        joints: Sequence[JointSpec],
+        period_s: float,
+    ) -> None:
         self._m = m = model
         self._d = data
         self._period_s = period_s

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -27,7 +27,9 @@ class FreeBodies:
         bodies: What moves freely.
     """
 
-    def __init__(self, model: Any, data: Any, bodies: Sequence[FreeBody]) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[FreeBody]
+    ) -> None:
         self.bodies = tuple(bodies)
         self._d = data
         joints = [model.joint(body.joint) for body in bodies]

@@ -1,7 +1,6 @@
 """States that a person asks for: mujoco_ros2_control_msgs' SimulationState and FreeJointState.
 
-All of a request is checked before any of it is done. The messages' classes are made at run time,
-so ``Any`` is their static type.
+All of a request is checked before any of it is done.
 """
 
 from __future__ import annotations
@@ -15,6 +14,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import LinkPose, Simulation
+
+# Any stands for messages: their classes are made at run time, from definitions.
 
 
 def refuse_joints(simulation: Simulation, state: Any) -> str:

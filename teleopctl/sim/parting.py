@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -28,7 +27,9 @@ class Parting:
         pairs: The names of the links that overlap at the start, all of them excluded.
     """
 
-    def __init__(self, model: Any, data: Any, pairs: Sequence[tuple[str, str]]) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, pairs: Sequence[tuple[str, str]]
+    ) -> None:
         self._m, self._d = model, data
         self._excluded = np.array(model.exclude_signature)
         self._pairs = [_Pair(model, first, second) for first, second in pairs]
@@ -61,7 +62,7 @@ class Parting:
 class _Pair:
     """Two links, as MuJoCo has them."""
 
-    def __init__(self, model: Any, first: str, second: str) -> None:
+    def __init__(self, model: mujoco.MjModel, first: str, second: str) -> None:
         low, high = sorted(int(model.body(name).id) for name in (first, second))
         self.signature = (low << 16) + high
         # Those that overlapped the last time come first: one distance then answers for most.
@@ -73,7 +74,7 @@ class _Pair:
             or model.geom_contype[other] & model.geom_conaffinity[one]
         ]
 
-    def overlaps(self, model: Any, data: Any) -> bool:
+    def overlaps(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
         """Whether any shape of the one is not yet apart from one of the other."""
         for number, (one, other) in enumerate(self._geoms):
             # MuJoCo answers with the longest distance of interest for all beyond.
@@ -83,6 +84,6 @@ class _Pair:
         return False
 
 
-def _geoms(model: Any, body: int) -> range:
+def _geoms(model: mujoco.MjModel, body: int) -> range:
     first = int(model.body_geomadr[body])
     return range(first, first + int(model.body_geomnum[body]))

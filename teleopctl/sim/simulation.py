@@ -198,7 +198,7 @@ class Simulation:
         np.take(self._d.qvel, self._dof, out=self.velocities)
         np.take(self._d.qfrc_actuator, self._dof, out=self.efforts)
 
-    def observe(self) -> tuple[Any, Any]:
+    def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """MuJoCo's model, and a copy of its data with what its sensors measure at this time.
 
         Both are of MuJoCo's own types, which have no static ones. They are good until the next

@@ -1,10 +1,15 @@
 """Tell others where frames stand, with the names of ``tf2_ros``."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, QoSProfile, qos_profile_latched
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
 
 TF_TOPIC = "/tf"
 TF_STATIC_TOPIC = "/tf_static"
@@ -24,7 +29,9 @@ class TransformBroadcaster:
         self._message = get_message("tf2_msgs/msg/TFMessage")
         self.pub_tf = node.create_publisher(self._message, TF_TOPIC, qos)
 
-    def sendTransform(self, transform: Any) -> None:  # noqa: N802 -- tf2_ros's name
+    def sendTransform(  # noqa: N802 -- tf2_ros's name
+        self, transform: TransformStamped | Iterable[TransformStamped]
+    ) -> None:
         """Publish one ``TransformStamped``, or several in one message."""
         self.pub_tf.publish(self._message(transforms=_as_list(transform)))
 
@@ -41,12 +48,14 @@ class StaticTransformBroadcaster:
 
     def __init__(self, node: Node, qos: QoSProfile | None = None) -> None:
         self._message = get_message("tf2_msgs/msg/TFMessage")
-        self._transforms: dict[str, Any] = {}
+        self._transforms: dict[str, TransformStamped] = {}
         self.pub_tf = node.create_publisher(
             self._message, TF_STATIC_TOPIC, qos or qos_profile_latched
         )
 
-    def sendTransform(self, transform: Any) -> None:  # noqa: N802 -- tf2_ros's name
+    def sendTransform(  # noqa: N802 -- tf2_ros's name
+        self, transform: TransformStamped | Iterable[TransformStamped]
+    ) -> None:
         """Publish one ``TransformStamped``, or several, and those of before."""
         for each in _as_list(transform):
             self._transforms[each.child_frame_id] = each
@@ -57,7 +66,9 @@ class StaticTransformBroadcaster:
         self._transforms.clear()
 
 
-def _as_list(transform: Any) -> list[Any]:
+def _as_list(
+    transform: TransformStamped | Iterable[TransformStamped],
+) -> list[TransformStamped]:
     if isinstance(transform, Iterable):
         return list(transform)
     return [transform]

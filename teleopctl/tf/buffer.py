@@ -1,15 +1,17 @@
 """The buffer of transforms that waits for what it is asked, with ``tf2_ros.Buffer``'s methods."""
 
+from __future__ import annotations
+
 import logging
 import time as wall
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from teleopctl.interfaces import to_seconds
 from teleopctl.tf.buffer_core import BufferCore
 from teleopctl.tf.conversions import BufferInterface
 from teleopctl.tf.errors import TransformException
-from teleopctl.tf.messages import stamp_of, transform_stamped
+from teleopctl.tf.messages import TimeLike, stamp_of, transform_stamped
 from teleopctl.tf.transforms import Transform
 
 if TYPE_CHECKING:
@@ -38,11 +40,11 @@ class Buffer(BufferCore, BufferInterface):
             transforms themselves come through a ``TransformListener``.
     """
 
-    def __init__(self, cache_time: Any = None, node: "Node | None" = None) -> None:
+    def __init__(self, cache_time: TimeLike | None = None, node: Node | None = None) -> None:
         BufferInterface.__init__(self)
         BufferCore.__init__(self, cache_time)
         self.node = node
-        self._awaited: list[tuple[Callable[[], Any], Future[TransformStamped]]] = []
+        self._awaited: list[tuple[Callable[[], TransformStamped], Future[TransformStamped]]] = []
         self._listening: Node | None = None
         self.jump_handle: JumpHandle | None = None
         if node is not None:
@@ -56,7 +58,7 @@ class Buffer(BufferCore, BufferInterface):
         response.frame_yaml = self.all_frames_as_yaml()
         return response
 
-    def _follow(self, clock: "Clock") -> None:
+    def _follow(self, clock: Clock) -> None:
         from teleopctl.node import Duration, JumpThreshold
 
         threshold = JumpThreshold(min_forward=None, min_backward=Duration(seconds=_BACK_S))
@@ -64,7 +66,7 @@ class Buffer(BufferCore, BufferInterface):
             threshold, post_callback=self.time_jump_callback
         )
 
-    def time_jump_callback(self, time_jump: "TimeJump") -> None:
+    def time_jump_callback(self, time_jump: TimeJump) -> None:
         """Forget where moving frames stood: what comes now has times of another run."""
         went_back = time_jump.delta.nanoseconds < 0
         _log.warning(
@@ -73,14 +75,14 @@ class Buffer(BufferCore, BufferInterface):
         )
         self.clear()
 
-    def _set(self, message: Any, authority: str, *, static: bool) -> None:
+    def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         super()._set(message, authority, static=static)
         if self._awaited and self._listening is None:
             self.answer_awaited()
 
     def lookup_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = None
-    ) -> Any:
+        self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
+    ) -> TransformStamped:
         """Return where the source frame stands in the target frame.
 
         Args:
@@ -102,7 +104,7 @@ class Buffer(BufferCore, BufferInterface):
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def lookup(
-        self, target_frame: str, source_frame: str, stamp: int, timeout: Any = None
+        self, target_frame: str, source_frame: str, stamp: int, timeout: TimeLike | None = None
     ) -> tuple[int, Transform]:
         """Answer as ``lookup_transform`` does, in nanoseconds and plain numbers."""
         answer = self._between(target_frame, source_frame, stamp, "lookupTransform")
@@ -111,12 +113,12 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-        timeout: Any = None,
-    ) -> Any:
+        timeout: TimeLike | None = None,
+    ) -> TransformStamped:
         """Return where the source stood at one time, in the target as it stood at another.
 
         Args:
@@ -143,23 +145,26 @@ class Buffer(BufferCore, BufferInterface):
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def wait_for_transform_async(
-        self, target_frame: str, source_frame: str, time: Any
-    ) -> "Future[TransformStamped]":
+        self, target_frame: str, source_frame: str, time: TimeLike
+    ) -> Future[TransformStamped]:
         """Return a future of what ``lookup_transform`` will answer."""
         return self._await(lambda: self.lookup_transform(target_frame, source_frame, time))
 
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any) -> Any:
+    async def lookup_transform_async(
+        self, target_frame: str, source_frame: str, time: TimeLike
+    ) -> TransformStamped:
         """Answer as ``lookup_transform`` does, as soon as there is an answer."""
-        return await self.wait_for_transform_async(target_frame, source_frame, time)
+        found = await self.wait_for_transform_async(target_frame, source_frame, time)
+        return cast("TransformStamped", found)
 
     def wait_for_transform_full_async(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-    ) -> "Future[TransformStamped]":
+    ) -> Future[TransformStamped]:
         """Return a future of what ``lookup_transform_full`` will answer."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._await(lambda: self.lookup_transform_full(*frames))
@@ -167,17 +172,16 @@ class Buffer(BufferCore, BufferInterface):
     async def lookup_transform_full_async(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-    ) -> Any:
+    ) -> TransformStamped:
         """Answer as ``lookup_transform_full`` does, as soon as there is an answer."""
-        return await self.wait_for_transform_full_async(
-            target_frame, target_time, source_frame, source_time, fixed_frame
-        )
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        return cast("TransformStamped", await self.wait_for_transform_full_async(*frames))
 
-    def _await(self, answer: Callable[[], Any]) -> "Future[TransformStamped]":
+    def _await(self, answer: Callable[[], TransformStamped]) -> Future[TransformStamped]:
         from teleopctl.node import Future
 
         listening = self._listening
@@ -204,18 +208,19 @@ class Buffer(BufferCore, BufferInterface):
             else:
                 future.set_result(found)
 
-    def leave_answers_to(self, node: "Node") -> None:
+    def leave_answers_to(self, node: Node) -> None:
         """Have the executor of a node call `answer_awaited`, and what waits (ours)."""
         self._listening = node
         if self.jump_handle is None:
             self._follow(node.get_clock())
 
+    # Any, here and below: a bool, or a pair where it is asked for.
     def can_transform(
         self,
         target_frame: str,
         source_frame: str,
-        time: Any,
-        timeout: Any = None,
+        time: TimeLike,
+        timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Tell whether ``lookup_transform`` would answer.
@@ -229,11 +234,11 @@ class Buffer(BufferCore, BufferInterface):
     def can_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-        timeout: Any = None,
+        timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Tell whether ``lookup_transform_full`` would answer; see there and ``can_transform``."""
@@ -246,7 +251,7 @@ class Buffer(BufferCore, BufferInterface):
         return self._known_in_time(answer, timeout, return_debug_tuple)
 
     def _known_in_time(
-        self, answer: Callable[[], object], timeout: Any, return_debug_tuple: bool
+        self, answer: Callable[[], object], timeout: TimeLike | None, return_debug_tuple: bool
     ) -> bool | tuple[bool, str]:
         try:
             self._when_known(answer, timeout)
@@ -254,7 +259,7 @@ class Buffer(BufferCore, BufferInterface):
             return (False, error.message) if return_debug_tuple else False
         return (True, "") if return_debug_tuple else True
 
-    def _when_known(self, answer: Callable[[], _Answer], timeout: Any) -> _Answer:
+    def _when_known(self, answer: Callable[[], _Answer], timeout: TimeLike | None) -> _Answer:
         """Return an answer as soon as there is one, within a timeout.
 
         The time is the wall's: simulated time may stand still, a caller should not.

@@ -1,18 +1,22 @@
 """The buffer of transforms without a node and without waiting, with ``tf2_py``'s methods."""
 
+from __future__ import annotations
+
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.tf import frame_texts
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.history import Sample
-from teleopctl.tf.messages import stamp_of, transform_of, transform_stamped
+from teleopctl.tf.messages import TimeLike, stamp_of, transform_of, transform_stamped
 from teleopctl.tf.transforms import Transform, Vector3
 from teleopctl.tf.tree import FrameTree
 from teleopctl.tf.velocity import velocity
 
 if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
     from teleopctl.node import Time
 
 _DEFAULT_CACHE_NS = 10_000_000_000
@@ -30,14 +34,14 @@ class BufferCore:
         cache_time: How far back moving frames are remembered, a ``Duration``; 10 s if None.
     """
 
-    def __init__(self, cache_time: Any = None) -> None:
+    def __init__(self, cache_time: TimeLike | None = None) -> None:
         self.cache_time_ns = _DEFAULT_CACHE_NS if cache_time is None else stamp_of(cache_time)
         self._tree = FrameTree(self.cache_time_ns)
         self._changed = threading.Condition()
 
     # -- what is known ---------------------------------------------------------------------------
 
-    def set_transform(self, transform: Any, authority: str = "") -> None:
+    def set_transform(self, transform: TransformStamped, authority: str = "") -> None:
         """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
 
         One of a time that is known already takes its place. What is not valid, or older than what
@@ -45,11 +49,11 @@ class BufferCore:
         """
         self._set(transform, authority, static=False)
 
-    def set_transform_static(self, transform: Any, authority: str = "") -> None:
+    def set_transform_static(self, transform: TransformStamped, authority: str = "") -> None:
         """Add a ``geometry_msgs/msg/TransformStamped`` that holds for all times."""
         self._set(transform, authority, static=True)
 
-    def _set(self, message: Any, authority: str, *, static: bool) -> None:
+    def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         header = message.header
         sample = Sample(stamp_of(header.stamp), header.frame_id, transform_of(message.transform))
         with self._changed:
@@ -68,7 +72,9 @@ class BufferCore:
 
     # -- questions -------------------------------------------------------------------------------
 
-    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+    def lookup_transform_core(
+        self, target_frame: str, source_frame: str, time: TimeLike
+    ) -> TransformStamped:
         """Return where the source frame stands in the target frame, without waiting.
 
         Args:
@@ -93,11 +99,11 @@ class BufferCore:
     def lookup_transform_full_core(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-    ) -> Any:
+    ) -> TransformStamped:
         """Return where the source stood at one time, in the target as it stood at another.
 
         Args:
@@ -123,7 +129,7 @@ class BufferCore:
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def can_transform_core(
-        self, target_frame: str, source_frame: str, time: Any
+        self, target_frame: str, source_frame: str, time: TimeLike
     ) -> tuple[bool, str]:
         """Tell whether ``lookup_transform_core`` would answer, and why not."""
         return self._told(self._between(target_frame, source_frame, stamp_of(time), "canTransform"))
@@ -131,9 +137,9 @@ class BufferCore:
     def can_transform_full_core(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
     ) -> tuple[bool, str]:
         """Tell whether ``lookup_transform_full_core`` would answer, and why not."""
@@ -143,7 +149,7 @@ class BufferCore:
         )
         return self._told(self._through(target, source, fixed_frame, "canTransform"))
 
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> "Time":
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the newest time at which every frame between two is known.
 
         Raises:
@@ -159,7 +165,11 @@ class BufferCore:
         return Time(nanoseconds=stamp, clock_type=ClockType.ROS_TIME)
 
     def lookupVelocityCore(  # noqa: N802 -- tf2's name
-        self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        time: TimeLike,
+        averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
         """Return how a frame moves, seen from and expressed in another one.
 
@@ -188,8 +198,8 @@ class BufferCore:
         reference_frame: str,
         reference_point: Vector3,
         reference_point_frame: str,
-        time: Any,
-        averaging_interval: Any,
+        time: TimeLike,
+        averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
         """Return how a point that is fixed to a moving frame moves; see `lookupVelocityCore`.
 
@@ -230,7 +240,7 @@ class BufferCore:
         with self._changed:
             return frame_texts.as_yaml(self._tree)
 
-    def _allFramesAsDot(self, time: Any = None) -> str:  # noqa: N802 -- tf2's name
+    def _allFramesAsDot(self, time: TimeLike | None = None) -> str:  # noqa: N802 -- tf2's name
         """Return the frames as a graph for Graphviz, with their ages at a time if one is given."""
         with self._changed:
             return frame_texts.as_dot(self._tree, 0 if time is None else stamp_of(time))
@@ -238,9 +248,9 @@ class BufferCore:
     def _chain(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
     ) -> list[str]:
         """Return the frames on the way from the source frame to the fixed frame, both included.

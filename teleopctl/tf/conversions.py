@@ -1,9 +1,19 @@
 """What a buffer can transform besides frames: registered types, with the names of ``tf2_ros``."""
 
+from __future__ import annotations
+
 import abc
 import copy
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from teleopctl.interfaces import Stamp
+from teleopctl.tf.messages import TimeLike
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+# Any, here and below: objects of the types that have been registered, whatever they are.
 
 # Gets the object and the TransformStamped that applies to it, answers with a new object.
 DoTransform = Callable[[Any, Any], Any]
@@ -98,7 +108,7 @@ def convert(value: Any, type_: type) -> Any:
     return registered.get_from_msg(type_)(registered.get_to_msg(type(value))(value))
 
 
-def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:  # noqa: N802 -- tf2_ros's name
+def Stamped(obj: Any, stamp: Stamp, frame_id: str) -> Any:  # noqa: N802 -- tf2_ros's name
     """Give an object a header; returns the object."""
     from teleopctl.interfaces import get_message
 
@@ -114,27 +124,27 @@ class BufferInterface(abc.ABC):
 
     @abc.abstractmethod
     def lookup_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = None
-    ) -> Any:
+        self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
+    ) -> TransformStamped:
         """Return where the source frame stands in the target frame; see ``Buffer``."""
 
     @abc.abstractmethod
     def lookup_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         source_frame: str,
-        source_time: Any,
+        source_time: TimeLike,
         fixed_frame: str,
-        timeout: Any = None,
-    ) -> Any:
+        timeout: TimeLike | None = None,
+    ) -> TransformStamped:
         """Return it between two times; see ``Buffer``."""
 
     def transform(
         self,
         object_stamped: Any,
         target_frame: str,
-        timeout: Any = None,
+        timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
         """Return a stamped object in another frame.
@@ -158,9 +168,9 @@ class BufferInterface(abc.ABC):
         self,
         object_stamped: Any,
         target_frame: str,
-        target_time: Any,
+        target_time: TimeLike,
         fixed_frame: str,
-        timeout: Any = None,
+        timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
         """Return a stamped object in another frame as that stood at another time.
@@ -183,6 +193,8 @@ class BufferInterface(abc.ABC):
         )
         return self._apply(object_stamped, found, new_type)
 
-    def _apply(self, object_stamped: Any, transform: Any, new_type: type | None) -> Any:
+    def _apply(
+        self, object_stamped: Any, transform: TransformStamped, new_type: type | None
+    ) -> Any:
         moved = self.registration.get(type(object_stamped))(object_stamped, transform)
         return moved if new_type is None else convert(moved, new_type)

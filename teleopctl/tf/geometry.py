@@ -4,61 +4,81 @@ Each function takes a message and the ``geometry_msgs/msg/TransformStamped`` tha
 wanted frame, and returns a new message; those that have a header get the transform's.
 """
 
+from __future__ import annotations
+
 import copy
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf.conversions import ConvertRegistration, TransformRegistration
 from teleopctl.tf.messages import transform_of
 from teleopctl.tf.transforms import Matrix3, Transform, matrix_from_quaternion, rotate
 
+if TYPE_CHECKING:
+    import numpy as np
+    from geometry_msgs.msg import (
+        PointStamped,
+        PolygonStamped,
+        Pose,
+        PoseStamped,
+        PoseWithCovarianceStamped,
+        TransformStamped,
+        Vector3Stamped,
+    )
+    from numpy.typing import NDArray
+
 _AXES = range(3)
 
 
-def do_transform_point(point: Any, transform: Any) -> Any:
+def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
     """Move a ``PointStamped``."""
-    moved = _with_header("PointStamped", transform)
+    moved: PointStamped = _with_header("PointStamped", transform)
     _place(moved.point, transform_of(transform.transform), point.point)
     return moved
 
 
-def do_transform_vector3(vector3: Any, transform: Any) -> Any:
+def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
     """Turn a ``Vector3Stamped``; a direction has no place, so it is not moved."""
-    moved = _with_header("Vector3Stamped", transform)
+    moved: Vector3Stamped = _with_header("Vector3Stamped", transform)
     turn = transform_of(transform.transform).rotation
     vector = vector3.vector
     moved.vector.x, moved.vector.y, moved.vector.z = rotate(turn, (vector.x, vector.y, vector.z))
     return moved
 
 
-def do_transform_pose(pose: Any, transform: Any) -> Any:
+def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     """Move a ``Pose``."""
     at = transform_of(transform.transform) @ _transform_of_pose(pose)
-    moved = get_message("geometry_msgs/msg/Pose")()
+    moved: Pose = get_message("geometry_msgs/msg/Pose")()
     place, turn = moved.position, moved.orientation
     place.x, place.y, place.z = at.translation
     turn.x, turn.y, turn.z, turn.w = at.rotation
     return moved
 
 
-def do_transform_pose_stamped(pose: Any, transform: Any) -> Any:
+def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
     """Move a ``PoseStamped``."""
-    moved = _with_header("PoseStamped", transform)
+    moved: PoseStamped = _with_header("PoseStamped", transform)
     moved.pose = do_transform_pose(pose.pose, transform)
     return moved
 
 
-def do_transform_pose_with_covariance_stamped(pose: Any, transform: Any) -> Any:
+def do_transform_pose_with_covariance_stamped(
+    pose: PoseWithCovarianceStamped, transform: TransformStamped
+) -> PoseWithCovarianceStamped:
     """Move a ``PoseWithCovarianceStamped``; its covariance turns with it."""
-    moved = _with_header("PoseWithCovarianceStamped", transform)
+    moved: PoseWithCovarianceStamped = _with_header("PoseWithCovarianceStamped", transform)
     moved.pose.pose = do_transform_pose(pose.pose.pose, transform)
     moved.pose.covariance = transform_covariance(pose.pose.covariance, transform)
     return moved
 
 
-def do_transform_polygon_stamped(polygon: Any, transform: Any) -> Any:
+def do_transform_polygon_stamped(
+    polygon: PolygonStamped, transform: TransformStamped
+) -> PolygonStamped:
     """Move a ``PolygonStamped``."""
-    moved = _with_header("PolygonStamped", transform)
+    moved: PolygonStamped = _with_header("PolygonStamped", transform)
     by = transform_of(transform.transform)
     corner = get_message("geometry_msgs/msg/Point32")
     for point in polygon.polygon.points:
@@ -67,7 +87,9 @@ def do_transform_polygon_stamped(polygon: Any, transform: Any) -> Any:
     return moved
 
 
-def transform_covariance(cov_in: Any, transform: Any) -> list[float]:
+def transform_covariance(
+    cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
+) -> list[float]:
     """Turn the 6 by 6 covariance of a pose (x, y, z and rotations about the axes), row by row."""
     turn = matrix_from_quaternion(transform_of(transform.transform).rotation)
     turned = [0.0] * 36

@@ -1,32 +1,49 @@
 """Between ``geometry_msgs`` messages and plain transforms."""
 
-from typing import Any
+from __future__ import annotations
 
-from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from teleopctl.interfaces import Stamp, get_message, set_stamp, to_nanoseconds
 from teleopctl.tf.transforms import Transform
 
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Transform as TransformMessage, TransformStamped
 
-def stamp_of(time: Any) -> int:
-    """Return a time in nanoseconds.
+
+class Nanoseconds(Protocol):
+    """A ``Time`` or a ``Duration`` of the client library."""
+
+    @property
+    def nanoseconds(self) -> int:
+        """The whole of it."""
+
+
+TimeLike: TypeAlias = Nanoseconds | Stamp | int
+
+
+def stamp_of(time: TimeLike) -> int:
+    """Return a time, or a duration, in nanoseconds.
 
     Args:
         time: A ``Time`` of the client library, a ``builtin_interfaces/msg/Time`` or nanoseconds.
     """
     if isinstance(time, int):
         return time
-    nanoseconds = getattr(time, "nanoseconds", None)
-    if nanoseconds is not None:
-        return int(nanoseconds)
+    if hasattr(time, "nanoseconds"):
+        return int(time.nanoseconds)
     return to_nanoseconds(time)
 
 
-def transform_of(message: Any) -> Transform:
+def transform_of(message: TransformMessage) -> Transform:
     """Read a ``geometry_msgs/msg/Transform``."""
     move, turn = message.translation, message.rotation
     return Transform((move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w))
 
 
-def transform_stamped(parent: str, child: str, stamp: int, transform: Transform) -> Any:
+def transform_stamped(
+    parent: str, child: str, stamp: int, transform: Transform
+) -> TransformStamped:
     """Make a ``geometry_msgs/msg/TransformStamped``.
 
     Args:
@@ -35,7 +52,7 @@ def transform_stamped(parent: str, child: str, stamp: int, transform: Transform)
         stamp: Nanoseconds.
         transform: Where it stands.
     """
-    message = get_message("geometry_msgs/msg/TransformStamped")()
+    message: TransformStamped = get_message("geometry_msgs/msg/TransformStamped")()
     set_stamp(message.header.stamp, stamp)
     message.header.frame_id = parent
     message.child_frame_id = child

@@ -90,6 +90,7 @@ class Viewer(Node):
 
     # --- what displays and panels use ---------------------------------------------------------
 
+    # Any, here and below: messages of any type, results of any task, and what YAML holds.
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:

@@ -46,6 +46,7 @@ class Generator(ABC):
     parameters: ClassVar[str]
     order = "<"
 
+    # Any, here and below: values of generated code.
     def __init__(self, layout: Layout, function: Callable[[str], Any]) -> None:
         self.layout = layout
         self.constants: dict[str, Any] = {}

@@ -41,6 +41,7 @@ class Read(Generator):
 
     parameters = "d, v, p, end"
 
+    # Any: values of generated code.
     def __init__(
         self,
         layout: Layout,

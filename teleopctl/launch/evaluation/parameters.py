@@ -85,6 +85,7 @@ def convert(text: str, type_name: str) -> object:
     raise LaunchError(f"expected a value of type {type_name}, got '{text}'")
 
 
+# Any: a parameter has one of nine types.
 def unify(values: list[Any]) -> list[Any]:
     """Give a list the single type that a parameter needs: integers beside floats become floats.
 

@@ -13,6 +13,9 @@ Work = Callable[[], None]
 Submit = Callable[[Work], bool]
 
 
+# Any: entities are timers and whatever receives, whose classes stand above this one.
+
+
 class CallbackGroup:
     """Common base of the groups.
 
@@ -32,8 +35,6 @@ class CallbackGroup:
         super().__init_subclass__()
         rule = {"can_execute", "beginning_execution", "ending_execution"}
         cls.decides = cls.decides or (cls.__module__ != __name__ and not rule.isdisjoint(vars(cls)))
-
-    # Any: timers and whatever receives.
 
     def add_entity(self, entity: Any) -> None:
         """Add a timer or something that receives."""

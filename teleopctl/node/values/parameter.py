@@ -150,7 +150,7 @@ class Parameter:
         return self._type
 
     @property
-    def value(self) -> Any:  # see the constructor
+    def value(self) -> Any:  # Any: see the constructor
         """The parameter's value; None when it is not set."""
         return self._value
 

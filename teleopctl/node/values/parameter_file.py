@@ -54,6 +54,7 @@ def _matches(section: str, full_name: str) -> bool:
     return _pattern(section).match(full_name) is not None
 
 
+# Any: as above.
 def flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted names and their values from nested mappings."""
     for key, value in values.items():

@@ -20,7 +20,6 @@ class Sensor:
     ``update_rate`` in simulated time and only while somebody subscribes. It may fail as it likes:
     the simulation goes on without it.
 
-    MuJoCo's objects and messages are made at run time, so that ``Any`` is their static type.
 
     Args:
         description: What the ``<sensor>`` says.
@@ -37,7 +36,7 @@ class Sensor:
         self.description = description
         self.name = f"{description.link}/{description.name}"
 
-    def add_to(self, spec: Any) -> None:
+    def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add what it measures with, such as MuJoCo's own sensors, before the model is compiled.
 
         It must not change the motion: no mass, no contacts, no forces.
@@ -49,7 +48,8 @@ class Sensor:
             TeleopctlError: The description asks for what cannot be had.
         """
 
-    def read(self, model: Any, data: Any, message: Any) -> None:
+    # Any: the message is of the class that `message_type` names.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Measure.
 
         Args:
@@ -76,7 +76,7 @@ class Sensor:
         named = (plugin.parameter("frame_name") for plugin in self.description.plugins)
         return self.description.frame or next(filter(None, named), self.description.link)
 
-    def add_site(self, spec: Any) -> Any:
+    def add_site(self, spec: mujoco.MjSpec) -> mujoco.MjsSite:
         """Add a site with the sensor's pose to its link and return it.
 
         Raises:

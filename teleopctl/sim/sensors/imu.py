@@ -20,7 +20,7 @@ class Imu(Sensor):
 
     message_type = "sensor_msgs/msg/Imu"
 
-    def add_to(self, spec: Any) -> None:
+    def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add a gyroscope, an accelerometer and a compass at the sensor's place."""
         site = self.add_site(spec)
         for suffix, kind in (
@@ -35,7 +35,8 @@ class Imu(Sensor):
                 objname=site.name,
             )
 
-    def read(self, model: Any, data: Any, message: Any) -> None:
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Copy what the three measure."""
         del model
         q, rate, acceleration = (

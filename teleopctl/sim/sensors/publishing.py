@@ -13,6 +13,8 @@ from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.simulation import Simulation
 
 if TYPE_CHECKING:
+    import mujoco
+
     from teleopctl.node import Node
     from teleopctl.robot import Sensor as Description
 
@@ -45,7 +47,7 @@ def make_sensors(
     return sensors
 
 
-def add_sensors(spec: Any, sensors: list[Sensor], warn: Callable[[str], object]) -> None:
+def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str], object]) -> None:
     """Add the sensors to a robot's ``mujoco.MjSpec``; one that fails leaves the list."""
     for sensor in list(sensors):
         try:
@@ -117,7 +119,7 @@ class _Channel:
         self.running = self.watched
         return self.running and self.beat.take(time_ns)
 
-    def publish(self, model: Any, data: Any, time_ns: int) -> None:
+    def publish(self, model: mujoco.MjModel, data: mujoco.MjData, time_ns: int) -> None:
         if self._header is not None:
             set_stamp(self._header.stamp, time_ns)
         self.sensor.read(model, data, self._message)

@@ -91,6 +91,7 @@ class Properties:
             place[last] = written
 
 
+# Any: what YAML holds.
 def read(known: Property, given: Mapping[str, Any]) -> Value:
     """Read a property from what a file says; what cannot be understood is the default."""
     value: Any = given

@@ -28,6 +28,7 @@ class RobotModel(Display):
         Property("TF Prefix", "", hint="What stands before the links' names in tf"),
     )
 
+    # Any, here and below: the base class checks its own; messages are of its topic's type.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._description: RobotDescription | None = None

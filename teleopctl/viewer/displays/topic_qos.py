@@ -18,6 +18,7 @@ _DEPTH = 5
 _MOST = 100
 
 
+# Any: what YAML holds.
 def topic_qos(
     node: Node, topic: str, given: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:

@@ -49,6 +49,7 @@ class Page(Protocol):
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Tell everybody who looks, for some seconds."""
 
+    # Any: what YAML holds.
     def add_display(
         self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None
     ) -> Display:

@@ -31,6 +31,7 @@ def value_label(number: int) -> str:
     return f"{words[0].capitalize()} {'values are' if len(words) > 1 else 'value is'}:"
 
 
+# Any: a value of YAML, of whatever type.
 def python_value(value: Any) -> Any:
     """What a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
     found = parameter_value_to_python(value)

@@ -11,6 +11,7 @@ from teleopctl.errors import InvalidMessageError, UsageError
 _STEP = re.compile(r"\.?(?P<name>[A-Za-z_]\w*)|\[(?P<index>-?\d+)\]")
 
 
+# Any, here and below: a message of any type, and what stands in it.
 def field_reader(path: str) -> Callable[[Any], Any]:
     """A function that reads one field of a message.
 

@@ -28,6 +28,7 @@ class TopicSource:
 
     __slots__ = ("message_class", "publishers", "topic")
 
+    # Any: which class it is depends on the topic.
     def __init__(
         self, topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
     ) -> None:

@@ -37,6 +37,7 @@ class TextStyle:
         self.no_arr = no_arr
         self.no_str = no_str
 
+    # Any, here and below: a message of any type, or a part of one.
     def yaml(self, value: Any) -> str:
         """A message as YAML, another value as Python prints it; a line break ends it."""
         if not is_message(value):
@@ -60,6 +61,7 @@ class TextStyle:
         return str(value)
 
 
+# Any: as above.
 def json_value(value: Any) -> Json:
     """A message or a part of one as JSON has it; numbers that JSON lacks become texts."""
     if is_message(value):

@@ -57,6 +57,7 @@ class CvBridge:
             return np.dtype(f"{_KINDS[plain[2]]}{int(plain[1]) // 8}").name, int(plain[3] or 1)
         raise CvBridgeError(f"the encoding {encoding!r} is not known")
 
+    # Any, here and below: Image and CompressedImage, or what has their fields.
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Pixels:
         """Return the pixels of an image, in another encoding if one is named.
 

@@ -5,6 +5,8 @@ from typing import Any
 from message_filters.filters import SimpleFilter, time_of
 from teleopctl.node import Time
 
+# Any: messages of any type.
+
 
 class Cache(SimpleFilter):
     """Remembers the newest messages of another filter, and passes them on.

@@ -5,6 +5,8 @@ from typing import Any
 
 from teleopctl.node import ClockType, Node, ROSClock, Time, get_logger
 
+# Any, here and below: messages of any type, and what a callback gets besides.
+
 
 class SimpleFilter:
     """Passes messages on to the callbacks that are registered with it."""

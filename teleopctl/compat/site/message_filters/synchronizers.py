@@ -74,6 +74,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         self.slop = Duration(seconds=slop)
         self.allow_headerless = allow_headerless
 
+    # Any: as the base class has it.
     def add(self, msg: Any, my_queue: dict[int, Any], my_queue_index: int | None = None) -> None:
         """Take a message of one filter."""
         time = time_of(msg, self.allow_headerless, "message_filters_approx")

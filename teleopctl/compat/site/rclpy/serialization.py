@@ -7,6 +7,7 @@ from teleopctl.interfaces import deserialize, serialize
 __all__ = ["deserialize_message", "serialize_message"]
 
 
+# Any, here and below: a message of any type, and its class.
 def serialize_message(message: Any) -> bytes:
     """Return the CDR bytes of a message, encapsulation included."""
     return bytes(serialize(message))

@@ -9,6 +9,7 @@ class NoTypeSupportImportedException(Exception):
     """A class is no interface type."""
 
 
+# Any, here and below: what may be a class of messages or not is to be found out.
 def check_for_type_support(msg_or_srv_type: Any) -> None:
     """Raise AttributeError unless the class is a message, service or action."""
     if not isinstance(getattr(msg_or_srv_type, "TYPE_NAME", None), str):

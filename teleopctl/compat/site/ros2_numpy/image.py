@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _IMAGE = get_message("sensor_msgs/msg/Image")
 
 
+# Any, here and below: numbers of the kind that the encoding names.
 @converts_to_numpy(_IMAGE)
 def image_to_numpy(msg: "Image") -> npt.NDArray[Any]:
     """Return the pixels of an image.

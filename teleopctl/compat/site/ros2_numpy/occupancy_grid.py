@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 _GRID = get_message("nav_msgs/msg/OccupancyGrid")
 
 
+# Any: the shape and the kind of numbers are left open.
 @converts_to_numpy(_GRID)
 def occupancygrid_to_numpy(msg: "OccupancyGrid") -> "np.ma.MaskedArray[Any, Any]":
     """Return the cells of a map, (height, width), from 0 (free) to 100 (occupied)."""

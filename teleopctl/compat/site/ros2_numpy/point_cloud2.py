@@ -24,6 +24,7 @@ _TYPES = [np.dtype(kind) for kind in ("i1", "u1", "i2", "u2", "i4", "u4", "f4", 
 Points = npt.NDArray[Any]  # Any: structured, with the fields of the cloud
 
 
+# Any: whatever numpy takes for a kind of numbers.
 @converts_to_numpy(_FIELD, plural=True)
 def fields_to_dtype(fields: "Sequence[PointField]", point_step: int) -> list[tuple[str, Any]]:
     """Return the description of a point as numpy's, bytes without a field named ``__offset``."""

@@ -29,6 +29,7 @@ _TYPES: dict[int, np.dtype[Any]] = {
 _FLOAT32 = 7
 
 
+# Any, here and below: PointCloud2, PointField and Header, or what has their fields.
 def dtype_from_fields(fields: Iterable[Any], point_step: int | None = None) -> np.dtype[Any]:
     """Return numpy's type of a point.
 

@@ -28,6 +28,7 @@ def from_msg_msg(msg: "PointCloud2") -> "PointCloud2":
     return msg
 
 
+# Any: numbers of whatever kind the cloud has.
 def transform_points(point_cloud: "NDArray[Any]", transform: "Transform") -> "NDArray[Any]":
     """Move points.
 
@@ -70,7 +71,8 @@ def do_transform_cloud(
     moved = transform_points(np.stack([points[axis] for axis in _AXES], axis=-1), only)
     for index, axis in enumerate(_AXES):
         points[axis] = moved[..., index]
-    return create_cloud(header, cloud.fields, points)
+    moved_cloud: PointCloud2 = create_cloud(header, cloud.fields, points)
+    return moved_cloud
 
 
 _CLOUD = get_message("sensor_msgs/msg/PointCloud2")

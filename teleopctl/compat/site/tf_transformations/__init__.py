@@ -86,6 +86,7 @@ def quaternion_matrix(quaternion: Vector) -> Array:
     return matrix
 
 
+# Any, here and below: whatever numpy makes a 4 by 4 matrix of.
 def quaternion_from_matrix(matrix: Any) -> Array:
     """Return the rotation of a matrix; w is not negative."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.asarray(matrix, dtype=np.float64)[:3, :3]
