@@ -234,6 +234,7 @@ PANELS = Kind(
     {
         "joints": f"{_PANELS}.joints:JointsPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
+        "log": f"{_PANELS}.log:LogPanel",
     },
     bases=("teleopctl.viewer.panels.base:Panel",),
 )

@@ -1,0 +1,38 @@
+"""Texts of others in HTML and Markdown: shown as they are, and never obeyed.
+
+Names and messages come over the wire and may hold anything. The page puts HTML into the document
+as it is, and its Markdown lets HTML through, so every text that is not ours passes here first.
+"""
+
+from __future__ import annotations
+
+import html
+
+from teleopctl.printable import printable_line, printable_text
+
+_LONGEST = 400
+
+
+def escaped(text: str, longest: int = _LONGEST) -> str:
+    """A text as one line of HTML, for the content of an element or a quoted attribute.
+
+    Args:
+        text: Anything.
+        longest: How many characters are shown.
+    """
+    return html.escape(printable_line(_cut(text, longest)))
+
+
+def escaped_lines(text: str, longest: int = _LONGEST) -> str:
+    """A text of several lines as HTML; they stay lines in an element with ``white-space: pre``."""
+    return html.escape(printable_text(_cut(text, longest)))
+
+
+def escaped_markdown(text: str, longest: int = _LONGEST) -> str:
+    """A text as one line of Markdown: no sign in it has a meaning."""
+    line = printable_line(_cut(text, longest))
+    return "".join(sign if sign.isalnum() or sign == " " else f"&#{ord(sign)};" for sign in line)
+
+
+def _cut(text: str, longest: int) -> str:
+    return text if len(text) <= longest else f"{text[:longest]}…"

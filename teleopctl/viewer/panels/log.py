@@ -1,0 +1,223 @@
+"""What nodes say on ``/rosout``, the newest first.
+
+Lines are shown in blocks of a few, each an element of the page: a new line sends the block that it
+is in and nothing else.
+"""
+
+from __future__ import annotations
+
+import datetime
+from collections import deque
+from typing import Any, ClassVar, NamedTuple
+
+from teleopctl.node import qos_profile_rosout_default
+from teleopctl.viewer.page.html import escaped, escaped_lines
+from teleopctl.viewer.panels.base import Page, Panel
+
+MOST_LINES = 1000
+"""Lines that are kept."""
+
+LINES_OF_A_BLOCK = 25
+"""Lines that are sent together."""
+
+_ALL = "(all)"
+_LONGEST_TEXT = 2000
+_LEVELS = {"Debug": 10, "Info": 20, "Warn": 30, "Error": 40, "Fatal": 50}
+# Grey, blue, amber, red, magenta: told apart on a dark and on a light page.
+_COLORS = {10: "#8a8f98", 20: "#3b8fd6", 30: "#e0a100", 40: "#e5484d", 50: "#d6409f"}
+_A_DAY_S = 86_400
+
+_LINE = (
+    '<div style="border-left:3px solid {color};padding:1px 6px;margin:0 0 3px;'
+    'font-size:12px;line-height:1.35;overflow-wrap:anywhere">'
+    '<span style="opacity:.6">{time}</span> <b style="color:{color}">{node}</b><br>'
+    '<span style="white-space:pre-wrap">{text}</span></div>'
+)
+
+
+class Line(NamedTuple):
+    """What a node said once: when, how serious, who, what."""
+
+    stamp_s: float
+    level: int
+    node: str
+    text: str
+
+
+class LogPanel(Panel):
+    """Lines by level, node and text."""
+
+    title: ClassVar[str] = "Log"
+    icon = "list-details"
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self._lines: deque[Line] = deque(maxlen=MOST_LINES)
+        self._new: deque[Line] = deque(maxlen=MOST_LINES)
+        self._seen: dict[Line, None] = {}
+        self._nodes: set[str] = set()
+        self._blocks: deque[_Block] = deque()
+        self._blocks_made = 0
+        self._wait_ticks = 0
+        self._paused = False
+        self._end: Any = None
+
+    def build(self) -> None:
+        """Add the filters and the place of the lines."""
+        self._level: Any = self.gui.add_dropdown(
+            "Level", tuple(_LEVELS), initial_value="Info", hint="The least serious to show"
+        )
+        self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
+        self._text: Any = self.gui.add_text("Contains", "")
+        for filter_of_lines in (self._level, self._node, self._text):
+            filter_of_lines.on_update(self.page.on(lambda _event: self._show_anew()))
+        self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
+        self._buttons.on_click(self.page.on(self._pressed))
+        self._note = self.gui.add_html("")
+        self._place = self.gui.add_folder(None)
+        self._say()
+
+    def began(self) -> None:
+        """Listen; nodes repeat what they said in the last seconds."""
+        self._end = self.page.stage.subscribe(
+            "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
+        )
+
+    def ended(self) -> None:
+        """Listen no more."""
+        if self._end is not None:
+            self._end()
+            self._end = None
+
+    def _take(self, message: Any) -> None:
+        line = Line(
+            message.stamp.sec + message.stamp.nanosec * 1e-9,
+            message.level,
+            message.name,
+            message.msg,
+        )
+        if line in self._seen:
+            return
+        self._seen[line] = None
+        if len(self._seen) > MOST_LINES:
+            del self._seen[next(iter(self._seen))]
+        self._new.append(line)
+
+    def tick(self) -> None:
+        """Show what is new; after many lines not before the page had time to draw them."""
+        if self._wait_ticks:
+            self._wait_ticks -= 1
+        elif self._new and not self._paused:
+            new = tuple(self._new)
+            self._new.clear()
+            self._lines.extend(new)
+            self._offer_nodes(new)
+            shown = [line for line in new if self._is_wanted(line)]
+            self._add(shown)
+            self._wait_ticks = len(shown) // LINES_OF_A_BLOCK
+            self._say()
+
+    def _pressed(self, event: Any) -> None:
+        if event.target.value == "Clear":
+            self._lines.clear()
+            self._new.clear()
+            self._show_anew()
+        else:
+            self._paused = not self._paused
+            self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
+            self._say()
+
+    def _offer_nodes(self, lines: tuple[Line, ...]) -> None:
+        new = {line.node for line in lines} - self._nodes
+        # A node that makes up names must not fill the list.
+        if new and len(self._nodes) < MOST_LINES:
+            self._nodes |= new
+            chosen = self._node.value
+            self._node.options = (_ALL, *sorted(self._nodes))
+            self._node.value = chosen
+
+    def _is_wanted(self, line: Line) -> bool:
+        return (
+            line.level >= _LEVELS[self._level.value]
+            and self._node.value in (_ALL, line.node)
+            and self._text.value.lower() in line.text.lower()
+        )
+
+    def _show_anew(self) -> None:
+        while self._blocks:
+            self._blocks.pop().remove()
+        self._add([line for line in self._lines if self._is_wanted(line)])
+        self._say()
+
+    def _add(self, lines: list[Line]) -> None:
+        start = 0
+        while start < len(lines):
+            if not self._blocks or self._blocks[0].room == 0:
+                self._blocks_made += 1
+                with self._place:
+                    # Elements stand in the order of this number: the newest block comes first.
+                    handle = self.gui.add_html("", order=-float(self._blocks_made))
+                self._blocks.appendleft(_Block(handle))
+            taken = lines[start : start + self._blocks[0].room]
+            self._blocks[0].add(taken)
+            start += len(taken)
+        while (len(self._blocks) - 1) * LINES_OF_A_BLOCK >= MOST_LINES:
+            self._blocks.pop().remove()
+
+    def _say(self) -> None:
+        shown = sum(block.count for block in self._blocks)
+        note = f"{shown} of {len(self._lines)} lines" if self._lines else "Nothing was said yet."
+        if self._paused:
+            note = f"Paused. {note}"
+        content = f'<div style="padding:0 12px 6px;font-size:12px;opacity:.6">{note}</div>'
+        if content != self._note.content:
+            self._note.content = content
+
+
+class _Block:
+    """Some lines that are one element of the page, the newest first."""
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = handle
+        self._lines: list[str] = []
+
+    @property
+    def count(self) -> int:
+        """How many lines it has."""
+        return len(self._lines)
+
+    @property
+    def room(self) -> int:
+        """How many lines it takes."""
+        return LINES_OF_A_BLOCK - len(self._lines)
+
+    def add(self, lines: list[Line]) -> None:
+        """Show lines, the oldest of them given first."""
+        self._lines += [_shown(line) for line in lines]
+        body = "".join(reversed(self._lines))
+        self._handle.content = f'<div style="padding:0 12px">{body}</div>'
+
+    def remove(self) -> None:
+        """Take it out of the page."""
+        self._handle.remove()
+
+
+def _shown(line: Line) -> str:
+    level = max((known for known in _COLORS if known <= line.level), default=10)
+    return _LINE.format(
+        color=_COLORS[level],
+        time=_time_text(line.stamp_s),
+        node=escaped(line.node),
+        text=escaped_lines(line.text, _LONGEST_TEXT),
+    )
+
+
+def _time_text(stamp_s: float) -> str:
+    """The time of the day, or seconds where a simulation's clock began near 0."""
+    if stamp_s < _A_DAY_S:
+        return f"{stamp_s:.3f} s"
+    try:
+        time = datetime.datetime.fromtimestamp(stamp_s).astimezone()
+    except (ValueError, OverflowError, OSError):
+        return f"{stamp_s:.3f} s"
+    return f"{time:%H:%M:%S}.{time.microsecond // 1000:03d}"

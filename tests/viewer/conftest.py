@@ -1,0 +1,134 @@
+"""A page to try displays and panels on: viser's own server, and a graph that the test plays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from viser import GuiEvent, ViserServer
+
+from teleopctl.tf import Buffer
+from teleopctl.viewer import open_server
+from teleopctl.viewer.scene.frames import Frames
+
+
+class FakeClient:
+    """A browser; it notes what it is told.
+
+    Attributes:
+        files: What it was given to download, by name.
+    """
+
+    client_id = 1
+
+    def __init__(self) -> None:
+        self.files: dict[str, bytes] = {}
+
+    def send_file_download(self, filename: str, content: bytes, **_: object) -> None:
+        self.files[filename] = content
+
+
+class FakePage:
+    """Page and stage in one, as the viewer's node is; it does everything at once, in the test.
+
+    Args:
+        server: The page's server.
+        node: A node, for what asks for one.
+
+    Attributes:
+        subscribed: The callbacks of what is listened to, by topic.
+        told: What everybody who looks was told.
+    """
+
+    def __init__(self, server: ViserServer, node: Any = None) -> None:
+        self.node = node
+        self.stage = self
+        self.server = server
+        self.scene = server.scene
+        self.gui = server.gui
+        self.frames = Frames(server.scene, Buffer())
+        self.displays: list[Any] = []
+        self.client = FakeClient()
+        self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
+        self.told: list[tuple[str, str]] = []
+
+    def subscribe(
+        self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
+    ) -> Callable[[], None]:
+        del type_name, qos
+        self.subscribed.setdefault(topic, []).append(callback)
+
+        def end() -> None:
+            self.subscribed[topic].remove(callback)
+
+        return end
+
+    def publish(self, topic: str, message: object) -> None:
+        """Hand a message to whoever listens."""
+        for callback in tuple(self.subscribed.get(topic, ())):
+            callback(message)
+
+    def listens_to(self, topic: str) -> bool:
+        return bool(self.subscribed.get(topic))
+
+    def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
+        try:
+            result = task()
+        except Exception as error:  # noqa: BLE001 -- as the viewer does
+            result = error
+        then(result)
+
+    def on(self, function: Callable[..., object]) -> Callable[..., None]:
+        def call(*arguments: Any) -> None:
+            function(*arguments)
+
+        return call
+
+    def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
+        del wrong
+        self.told.append((title, text))
+
+    def add_display(self, rviz_class: str, name: str = "", given: Any = None) -> Any:
+        raise NotImplementedError
+
+    def remove_display(self, display: Any) -> None:
+        display.end()
+        self.displays.remove(display)
+
+    def enable(self, display: Any, *, enabled: bool) -> None:
+        (display.begin if enabled else display.end)()
+
+    # --- what a person does on the page -------------------------------------------------------
+
+    def click(self, handle: Any) -> None:
+        """Press a button."""
+        self._happen(handle)
+
+    def choose(self, handle: Any, value: object) -> None:
+        """Give a dropdown, a checkbox, a text or a group of buttons a value."""
+        handle._impl.value = value
+        self._happen(handle)
+
+    def _happen(self, handle: Any) -> None:
+        client: Any = self.client
+        for callback in handle._impl.update_cb:
+            callback(GuiEvent(client, client.client_id, handle))
+
+
+@pytest.fixture(scope="module")
+def page_server() -> Iterator[ViserServer]:
+    """The server of a module's pages."""
+    server = open_server(port=0)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def page(page_server: ViserServer) -> Iterator[FakePage]:
+    """A page of the test's own, whose picture is empty at the end."""
+    page = FakePage(page_server)
+    yield page
+    page.frames.remove()
+    page_server.gui.reset()
+    page_server.scene.reset()

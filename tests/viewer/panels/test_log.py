@@ -1,0 +1,152 @@
+"""The log: lines of /rosout, the newest first, those that the filters want."""
+
+import re
+
+import pytest
+from hypothesis import given, settings, strategies
+
+from teleopctl.interfaces import get_message
+from teleopctl.viewer.panels.log import LINES_OF_A_BLOCK, MOST_LINES, LogPanel
+
+LOG = get_message("rcl_interfaces/msg/Log")
+
+
+@pytest.fixture
+def panel(page):
+    panel = LogPanel(page)
+    panel.build()
+    panel.began()
+    yield panel
+    panel.ended()
+
+
+def say(page, text, *, node="arm", level=20, sec=1_700_000_000):
+    log = LOG(name=node, msg=text, level=level)
+    log.stamp.sec = sec
+    page.publish("/rosout", log)
+
+
+def blocks(panel):
+    """The HTML of the blocks in the order of the page."""
+    handles = sorted(panel._place._children.values(), key=lambda handle: handle.order)
+    return [handle.content for handle in handles]
+
+
+def texts(panel):
+    """The messages on the page, from its top."""
+    return re.findall(r"pre-wrap\">(.*?)</span>", "".join(blocks(panel)), re.DOTALL)
+
+
+def drawn(panel):
+    for _ in range(MOST_LINES // LINES_OF_A_BLOCK + 2):
+        panel.tick()
+
+
+def test_the_newest_line_stands_first(page, panel):
+    for number in range(3):
+        say(page, f"line {number}")
+    panel.tick()
+    say(page, "line 3")
+    panel.tick()
+    assert texts(panel) == ["line 3", "line 2", "line 1", "line 0"]
+
+
+def test_a_new_line_changes_one_block_only(page, panel):
+    for number in range(3 * LINES_OF_A_BLOCK):
+        say(page, f"line {number}")
+    drawn(panel)
+    before = blocks(panel)
+    say(page, "new")
+    panel.tick()
+    after = blocks(panel)
+    assert after[1:] == before
+    assert "new" in after[0]
+
+
+def test_filters_choose_by_level_node_and_text(page, panel):
+    say(page, "turns", level=10)
+    say(page, "is hot", level=30)
+    say(page, "is Hot", level=40, node="leg")
+    panel.tick()
+    assert texts(panel) == ["is Hot", "is hot"]
+    page.choose(panel._level, "Debug")
+    assert texts(panel) == ["is Hot", "is hot", "turns"]
+    page.choose(panel._node, "arm")
+    assert texts(panel) == ["is hot", "turns"]
+    page.choose(panel._text, "HOT")
+    assert texts(panel) == ["is hot"]
+
+
+def test_nodes_that_spoke_can_be_chosen_and_the_choice_stays(page, panel):
+    say(page, "a", node="arm")
+    panel.tick()
+    page.choose(panel._node, "arm")
+    say(page, "b", node="leg")
+    panel.tick()
+    assert panel._node.options == ("(all)", "arm", "leg")
+    assert panel._node.value == "arm"
+
+
+def test_what_is_said_during_a_pause_comes_after_it(page, panel):
+    page.choose(panel._buttons, "Pause")
+    say(page, "meanwhile")
+    panel.tick()
+    assert texts(panel) == []
+    page.choose(panel._buttons, "Resume")
+    panel.tick()
+    assert texts(panel) == ["meanwhile"]
+    page.choose(panel._buttons, "Clear")
+    assert texts(panel) == []
+
+
+def test_what_nodes_repeat_for_who_looks_again_is_shown_once(page, panel):
+    say(page, "ready")
+    panel.tick()
+    panel.ended()
+    assert not page.listens_to("/rosout")
+    panel.began()
+    say(page, "ready")
+    panel.tick()
+    assert texts(panel) == ["ready"]
+
+
+def test_a_flood_leaves_the_last_thousand_lines_and_time_to_draw(page, panel):
+    for number in range(3 * MOST_LINES):
+        say(page, f"line {number}")
+    panel.tick()
+    say(page, "later")
+    panel.tick()
+    assert "later" not in texts(panel)
+    drawn(panel)
+    shown = texts(panel)
+    assert shown[0] == "later"
+    assert MOST_LINES - LINES_OF_A_BLOCK < len(shown) <= MOST_LINES
+
+
+def test_what_nodes_say_is_text_and_never_html(page, panel):
+    say(page, "<img src=x onerror=alert(1)>", node='"><script>')
+    panel.tick()
+    (block,) = blocks(panel)
+    assert "<img" not in block
+    assert "<script" not in block
+    assert "&lt;img src=x" in block
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    strategies.text(max_size=50),
+    strategies.integers(0, 255),
+    strategies.integers(-(2**31), 2**31 - 1),
+)
+def test_any_line_can_be_shown(page_server, text, level, sec):
+    from tests.viewer.conftest import FakePage
+
+    page = FakePage(page_server)
+    panel = LogPanel(page)
+    panel.build()
+    panel.began()
+    page.choose(panel._level, "Debug")
+    say(page, text, node=text, level=level, sec=sec)
+    panel.tick()
+    assert len(texts(panel)) == (1 if level >= 10 else 0)
+    page_server.gui.reset()
