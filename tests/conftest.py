@@ -49,6 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["ROS_LOG_DIR"] = str(folder / "log")
     os.environ["TELEOPCTL_ROUTER"] = f"tcp/127.0.0.1:{free_port()}"
     os.environ["ROS_DOMAIN_ID"] = "231"
+    os.environ["TELEOPCTL_VIEWER"] = "false"
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
     from teleopctl.launch.evaluation.substitution import Substitution as Substitution
-    from teleopctl.launch.execution.judgement import log_tail as log_tail
+    from teleopctl.launch.execution.judgement import log_tail as log_tail, pages as pages
     from teleopctl.launch.execution.readiness import (
         NewNodes as NewNodes,
         wait_for_node as wait_for_node,
@@ -75,7 +75,7 @@ else:
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.substitution": "Substitution",
-            "execution.judgement": "log_tail",
+            "execution.judgement": "log_tail pages",
             "execution.readiness": "NewNodes wait_for_node",
             "execution.running": "Running died duration find_running forget_died newest_log "
             "running stop_running stopped_by_ctrl_c",

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 import webbrowser
 
 from teleopctl import progress
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
-from teleopctl.viewer import DEFAULT_PORT, Viewer, open_server, page_address
+
+_NICENESS = 5
+OPEN_VARIABLE = "TELEOPCTL_OPEN"
+"""Set by whoever wants the page opened in the browser."""
 
 
 def main(args: list[str] | None = None) -> int:
@@ -21,6 +25,8 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         PageError: It cannot be opened.
     """
+    from teleopctl.viewer import DEFAULT_PORT, Viewer, open_server, page_address
+
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
@@ -29,6 +35,9 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
     options = parser.parse_args(parse_ros_arguments(words).program)
     progress.tell(progress.STARTING)
+    if hasattr(os, "nice"):
+        # Whoever controls the robot comes first.
+        os.nice(_NICENESS)
     server = open_server(options.host, options.port, token=options.token)
     address = page_address(options.host, server.get_port(), options.token)
     with (
@@ -37,8 +46,8 @@ def main(args: list[str] | None = None) -> int:
         Viewer(server) as node,
     ):
         node.get_logger().info(f"The robot is at {address}")
-        progress.tell(progress.READY)
-        if options.open:
+        progress.tell(progress.READY, address)
+        if options.open or os.environ.get(OPEN_VARIABLE):
             webbrowser.open(address)
         spin(node)
     return 0

@@ -79,6 +79,8 @@ class RosGraph:
         self.domain = 1 + port % 100
         self.variables = {
             "TELEOPCTL_ROUTER": self.router,
+            # A test looks at topics; whoever wants the page says viewer:=true.
+            "TELEOPCTL_VIEWER": "false",
             "ROS_DOMAIN_ID": str(self.domain),
             "TELEOPCTL_RUNTIME_DIR": str(self.folder / _RUNTIME),
             "ROS_LOG_DIR": str(self.folder / _LOG),

@@ -54,6 +54,9 @@ def launch(
         Option("--launch-prefix", help="Words to put before each command line."),
     ] = None,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
+    open_page: Annotated[
+        bool, Option("--open", help="Open the page of the robot in the browser.")
+    ] = False,
     safe: Annotated[
         bool,
         Option("--safe", help="Refuse robot descriptions that are more than arithmetic."),
@@ -64,9 +67,12 @@ def launch(
     if safe:
         # For this process and for those that it starts, which may read descriptions themselves.
         os.environ["TELEOPCTL_SAFE"] = "1"
+    if open_page:
+        os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.launch import (
         find_launch_file,
         make_plan,
+        pages,
         run_here,
         start_in_background,
         undeclared_arguments,
@@ -97,19 +103,21 @@ def launch(
         )
     for warning in plan.warnings:
         console.warn(warning)
-    stays = False
+    running: list[ProcessStatus] = []
 
     def report(process: "ProcessStatus", node: str | None) -> None:
-        nonlocal stays
-        stays = stays or process.state == "running"
+        if process.state == "running":
+            running.append(process)
         _report(process, node)
 
     record = start_in_background(plan, file.stem.removesuffix(".launch"), report)
-    if not stays:
+    if not running:
         console.out(f"{record.name} has finished")
     else:
         console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")
         console.out(f"To end it: teleopctl stop {record.name}")
+        for address in pages(running):
+            console.out(f"The robot in your browser: {address}")
     return 0
 
 

@@ -104,7 +104,7 @@ def _command(executable: Executable, arguments: Sequence[str]) -> list[str]:
 
 
 def _start_in_background(executable: Executable, command: list[str]) -> int:
-    from teleopctl import background
+    from teleopctl import background, progress
     from teleopctl.launch import NewNodes, free_name, stopped_by_ctrl_c, wait_for_node
 
     with NewNodes() as new_nodes:
@@ -114,6 +114,9 @@ def _start_in_background(executable: Executable, command: list[str]) -> int:
             nodes = wait_for_node(new_nodes, record)
     if nodes:
         console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
+        said = progress.read(record.log_file)
+        if said is not None and said.state == progress.READY and said.detail:
+            console.out(f"The robot in your browser: {said.detail}")
     else:
         console.out(f"{name} has finished")
     return 0

@@ -84,6 +84,14 @@ def _in_graph(
     return up
 
 
+def pages(statuses: Sequence[ProcessStatus]) -> list[str]:
+    """Return the addresses of the pages that processes serve."""
+    said = [progress.read(Path(process.log_file)) for process in statuses]
+    return [
+        words.detail for words in said if words and words.state == progress.READY and words.detail
+    ]
+
+
 def first_failure(statuses: Sequence[ProcessStatus]) -> LaunchError | None:
     """Return what went wrong first, since the rest may follow from it; None when nothing did."""
     failures: list[tuple[float, str]] = []

@@ -12,7 +12,7 @@ from teleopctl import background, progress
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.judgement import first_failure, log_tail, what_is_up
+from teleopctl.launch.execution.judgement import first_failure, log_tail, pages, what_is_up
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
@@ -240,9 +240,10 @@ def _what_is_up_now(running: list[ProcessStatus]) -> str:
     names = [process.node_name or process.name for process in running]
     controlled = "/controller_manager" in names
     command = "control list_controllers" if controlled else "node list"
+    look = "".join(f" The robot in your browser: {address}" for address in pages(running))
     return (
         f"Up: {', '.join(names)}. Next, in another terminal: teleopctl {command}. "
-        "Ctrl-C ends everything."
+        f"Ctrl-C ends everything.{look}"
     )
 
 
