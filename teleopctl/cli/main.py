@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from teleopctl import __version__, plugins
+from teleopctl import __version__, interrupts, plugins
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.program import COMPLETION_VARIABLE
 from teleopctl.errors import (
@@ -32,6 +32,7 @@ def main() -> NoReturn:
     # by it all the same, and whoever started them counts on that.
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        interrupts.raise_swallowed_again()
         status = run(sys.argv[1:])
     except KeyboardInterrupt:
         status = EXIT_INTERRUPTED

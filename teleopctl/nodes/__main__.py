@@ -9,7 +9,7 @@ that teleopctl brings itself.
 import signal
 import sys
 
-from teleopctl import progress
+from teleopctl import interrupts, progress
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.nodes.execute import run_executable
 from teleopctl.packages import is_path
@@ -41,6 +41,7 @@ def _take_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    interrupts.raise_swallowed_again()
 
 
 def _run() -> int:

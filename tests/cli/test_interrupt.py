@@ -45,3 +45,38 @@ def test_an_interrupt_while_a_module_is_imported_ends_it_in_silence(module: str,
         check=False,
     )
     assert (done.returncode, done.stdout, done.stderr) == (status, "", "")
+
+
+# Sends the signal where Python swallows what is raised, as callbacks of its imports do.
+_SWALLOWED = _COMMAND.replace(
+    "            os.kill(os.getpid(), signal.SIGINT)\n",
+    """            class Gone:
+                def __del__(self):
+                    os.kill(os.getpid(), signal.SIGINT)
+                    for _ in range(1000):
+                        pass
+            Gone()
+""",
+)
+_OF_A_NODE = (
+    _SWALLOWED.replace('["topic", "list"]', '["teleop_py_pkg", "simple_subscriber"]')
+    .replace("teleopctl.__main__", "teleopctl.nodes.__main__")
+    .replace("\nmain()", "\nsys.exit(main())")
+)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
+@pytest.mark.parametrize(
+    ("program", "module"),
+    [(_SWALLOWED, "teleopctl.cli.quick"), (_OF_A_NODE, "teleopctl.nodes.simple_subscriber")],
+    ids=["command", "node"],
+)
+def test_an_interrupt_that_python_swallows_comes_again(program: str, module: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", program.format(module=module)],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
