@@ -117,3 +117,35 @@ def test_a_folder_of_sources_does_not_hide_what_is_served(tmp_path):
     assert output(
         "import rclpy, tf2_ros\nprint(rclpy.ok(), tf2_ros.Buffer.__name__)", tmp_path
     ) == ("False Buffer")
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "text"),
+    [
+        ("parameter.parameter_value_to_python(ParameterValue(type=42))", "RuntimeError", "42"),
+        ("parameter.parameter_dict_from_yaml_file('nowhere.yaml')", "FileNotFoundError", "nowhere"),
+        ("parameter.parameter_dict_from_yaml_file(BAD)", "RuntimeError", "a mapping of node names"),
+        ("expand_topic_name('a', 'b?', '/')", "ValueError", "node name 'b?' is invalid"),
+        ("expand_topic_name('a', 'b', '')", "ValueError", "node namespace '' is invalid"),
+        ("expand_topic_name('a?', 'b', '/')", "ValueError", "topic name 'a?' is invalid"),
+        ("validate_parameter_name('')", "InvalidParameterException", "Invalid parameter name"),
+        ("validate_namespace('')", "InvalidNamespaceException", "must not be empty"),
+    ],
+)
+def test_functions_raise_what_rclpy_raises(call, error, text, tmp_path):
+    (tmp_path / "bad.yaml").write_text("- 1")
+    code = f"""
+BAD = {str(tmp_path / "bad.yaml")!r}
+from rcl_interfaces.msg import ParameterValue
+from rclpy import exceptions, parameter
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_parameter_name import validate_parameter_name
+try:
+    {call}
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+    printed = output(code)
+    assert printed.split()[0] == error
+    assert text in printed

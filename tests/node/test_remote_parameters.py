@@ -192,3 +192,35 @@ def test_an_override_that_is_wrong_or_refused_raises(make_node, value):
     )
     with pytest.raises(InvalidQosOverridesError, match=r"sometimes|not for us"):
         node.create_publisher(STRING, "chatter", 10, qos_overriding_options=options)
+
+
+SECTIONS = """
+/**: {ros__parameters: {everywhere: 1, own: 1}}
+/one: {ros__parameters: {absolute: 1, own: 2}}
+one: {ros__parameters: {relative: 1}}
+/left/two: {ros__parameters: {joined: 1}}
+/left: {two: {ros__parameters: {nested: 1}}}
+/*: {two: {ros__parameters: {any_namespace: 1}}}
+/**/two: {ros__parameters: {any_depth: 1}}
+/a/b/two: {ros__parameters: {deep: 1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("targets", "exact", "wild"),
+    [
+        ([], "absolute own relative joined nested deep", "everywhere any_namespace any_depth"),
+        (["one"], "absolute own relative", "everywhere"),
+        (["/left/two"], "joined nested", "everywhere own any_namespace any_depth"),
+        (["/a/b/two"], "deep", "everywhere own any_depth"),
+        (["one", "/a/b/two"], "absolute own relative deep", "everywhere any_depth"),
+    ],
+)
+def test_sections_with_wildcards_are_meant_for_the_nodes_that_rclpy_takes(
+    tmp_path, targets, exact, wild
+):
+    file = tmp_path / "p.yaml"
+    file.write_text(SECTIONS)
+    assert set(parameter_messages(file, False, targets)) == set(exact.split())
+    assert set(parameter_messages(file, True, targets)) == set(f"{exact} {wild}".split())
+    assert parameter_messages(file, True, ["one"])["own"].value.integer_value == 2

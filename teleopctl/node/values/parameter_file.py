@@ -123,8 +123,9 @@ def parameter_messages(
 
     Args:
         path: The file.
-        use_wildcard: Take the section ``/**`` as well; others win over it.
-        target_nodes: Take the sections of these nodes only.
+        use_wildcard: Take sections with wildcards as well (``/**``, ``/*/name``, ``/**/name``);
+            others win over them.
+        target_nodes: Take only the sections that are meant for these nodes.
         namespace: Prefix of all names, without the dot.
 
     Returns:
@@ -137,18 +138,36 @@ def parameter_messages(
     from teleopctl.node.values.parameter import Parameter
 
     sections = read_parameter_file(Path(path)).sections
-    wanted = {f"/{name.strip('/')}" for name in target_nodes or ()}
-    if missing := wanted - {name for name, _ in sections}:
+    targets = [f"/{name.strip('/')}" for name in target_nodes or ()]
+    chosen = {
+        name
+        for name, _ in sections
+        if (not targets or any(_is_meant(name, target) for target in targets))
+        and (use_wildcard or "*" not in name)
+    }
+    missing = [t for t in targets if not any(_is_meant(name, t) for name in chosen)]
+    if missing:
         raise InvalidFileError(
-            f"{path} has no parameters for {', '.join(sorted(missing))}",
+            f"{path} has no parameters for {', '.join(missing)}",
             hint=f"It has some for {', '.join(name for name, _ in sections)}.",
         )
     values: dict[str, Any] = {}
-    for name, parameters in sorted(sections, key=lambda section: section[0] != _EVERY_NODE):
-        if use_wildcard if name == _EVERY_NODE else not wanted or name in wanted:
+    # what is meant for all nodes comes first, then what is meant for several: the last one wins
+    for name, parameters in sorted(sections, key=lambda s: (s[0] != _EVERY_NODE, "*" not in s[0])):
+        if name in chosen:
             values.update(parameters)
     prefix = f"{namespace}." if namespace else ""
     return {
         prefix + name: Parameter(prefix + name, value=value).to_parameter_msg()
         for name, value in values.items()
     }
+
+
+def _is_meant(section: str, node: str) -> bool:
+    """Whether the name of a section, with ``*`` and ``**``, is meant for a node."""
+    namespace, _, name = node.rpartition("/")
+    if section in (_EVERY_NODE, node):
+        return True
+    if namespace and section == f"{_EVERY_NODE}/{name}":
+        return True
+    return namespace.count("/") == 1 and section == f"/*/{name}"

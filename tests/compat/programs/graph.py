@@ -3,6 +3,7 @@
 import sys
 
 import rclpy
+import rclpy.context
 import rclpy.utilities
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -14,6 +15,19 @@ from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from rclpy.type_support import check_for_type_support
 from rclpy.wait_for_message import wait_for_message
 from std_msgs.msg import String
+
+
+def in_a_context_of_its_own(latched):
+    context = rclpy.context.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("apart", context=context)
+    got, message = wait_for_message(
+        String, node, "/other/spoken", qos_profile=latched, time_to_wait=10.0
+    )
+    assert (got, message.data) == (True, "kept")
+    assert wait_for_message(String, node, "silent", time_to_wait=0.05) == (False, None)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
 
 
 def main():
@@ -50,6 +64,7 @@ def main():
     got, message = wait_for_message(String, node, "chatter", qos_profile=latched, time_to_wait=10.0)
     assert got
     assert message.data == "kept"
+    in_a_context_of_its_own(latched)
     again = deserialize_message(serialize_message(message), String)
     assert again == message
     check_for_type_support(String)

@@ -1,7 +1,13 @@
 """``rclpy.wait_for_message``. One message, without a subscription of one's own."""
 
 from teleopctl.interfaces import MessageT
-from teleopctl.node import Future, Node, QoSProfile, spin_until_future_complete
+from teleopctl.node import (
+    Future,
+    Node,
+    QoSProfile,
+    SingleThreadedExecutor,
+    spin_until_future_complete,
+)
 
 __all__ = ["wait_for_message"]
 
@@ -28,8 +34,10 @@ def wait_for_message(
     """
     future: Future[MessageT] = Future()
     subscription = node.create_subscription(msg_type, topic, future.set_result, qos_profile)
+    executor = SingleThreadedExecutor(context=node.context)  # the global one has the default's
     try:
-        spin_until_future_complete(node, future, timeout_sec=time_to_wait)
+        spin_until_future_complete(node, future, executor, time_to_wait)
     finally:
+        executor.shutdown()
         node.destroy_subscription(subscription)
     return future.done(), future.result()
