@@ -8,4 +8,16 @@ TopicName = Annotated[str, Argument(help="The topic.", complete="topics")]
 ServiceName = Annotated[str, Argument(help="The service.", complete="services")]
 NodeName = Annotated[str, Argument(help="The node.", complete="nodes")]
 
+CountTopics = Annotated[bool, Option("-c", "--count-topics", help="Print only how many there are.")]
+CountServices = Annotated[
+    bool, Option("-c", "--count-services", help="Print only how many there are.")
+]
+HiddenTopics = Annotated[
+    bool,
+    Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
+]
+HiddenServices = Annotated[
+    bool,
+    Option("--include-hidden-services", help="List names with a part that starts with _, too."),
+]
 AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]

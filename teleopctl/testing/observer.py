@@ -66,18 +66,7 @@ class Observer:
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
     ) -> MessageT:
-        """Wait for the next message of a topic, or the next one that satisfies a predicate.
-
-        Args:
-            message_type: A message class.
-            topic: Its name.
-            matching: Told each message; by default the first one will do.
-            qos: Of the subscription; ``qos_profile_latched`` also hears what was sent before.
-            timeout_s: Upper bound in seconds.
-
-        Raises:
-            AssertionError: The time is up; the message has the last one that came.
-        """
+        """Wait for the next message that satisfies a predicate; see `RosGraph.wait_for_message`."""
         found: list[MessageT] = []
         last: list[MessageT] = []
 

@@ -135,12 +135,8 @@ class Buffer(BufferCore, BufferInterface):
         Raises:
             TransformException: As ``lookup_transform`` does.
         """
-        answer = self._through(
-            (target_frame, stamp_of(target_time)),
-            (source_frame, stamp_of(source_time)),
-            fixed_frame,
-            "lookupTransform",
-        )
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        answer = self._through(*frames, "lookupTransform")
         stamp, transform = self._when_known(answer, timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
@@ -242,12 +238,8 @@ class Buffer(BufferCore, BufferInterface):
         return_debug_tuple: bool = False,
     ) -> Any:
         """Tell whether ``lookup_transform_full`` would answer; see there and ``can_transform``."""
-        answer = self._through(
-            (target_frame, stamp_of(target_time)),
-            (source_frame, stamp_of(source_time)),
-            fixed_frame,
-            "canTransform",
-        )
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        answer = self._through(*frames, "canTransform")
         return self._known_in_time(answer, timeout, return_debug_tuple)
 
     def _known_in_time(

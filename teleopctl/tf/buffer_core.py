@@ -75,22 +75,7 @@ class BufferCore:
     def lookup_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> TransformStamped:
-        """Return where the source frame stands in the target frame, without waiting.
-
-        Args:
-            target_frame: The frame in which the answer is expressed.
-            source_frame: The frame that is looked for.
-            time: When; 0 for the newest time that is known.
-
-        Returns:
-            A ``geometry_msgs/msg/TransformStamped``.
-
-        Raises:
-            LookupException: When a frame is not known.
-            ConnectivityException: When no chain joins the frames.
-            ExtrapolationException: When the time lies outside of what is known.
-            InvalidArgumentException: When a frame's name is not allowed.
-        """
+        """Return what `Buffer.lookup_transform` returns or raises, without waiting."""
         answer = self._between(target_frame, source_frame, stamp_of(time), "lookupTransform")
         with self._changed:
             stamp, transform = answer()
@@ -104,26 +89,9 @@ class BufferCore:
         source_time: TimeLike,
         fixed_frame: str,
     ) -> TransformStamped:
-        """Return where the source stood at one time, in the target as it stood at another.
-
-        Args:
-            target_frame: The frame in which the answer is expressed.
-            target_time: When the target is looked at.
-            source_frame: The frame that is looked for.
-            source_time: When the source is looked at.
-            fixed_frame: The frame that does not move between the two times.
-
-        Returns:
-            A ``geometry_msgs/msg/TransformStamped``.
-
-        Raises:
-            TransformException: As ``lookup_transform_core`` does.
-        """
-        target, source = (
-            (target_frame, stamp_of(target_time)),
-            (source_frame, stamp_of(source_time)),
-        )
-        answer = self._through(target, source, fixed_frame, "lookupTransform")
+        """Return what `Buffer.lookup_transform_full` returns or raises, without waiting."""
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        answer = self._through(*frames, "lookupTransform")
         with self._changed:
             stamp, transform = answer()
         return transform_stamped(target_frame, source_frame, stamp, transform)
@@ -143,11 +111,8 @@ class BufferCore:
         fixed_frame: str,
     ) -> tuple[bool, str]:
         """Tell whether ``lookup_transform_full_core`` would answer, and why not."""
-        target, source = (
-            (target_frame, stamp_of(target_time)),
-            (source_frame, stamp_of(source_time)),
-        )
-        return self._told(self._through(target, source, fixed_frame, "canTransform"))
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        return self._told(self._through(*frames, "canTransform"))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the newest time at which every frame between two is known.
@@ -183,7 +148,7 @@ class BufferCore:
             Metres per second of its origin, and radians per second.
 
         Raises:
-            TransformException: As ``lookup_transform_core`` does.
+            TransformException: As `Buffer.lookup_transform` does.
         """
         frames = (tracking_frame, observation_frame, observation_frame, tracking_frame)
         with self._changed:
@@ -287,17 +252,24 @@ class BufferCore:
         return answer
 
     def _through(
-        self, target: tuple[str, int], source: tuple[str, int], fixed_frame: str, caller: str
+        self,
+        target_frame: str,
+        target_time: TimeLike,
+        source_frame: str,
+        source_time: TimeLike,
+        fixed_frame: str,
+        caller: str,
     ) -> Question:
         """Return the question where one frame at one time stood in another at another time."""
         check = self._tree.check
+        target_stamp, source_stamp = stamp_of(target_time), stamp_of(source_time)
 
         def answer() -> tuple[int, Transform]:
             return self._tree.lookup_through(
-                check(target[0], "target_frame", caller),
-                target[1],
-                check(source[0], "source_frame", caller),
-                source[1],
+                check(target_frame, "target_frame", caller),
+                target_stamp,
+                check(source_frame, "source_frame", caller),
+                source_stamp,
                 check(fixed_frame, "fixed_frame", caller),
             )
 

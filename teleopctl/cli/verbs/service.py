@@ -5,7 +5,7 @@ from typing import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
-from teleopctl.cli.options import AsJson, ServiceName
+from teleopctl.cli.options import AsJson, CountServices, HiddenServices, ServiceName
 from teleopctl.cli.verb import Argument, Group, Option, Verb
 from teleopctl.interfaces import normalize
 
@@ -31,13 +31,8 @@ def list_services(
     show_types: Annotated[
         bool, Option("-t", "--show-types", help="Show the type of each service.")
     ] = False,
-    count_services: Annotated[
-        bool, Option("-c", "--count-services", help="Print only how many there are.")
-    ] = False,
-    include_hidden: Annotated[
-        bool,
-        Option("--include-hidden-services", help="List names with a part that starts with _, too."),
-    ] = False,
+    count_services: CountServices = False,
+    include_hidden: HiddenServices = False,
     as_json: AsJson = False,
 ) -> None:
     """List the services."""
@@ -62,13 +57,8 @@ def service_type(service_name: ServiceName, as_json: AsJson = False) -> None:
 
 def services_of_type(
     type_name: Annotated[str, Argument(help="The service type.", metavar="TYPE")],
-    count_services: Annotated[
-        bool, Option("-c", "--count-services", help="Print only how many there are.")
-    ] = False,
-    include_hidden: Annotated[
-        bool,
-        Option("--include-hidden-services", help="List names with a part that starts with _, too."),
-    ] = False,
+    count_services: CountServices = False,
+    include_hidden: HiddenServices = False,
     as_json: AsJson = False,
 ) -> None:
     """List the services of a type."""

@@ -61,8 +61,8 @@ class DeclareArgument(Action):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Let(Action):
-    """``let``: sets a launch variable."""
+class _SetNamed(Action):
+    """Gives something with a name a value."""
 
     keys = ("name", "value")
 
@@ -71,34 +71,31 @@ class Let(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read a ``let``."""
+        """Read name and value."""
         return cls(name=entity.required("name"), value=entity.required("value"))
+
+
+class Let(_SetNamed):
+    """``let``: sets a launch variable."""
+
+    __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""
         launch.scope.variables[launch.text(self.name)] = launch.text(self.value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SetEnvironment(Action):
+class SetEnvironment(_SetNamed):
     """``set_env``: sets an environment variable."""
 
-    keys = ("name", "value")
-
-    name: Template
-    value: Template
-
-    @classmethod
-    def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_env`` or an ``append_env``."""
-        return cls(name=entity.required("name"), value=entity.required("value"))
+    __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""
         launch.scope.environment[launch.text(self.name)] = launch.text(self.value)
 
 
-class AppendEnvironment(SetEnvironment):
+class AppendEnvironment(_SetNamed):
     """``append_env``: puts a value behind that of a variable, with a separator between."""
 
     __slots__ = ()

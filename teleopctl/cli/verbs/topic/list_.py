@@ -5,7 +5,7 @@ from typing import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.listing import out_names
 from teleopctl.cli.live import live_graph
-from teleopctl.cli.options import AsJson
+from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics
 from teleopctl.cli.verb import Option
 
 
@@ -13,16 +13,11 @@ def list_topics(
     show_types: Annotated[
         bool, Option("-t", "--show-types", help="Show the type of each topic.")
     ] = False,
-    count_topics: Annotated[
-        bool, Option("-c", "--count-topics", help="Print only how many there are.")
-    ] = False,
+    count_topics: CountTopics = False,
     verbose: Annotated[
         bool, Option("-v", "--verbose", help="Show types and numbers of endpoints.")
     ] = False,
-    include_hidden: Annotated[
-        bool,
-        Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
-    ] = False,
+    include_hidden: HiddenTopics = False,
     as_json: AsJson = False,
 ) -> None:
     """List the topics."""

@@ -4,8 +4,8 @@ from typing import Annotated
 
 from teleopctl.cli.listing import out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
-from teleopctl.cli.options import AsJson, TopicName
-from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics, TopicName
+from teleopctl.cli.verb import Argument
 from teleopctl.interfaces import normalize
 
 
@@ -19,13 +19,8 @@ def topics_of_type(
     message_type: Annotated[
         str, Argument(help="The message type.", metavar="TYPE", complete="message_types")
     ],
-    count_topics: Annotated[
-        bool, Option("-c", "--count-topics", help="Print only how many there are.")
-    ] = False,
-    include_hidden: Annotated[
-        bool,
-        Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
-    ] = False,
+    count_topics: CountTopics = False,
+    include_hidden: HiddenTopics = False,
     as_json: AsJson = False,
 ) -> None:
     """List the topics of a type."""
