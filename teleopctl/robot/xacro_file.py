@@ -172,9 +172,9 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
         return InvalidDescriptionError(
             f"{_place(xacro, path, None)}: files or macros include each other without end"
         )
-    reason = str(error)
+    reason, hint = str(error), None
     if isinstance(cause, NotFoundError):
-        reason = cause.message
+        reason, hint = cause.message, cause.hint
     elif isinstance(cause, Exception) and reason.startswith("<class "):
         reason = f"{type(cause).__name__}: {cause}"
     expression = _EXPRESSION.search(reason)
@@ -182,7 +182,7 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
     macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
     inside = f" (in macro {' > '.join(macros)})" if macros else ""
     reason = " ".join(reason.split()) or type(error).__name__
-    return InvalidDescriptionError(f"{place}: {reason}{inside}")
+    return InvalidDescriptionError(f"{place}: {reason}{inside}", hint=hint)
 
 
 def _root_cause(error: BaseException) -> BaseException:

@@ -57,6 +57,7 @@ def test_find_needs_no_ament_index(write, monkeypatch):
     )
     path = write('<link name="$(find no_such_package)"/>')
     assert failure(path).message == f"{path}: Package 'no_such_package' not found"
+    assert "Packages are looked for in $TELEOPCTL_PACKAGE_PATH" in (failure(path).hint or "")
 
 
 def test_find_asks_the_ament_index_where_it_is_installed(write, monkeypatch):

@@ -13,14 +13,18 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from teleopctl.errors import LaunchError, did_you_mean
+from teleopctl.errors import InvalidFileError, LaunchError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.template import Argument, Call
 from teleopctl.packages import package_share, resolve_uri
+
+if TYPE_CHECKING:
+    from teleopctl.node import ParameterFile
 
 _COMMAND_TIMEOUT_S = 60.0
 # How the type of a controller ends among the manager's parameters: NAME.type.
@@ -164,11 +168,21 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
     raise LaunchError(f"there is no file {' nor '.join(arguments)}")
 
 
-def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
+def _parameter_file(file: str) -> ParameterFile:
+    """Read a parameter file, whose mistakes are its own and not the launch file's."""
     from teleopctl.node import read_parameter_file
 
+    path = resolve_uri(file).absolute()
+    try:
+        return read_parameter_file(path)
+    except InvalidFileError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
+def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     file, node, name = arguments[:3]
-    parameters = read_parameter_file(resolve_uri(file)).for_node(f"/{node.lstrip('/')}")
+    parameters = _parameter_file(file).for_node(f"/{node.lstrip('/')}")
     if name in parameters:
         return str(parameters[name])
     if len(arguments) > 3:
@@ -183,9 +197,7 @@ def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
     ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
     moves.
     """
-    from teleopctl.node import read_parameter_file
-
-    file = read_parameter_file(resolve_uri(arguments[0]))
+    file = _parameter_file(arguments[0])
     types = {
         name.removesuffix(_TYPE): str(value)
         for name, value in file.for_node("/controller_manager").items()

@@ -1,6 +1,7 @@
 """From launch files to plans: arguments, scopes, conditions, nodes and their command lines."""
 
 import os
+import re
 import sys
 
 import pytest
@@ -191,6 +192,11 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
     mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
     with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
+    missing = tmp_path / "missing.yaml"
+    with pytest.raises(
+        TeleopctlError, match=f"^cannot read the parameter file {re.escape(str(missing))}: "
+    ):
+        plan(text, controllers_file=str(missing))
 
 
 def test_a_file_that_includes_itself_is_an_error(plan):
