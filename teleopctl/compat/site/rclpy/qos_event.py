@@ -1,15 +1,6 @@
-"""``rclpy.qos_event``. The earlier name of `rclpy.event_handler`."""
+"""``rclpy.qos_event``. The name that `rclpy.event_handler` had in earlier distributions."""
 
-from rclpy.event_handler import (
-    PublisherEventCallbacks,
-    QoSMessageLostInfo,
-    SubscriptionEventCallbacks,
-    UnsupportedEventTypeError,
-)
+from rclpy import event_handler
+from rclpy.event_handler import *  # noqa: F403 -- the same names
 
-__all__ = [
-    "PublisherEventCallbacks",
-    "QoSMessageLostInfo",
-    "SubscriptionEventCallbacks",
-    "UnsupportedEventTypeError",
-]
+__all__ = event_handler.__all__
