@@ -200,14 +200,20 @@ class Spawner:
                 continue
             if self._options.activate_as_group:
                 group.append(request.name)
-            elif self._switch([request.name]):
-                self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
+            elif refusal := self._switch([request.name]):
+                self._fail(
+                    f"Failed to activate controller : {request.name}", fatal=False, why=refusal
+                )
             else:
-                self._fail(f"Failed to activate controller : {request.name}", fatal=False)
+                self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
         if not group:
             return
-        if not self._switch(group):
-            self._fail(f"Failed to activate the parsed controllers list : {group}", fatal=False)
+        if refusal := self._switch(group):
+            self._fail(
+                f"Failed to activate the parsed controllers list : {group}",
+                fatal=False,
+                why=refusal,
+            )
         self._logger.info(
             self._paint(
                 _GREEN, f"Configured and activated all the parsed controllers list : {group}!"
@@ -247,13 +253,15 @@ class Spawner:
                     f'Could not set controller param "{name}" to "{value}" for {request.name}'
                 )
 
-    def _switch(self, names: Sequence[str]) -> bool:
+    def _switch(self, names: Sequence[str]) -> str:
+        """Activate controllers; return why that was refused, or an empty text."""
         ok, message = self._client.switch_controllers(
             names, asap=self._options.switch_asap, timeout=self._options.switch_timeout
         )
-        if not ok:
-            self._logger.error(message)
-        return ok
+        if ok:
+            return ""
+        self._logger.error(message)
+        return message or "refused"
 
     def unload(self, requests: Sequence[Request]) -> None:
         """Deactivate and unload what was brought up."""
@@ -274,10 +282,13 @@ class Spawner:
                 self._fail("Failed to unload controller")
         self._logger.info(f"Successfully unloaded controllers : {unloaded}")
 
-    def _fail(self, text: str, controller: str = "", *, fatal: bool = True) -> NoReturn:
+    def _fail(
+        self, text: str, controller: str = "", *, fatal: bool = True, why: str = ""
+    ) -> NoReturn:
+        """End with an error; ``why`` is in the log already, and told to a launch that waits."""
         if controller and (cause := self._client.cause(controller)):
             text = f"{text}: {cause}"
-        progress.tell(progress.FAILED, text)
+        progress.tell(progress.FAILED, f"{text}: {' '.join(why.split())}" if why else text)
         if fatal:
             self._logger.fatal(text)
         else:

@@ -15,6 +15,15 @@ def positions(ros):
     return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
 
 
+def test_a_robot_without_controllers_of_its_own_is_told_what_the_default_ones_lack(ros):
+    urdf = next(text for _, text in BLOCK.findall(text_of(PAGE)) if "head/head.urdf -->" in text)
+    (ros.folder / "head.urdf").write_text(urdf, encoding="utf-8")
+    result = ros.run("launch sim.yaml model:=head.urdf camera:=false --detach")
+    assert result.returncode == 1
+    assert "Failed to activate controller : arm_controller: Unable to activate" in result.stderr
+    assert "the command interface 'joint_1/position' is not available" in result.stderr
+
+
 def test_the_commands_of_the_page_work_in_their_order(ros):
     moved = False
     for language, text in BLOCK.findall(text_of(PAGE)):
