@@ -79,10 +79,11 @@ class ControllerManagerClient:
         while True:
             if client.service_is_ready():
                 return
+            log = self._log  # listens before anything is said: who is told may end the process
             if patient:
                 logger.info(f"waiting for service {service} to become available...")
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
-            if self._is_ready_within(left, client):
+            if self._is_ready_within(left, client, log):
                 return
             if not self._node.context.ok():
                 raise ExternalShutdownException
@@ -94,15 +95,15 @@ class ControllerManagerClient:
             if patient:
                 logger.warning(f"Could not contact service {service}")
 
-    def _is_ready_within(self, seconds: float, client: Client[Any, Any]) -> bool:
+    def _is_ready_within(self, seconds: float, client: Client[Any, Any], log: ManagerLog) -> bool:
         deadline = time.monotonic() + seconds
         while True:
             left = deadline - time.monotonic()
             if client.wait_for_service(max(0.0, min(left, _LOOK_EVERY_S))):
                 return True
-            if self._log.refusal is not None:
+            if log.refusal is not None:
                 raise ControllerManagerUnavailableError(
-                    f"{self.name} has not accepted the robot description: {self._log.refusal}"
+                    f"{self.name} has not accepted the robot description: {log.refusal}"
                 )
             if left <= 0 or not self._node.context.ok():
                 return False

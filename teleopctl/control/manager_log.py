@@ -20,7 +20,8 @@ DESCRIPTION_REFUSED = (
 """How a manager, ROS 2's too, begins to say why it does not accept a description."""
 
 # The log goes another way than the answer of a service, and may come after it.
-_CAUSE_WITHIN_S = 1.0
+_CAUSE_WITHIN_S = 3.0
+_OWN_WORDS_WITHIN_S = 0.3
 
 
 class ManagerLog:
@@ -55,14 +56,18 @@ class ManagerLog:
         """
         with self._changed:
             self._changed.wait_for(lambda: self._about(controller), _CAUSE_WITHIN_S)
-            return self._about(controller)
+            # What the controller itself says is closer to the cause, and comes by another way.
+            self._changed.wait_for(lambda: self._own(controller), _OWN_WORDS_WITHIN_S)
+            return self._own(controller) or self._about(controller)
+
+    def _own(self, controller: str) -> str | None:
+        own = f"{self._name.rpartition('.')[0]}.{controller}".lstrip(".")
+        return next((text for name, text in reversed(self._errors) if name == own), None)
 
     def _about(self, controller: str) -> str | None:
-        own = f"{self._name.rpartition('.')[0]}.{controller}".lstrip(".")
-        for name, message in reversed(self._errors):
-            if name == own or (name == self._name and f"'{controller}'" in message):
-                return message
-        return None
+        of_manager = (text for name, text in reversed(self._errors) if name == self._name)
+        told = next((text for text in of_manager if f"'{controller}'" in text), None)
+        return told or self._own(controller)
 
     def _received(self, log: Log) -> None:
         if log.name == self._name:
