@@ -37,6 +37,10 @@ class Stage(Protocol):
         """Where to draw."""
 
     @property
+    def gui(self) -> viser.GuiApi:
+        """Where to add windows, for what is no part of the picture."""
+
+    @property
     def frames(self) -> Frames:
         """Where frames stand."""
 
@@ -58,6 +62,7 @@ class Display:
     Attributes:
         rviz_class: The class's name in ``.rviz`` files, without its package.
         message_type: What it listens to; empty for one that is not about one topic.
+        other_types: What it shows besides.
         properties: What can be set, besides name, topic and whether it is enabled.
         latched: Whether the last message counts for those who come late, however the file asks.
         name: What the user calls it.
@@ -75,6 +80,7 @@ class Display:
 
     rviz_class: ClassVar[str]
     message_type: ClassVar[str] = ""
+    other_types: ClassVar[tuple[str, ...]] = ()
     properties: ClassVar[tuple[Property, ...]] = ()
     latched: ClassVar[bool] = False
 
@@ -162,6 +168,17 @@ class Display:
 
     # --- what it uses -------------------------------------------------------------------------
 
+    def type_of_topic(self) -> str:
+        """What it listens to on its topic: what is published there, of those that it shows."""
+        known = (self.message_type, *self.other_types)
+        if self.other_types:
+            offered = [
+                one.topic_type
+                for one in self.stage.node.get_publishers_info_by_topic(self.topic)
+            ]
+            known = next(((name,) for name in known if name in offered), known)
+        return known[0]
+
     def qos(self) -> QoSProfile:
         """What it asks of its topic: what the file says, as far as publishers offer it."""
         from teleopctl.viewer.displays.topic_qos import topic_qos
@@ -174,7 +191,9 @@ class Display:
 
     def _listen(self) -> None:
         if self.topic and self.message_type:
-            self._end = self.stage.subscribe(self.topic, self.message_type, self._take, self.qos())
+            self._end = self.stage.subscribe(
+                self.topic, self.type_of_topic(), self._take, self.qos()
+            )
 
     def _hush(self) -> None:
         if self._end is not None:

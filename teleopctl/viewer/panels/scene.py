@@ -125,8 +125,9 @@ class _Row:
         """Offer the topics of the display's type, and the one that is chosen."""
         if self._topic is None:
             return
-        own, kind = self._display.topic, self._display.message_type
-        fitting = {name for name, types in topics.items() if kind in types} | {own}
+        own = self._display.topic
+        kinds = {self._display.message_type, *self._display.other_types}
+        fitting = {name for name, types in topics.items() if not kinds.isdisjoint(types)} | {own}
         options = tuple(sorted(fitting))
         if options != tuple(self._topic.options):
             self._topic.options = options

@@ -1,0 +1,1 @@
+"""What sensors send: pictures, clouds of points, scans, maps."""

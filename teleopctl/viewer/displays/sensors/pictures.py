@@ -1,0 +1,94 @@
+"""What the displays of a camera's pictures share."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from teleopctl.node import QoSProfile
+from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
+from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.pictures.feed import COMPRESSED, RAW, PictureFeed, type_by_name
+from teleopctl.viewer.pictures.grey import GreyRange
+from teleopctl.viewer.pictures.picture import Picture, PictureError
+
+GREY_PROPERTIES = (
+    Property("Normalize Range", True, hint="Black and white are the least and the most measured"),
+    Property("Min Value", 0.0, hint="Black, where the range is not normalized"),
+    Property("Max Value", 1.0, hint="White, where the range is not normalized"),
+    Property("Median window", 5, low=1, high=1000, hint="Pictures whose range counts"),
+)
+_GREY = frozenset(known.name for known in GREY_PROPERTIES)
+
+
+class PictureDisplay(Display):
+    """A display of pictures, raw or compressed; it says how often they come and how large."""
+
+    message_type = RAW
+    other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
+    properties: ClassVar[tuple[Property, ...]] = GREY_PROPERTIES
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._feed = PictureFeed(self.stage, self._take_picture)
+        self._fares = (OK, "")
+
+    def type_of_topic(self) -> str:
+        """What is published there; while nothing is, what the topic's name says."""
+        if self.stage.node.get_publishers_info_by_topic(self.topic):
+            return super().type_of_topic()
+        return type_by_name(self.topic)
+
+    def qos(self) -> QoSProfile:
+        """The newest is enough."""
+        qos = super().qos()
+        qos.depth = 1
+        return qos
+
+    def started(self) -> None:
+        """Take the range of grey from the properties."""
+        values = self.values
+        self._feed.shades = GreyRange(
+            automatic=values.flag("Normalize Range"),
+            low=values.number("Min Value"),
+            high=values.number("Max Value"),
+            window=int(values.number("Median window")),
+        )
+
+    def stopped(self) -> None:
+        """Forget what was to be shown."""
+        self._feed.clear()
+        self._fares = (OK, "")
+
+    def changed(self, name: str) -> None:
+        """Show the last picture with another range."""
+        if name in _GREY:
+            PictureDisplay.started(self)
+            self._feed.again()
+
+    def received(self, message: Any) -> None:
+        """Keep it for the next picture."""
+        self.say(*self._fares)
+        self._feed.take(message)
+
+    def tick(self) -> None:
+        """Begin with the newest picture, if it is time."""
+        self._feed.tick()
+
+    def time_jumped_back(self) -> None:
+        """A picture is of no time."""
+
+    def _take_picture(self, message: Any, picture: Picture | PictureError) -> None:
+        if not self.is_drawn:
+            return
+        if isinstance(picture, PictureError):
+            self._fares = (ERROR, picture.message)
+        else:
+            size = f"{picture.width} x {picture.height}, {picture.encoding}"
+            rate = f", {self._feed.rate:.3g} Hz" if self._feed.rate else ""
+            self._fares = (WARN, picture.left_out) if picture.left_out else (OK, size + rate)
+            self.show(message, picture)
+        self.say(*self._fares)
+
+    def show(self, message: Any, picture: Picture) -> None:
+        """Show a picture."""
+        raise NotImplementedError

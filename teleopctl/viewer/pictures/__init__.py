@@ -1,0 +1,1 @@
+"""Pictures of cameras: messages as the JPEG and PNG that browsers show."""

@@ -1,0 +1,97 @@
+"""``sensor_msgs/msg/CompressedImage`` as a picture: JPEG and PNG as they are, depths decoded."""
+
+from __future__ import annotations
+
+import io
+import struct
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.viewer.pictures.grey import GreyRange
+from teleopctl.viewer.pictures.picture import Picture, PictureError, fitted, to_jpeg
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PilImage
+
+# A file of some kilobytes can claim to hold any number of pixels.
+_MOST_PIXELS = 50_000_000
+_PNG = b"\x89PNG\r\n\x1a\n"
+# Modes of Pillow whose pixels are numbers of more than a byte.
+_DEEP = ("I", "F")
+# compressed_depth_image_transport: a format that nobody reads, and two parameters.
+_DEPTH_HEADER = struct.Struct("<iff")
+
+
+# Any, here and below: a CompressedImage message.
+def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
+    """Return the picture of a message.
+
+    Args:
+        message: A ``sensor_msgs/msg/CompressedImage``.
+        width: The most pixels in a row, for what has to be encoded anew.
+        shades: Which numbers are black and white, where pixels are numbers.
+
+    Raises:
+        PictureError: The bytes are no picture of a known format.
+    """
+    if "compressedDepth" in message.format:
+        return _depth_picture(message, width, shades)
+    data = bytes(message.data)
+    image = _opened(data, message.format)
+    size = image.width, image.height, message.format
+    if image.format == "JPEG":
+        return Picture(data, "jpeg", *size)
+    if image.format == "PNG" and not image.mode.startswith(_DEEP):
+        return Picture(data, "png", *size)
+    image = _decoded(image, message.format)
+    if image.mode.startswith(_DEEP):
+        image = _grey(np.asarray(image), width, shades)
+    else:
+        image = image.convert("RGB")
+    return Picture(to_jpeg(fitted(image, width)), "jpeg", *size)
+
+
+def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
+    data = bytes(message.data)
+    if not data.startswith(_PNG, _DEPTH_HEADER.size):
+        raise PictureError(f"Of '{message.format}' only what holds PNG can be shown")
+    _, scale, offset = _DEPTH_HEADER.unpack_from(data)
+    image = _opened(data[_DEPTH_HEADER.size :], message.format)
+    values = np.asarray(_decoded(image, message.format))
+    if values.ndim != 2:
+        raise PictureError(f"'{message.format}' holds a coloured picture")
+    if message.format.startswith("32FC1"):
+        # The inverse of the depth is what was kept; 0 is where nothing was measured.
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            values = np.where(values == 0, 0.0, scale / (values.astype(np.float32) - offset))
+    grey = fitted(_grey(values, width, shades), width)
+    return Picture(to_jpeg(grey), "jpeg", image.width, image.height, message.format)
+
+
+def _opened(data: bytes, name: str) -> PilImage:
+    from PIL import Image
+
+    try:
+        image = Image.open(io.BytesIO(data))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise PictureError(f"{len(data)} bytes of '{name}' are no picture") from error
+    if image.width * image.height > _MOST_PIXELS:
+        raise PictureError(f"{image.width} x {image.height} pixels are too many")
+    return image
+
+
+def _decoded(image: PilImage, name: str) -> PilImage:
+    try:
+        image.load()
+    except Exception as error:
+        # Pillow's readers raise what they come across.
+        raise PictureError(f"The bytes of '{name}' are damaged: {error}") from error
+    return image
+
+
+def _grey(values: np.ndarray[Any, Any], width: int, shades: GreyRange) -> PilImage:
+    from PIL import Image
+
+    every = max(values.shape[1] // width, 1)
+    return Image.fromarray(shades.shades(values[::every, ::every]))

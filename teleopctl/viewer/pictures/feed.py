@@ -1,0 +1,135 @@
+"""The pictures of one topic: the newest, a few times a second, decoded in another thread."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.viewer.pictures.compressed import compressed_picture
+from teleopctl.viewer.pictures.grey import GreyRange
+from teleopctl.viewer.pictures.picture import Picture, PictureError
+from teleopctl.viewer.pictures.raw import raw_picture
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.base import Stage
+
+RAW = "sensor_msgs/msg/Image"
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+_TRANSPORTS = ("compressed", "compressedDepth")
+# More is not seen, and each costs the page's process and the browser.
+_PICTURES_PER_S = 12.0
+_ARRIVALS = 30
+
+
+# Any stands for messages and for what viser gives.
+class PictureFeed:
+    """Takes messages as they come and shows as many as make sense.
+
+    Args:
+        stage: Where work is done in another thread.
+        show: Called on the node's thread with the message and its picture, or the error that
+            says why there is none.
+        width: The most pixels in a row.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        show: Callable[[Any, Picture | PictureError], object],
+        width: int = 640,
+    ) -> None:
+        self.shades = GreyRange()
+        self._stage = stage
+        self._show = show
+        self._width = width
+        self._newest: Any = None
+        self._last: Any = None
+        self._busy = False
+        self._due = 0.0
+        self._turn = 0
+        self._arrivals: deque[float] = deque(maxlen=_ARRIVALS)
+
+    @property
+    def rate(self) -> float:
+        """Messages per second, of late; 0 for fewer than two."""
+        arrivals, now = self._arrivals, time.monotonic()
+        if len(arrivals) < 2:
+            return 0.0
+        span = arrivals[-1] - arrivals[0]
+        silence = now - arrivals[-1]
+        if silence > 2 * span / (len(arrivals) - 1) + 1.0 or span <= 0.0:
+            return 0.0
+        return (len(arrivals) - 1) / span
+
+    def take(self, message: Any) -> None:
+        """Take a message; the next `tick` may show it."""
+        self._newest = message
+        self._arrivals.append(time.monotonic())
+
+    def again(self) -> None:
+        """Show the last message anew, after something about it has been set."""
+        if self._newest is None:
+            self._newest = self._last
+
+    def tick(self) -> None:
+        """Begin with the newest message, if it is time."""
+        now = time.monotonic()
+        if self._newest is None or self._busy or now < self._due:
+            return
+        # On from when it was due, unless that is long ago, so that the rate is kept.
+        period = 1.0 / _PICTURES_PER_S
+        self._due = max(self._due + period, now)
+        message, self._newest = self._newest, None
+        self._last, self._busy, turn = message, True, self._turn
+        self._stage.work(
+            lambda: picture_of(message, self._width, self.shades),
+            lambda result: self._done(turn, message, result),
+        )
+
+    def clear(self) -> None:
+        """Forget everything; what is being decoded is not shown."""
+        self._newest = self._last = None
+        self._turn += 1
+        self._arrivals.clear()
+
+    def _done(self, turn: int, message: Any, result: Any) -> None:
+        self._busy = False
+        if turn != self._turn:
+            return
+        if isinstance(result, BaseException) and not isinstance(result, PictureError):
+            result = PictureError(f"{type(result).__name__}: {result}")
+        self._show(message, result)
+
+
+def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
+    """Return the picture of a message, compressed or not.
+
+    Args:
+        message: An ``Image`` or a ``CompressedImage``.
+        width: The most pixels in a row.
+        shades: Which numbers are black and white, where pixels are numbers.
+
+    Raises:
+        PictureError: It cannot be shown.
+    """
+    if message.TYPE_NAME == COMPRESSED:
+        return compressed_picture(message, width, shades)
+    return raw_picture(message, width, shades)
+
+
+def base_topic(topic: str) -> str:
+    """The topic of the images that are not compressed beside one that may be."""
+    head, _, tail = topic.rpartition("/")
+    return head if tail in _TRANSPORTS and head else topic
+
+
+def type_by_name(topic: str) -> str:
+    """What a topic of images carries, by its name alone, as image_transport names them."""
+    return RAW if base_topic(topic) == topic else COMPRESSED
+
+
+def camera_info_topic(topic: str) -> str:
+    """Where the camera says how it sees, beside its images."""
+    return f"{base_topic(topic).rpartition('/')[0]}/camera_info"
