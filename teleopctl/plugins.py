@@ -218,7 +218,9 @@ DISPLAYS = Kind(
     "display",
     "teleopctl.viewer_displays",
     {
+        "Camera": f"{_DISPLAYS}.sensors.camera:Camera",
         "Grid": f"{_DISPLAYS}.grid:Grid",
+        "Image": f"{_DISPLAYS}.sensors.image:Image",
         "RobotModel": f"{_DISPLAYS}.robot_model:RobotModel",
         "TF": f"{_DISPLAYS}.tf_display:TfDisplay",
     },
@@ -233,6 +235,7 @@ PANELS = Kind(
     "teleopctl.viewer_panels",
     {
         "joints": f"{_PANELS}.joints:JointsPanel",
+        "camera": f"{_PANELS}.camera:CameraPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
         "log": f"{_PANELS}.log:LogPanel",
     },

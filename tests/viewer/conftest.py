@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from viser import GuiEvent, ViserServer
 
+from teleopctl.node import QoSProfile
 from teleopctl.tf import Buffer
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frames import Frames
@@ -27,6 +29,35 @@ class FakeClient:
 
     def send_file_download(self, filename: str, content: bytes, **_: object) -> None:
         self.files[filename] = content
+
+
+class FakeNode:
+    """What displays and panels ask a node.
+
+    Attributes:
+        topics: What is published: types by topic.
+        warnings: What was logged.
+    """
+
+    def __init__(self) -> None:
+        self.topics: dict[str, list[str]] = {}
+        self.warnings: list[str] = []
+
+    def get_publishers_info_by_topic(self, topic: str) -> list[Any]:
+        profile = QoSProfile(depth=1)
+        return [
+            SimpleNamespace(topic_type=kind, qos_profile=profile)
+            for kind in self.topics.get(topic, ())
+        ]
+
+    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+        return sorted(self.topics.items())
+
+    def count_publishers(self, topic: str) -> int:
+        return len(self.topics.get(topic, ()))
+
+    def get_logger(self) -> Any:
+        return SimpleNamespace(warning=lambda text, **_: self.warnings.append(text))
 
 
 class FakePage:
@@ -132,3 +163,10 @@ def page(page_server: ViserServer) -> Iterator[FakePage]:
     page.frames.remove()
     page_server.gui.reset()
     page_server.scene.reset()
+
+
+@pytest.fixture
+def stage(page):
+    """The page as what displays work with, with a graph of the test's own."""
+    page.node = FakeNode()
+    return page

@@ -173,8 +173,7 @@ class Display:
         known = (self.message_type, *self.other_types)
         if self.other_types:
             offered = [
-                one.topic_type
-                for one in self.stage.node.get_publishers_info_by_topic(self.topic)
+                one.topic_type for one in self.stage.node.get_publishers_info_by_topic(self.topic)
             ]
             known = next(((name,) for name in known if name in offered), known)
         return known[0]

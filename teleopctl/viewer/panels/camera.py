@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teleopctl.node import QoSProfile
-from teleopctl.viewer.displays.base import Display
 from teleopctl.viewer.displays.topic_qos import topic_qos
+from teleopctl.viewer.page.html import escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.pictures.feed import COMPRESSED, RAW, PictureFeed, base_topic, type_by_name
 from teleopctl.viewer.pictures.picture import Picture, PictureError, put
@@ -37,17 +37,18 @@ class CameraPanel(Panel):
         self._end: Callable[[], None] | None = None
         self._feed = PictureFeed(page.stage, self._take_picture)
         self._size = ""
-        self._in_scene: Display | None = None
+        # The Display, once there is one
+        self._in_scene: Any = None
 
     def build(self) -> None:
         """Add the choice, the picture, and what is known of it."""
         self._choice: Any = self.gui.add_dropdown("Camera", (_NONE,), disabled=True)
         self._choice.on_update(self.page.on(self._choose))
-        self._switch = self.gui.add_checkbox(
+        self._switch: Any = self.gui.add_checkbox(
             "Show", False, disabled=True, hint="Receive the camera's pictures"
         )
         self._switch.on_update(self.page.on(self._switched))
-        self._place = self.gui.add_checkbox(
+        self._place: Any = self.gui.add_checkbox(
             "In the scene",
             False,
             disabled=True,
@@ -64,8 +65,7 @@ class CameraPanel(Panel):
         found = {
             topic: next(kind for kind in (RAW, COMPRESSED) if kind in kinds)
             for topic, kinds in self.page.node.get_topic_names_and_types()
-            if not {RAW, COMPRESSED}.isdisjoint(kinds)
-            and self.page.node.count_publishers(topic)
+            if not {RAW, COMPRESSED}.isdisjoint(kinds) and self.page.node.count_publishers(topic)
         }
         if self._wanted and self._topic not in found:
             # its node may come back: the choice stays
@@ -103,13 +103,15 @@ class CameraPanel(Panel):
     def _placed(self, event: Any) -> None:
         if event.client is None:
             return
-        self._follow_scene()
-        if event.target.value and self._in_scene is None and self._topic:
+        wanted = event.target.value
+        if self._in_scene not in self.page.displays:
+            self._in_scene = None
+        if wanted and self._in_scene is None and self._topic:
             self._in_scene = self.page.add_display(
                 "Camera", "Camera", {"Topic": {"Value": self._topic}}
             )
         elif self._in_scene is not None:
-            self.page.enable(self._in_scene, enabled=event.target.value)
+            self.page.enable(self._in_scene, enabled=wanted)
 
     # --- the picture --------------------------------------------------------------------------
 
@@ -133,9 +135,7 @@ class CameraPanel(Panel):
 
     def _follow_scene(self) -> None:
         """The list of displays may have removed the one in the scene, or switched it off."""
-        if self._in_scene is not None and self._in_scene not in self.page.displays:
-            self._in_scene = None
-        shown = self._in_scene is not None and self._in_scene.is_drawn
+        shown = self._in_scene in self.page.displays and self._in_scene.is_drawn
         if self._place.value != shown:
             self._place.value = shown
 
@@ -148,9 +148,7 @@ class CameraPanel(Panel):
         self._image.visible = False
         if self._wanted and self._watched and self._topic:
             kind = self._types[self._topic]
-            self._end = self.page.stage.subscribe(
-                self._topic, kind, self._feed.take, self._qos()
-            )
+            self._end = self.page.stage.subscribe(self._topic, kind, self._feed.take, self._qos())
         self._tell()
 
     def _qos(self) -> QoSProfile:
@@ -162,12 +160,14 @@ class CameraPanel(Panel):
         if self._end is None:
             return
         if isinstance(picture, PictureError):
-            self._size = f"**Not shown:** {picture.message}"
+            self._size = f"**Not shown:** {escaped_markdown(picture.message)}"
             self._image.visible = False
         else:
             put(self._image, picture)
             self._image.visible = True
-            self._size = f"{picture.width} x {picture.height} · `{picture.encoding}`"
+            self._size = (
+                f"{picture.width} x {picture.height} · {escaped_markdown(picture.encoding)}"
+            )
             if picture.left_out:
                 self._size += f" · {picture.left_out}"
         self._tell()

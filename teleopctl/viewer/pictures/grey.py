@@ -32,16 +32,17 @@ class GreyRange:
 
     # Any: numbers of any type.
     def shades(self, values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-        """Return shades; what is no number or not above zero is "nothing was measured": black.
+        """Return shades; nothing was measured, so black, is what is no number, or zero.
 
         Args:
             values: Numbers, of any shape.
         """
-        numbers = values.astype(np.float32)
+        with np.errstate(over="ignore", invalid="ignore"):
+            numbers = values.astype(np.float32)
         measured = np.isfinite(numbers) & (numbers != 0.0)
         low, high = self._bounds(numbers[measured])
         if not high > low:
-            high = low + 1.0
+            return np.zeros(values.shape, np.uint8)
         numbers[~measured] = low
         # In doubles, where the range of floats has room for no difference.
         scaled = (numbers - np.float64(low)) * (255.0 / (high - low))

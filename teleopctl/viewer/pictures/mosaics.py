@@ -29,7 +29,7 @@ def from_bayer(plane: Plane, pattern: str, *, coarse: bool) -> Pixels:
         plane = (plane >> 8).astype(np.uint8)
     height, width = plane.shape[0] // 2 * 2, plane.shape[1] // 2 * 2
     plane = plane[:height, :width]
-    squares = {}
+    squares: dict[str, list[tuple[int, int]]] = {}
     for place, color in enumerate(pattern):
         squares.setdefault(color, []).append((place // 2, place % 2))
     if coarse:

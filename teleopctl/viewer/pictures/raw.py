@@ -62,7 +62,7 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
     if encoding in _BYTES:
         mode, raw_mode, size = _BYTES[encoding]
         rows, step = _rows(message, size * message.width)
-        data = memoryview(message.data).cast("B")[: rows * step]
+        data = np.frombuffer(message.data, np.uint8, rows * step)
         image = Image.frombuffer(mode, (message.width, rows), data, "raw", raw_mode, step, 1)
     elif encoding in _SEMI_PLANAR:
         image, rows = _semi_planar(message, coarse=message.width >= 2 * width)
