@@ -237,6 +237,7 @@ PANELS = Kind(
         "joints": f"{_PANELS}.joints:JointsPanel",
         "camera": f"{_PANELS}.camera:CameraPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
+        "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "log": f"{_PANELS}.log:LogPanel",
     },
     bases=("teleopctl.viewer.panels.base:Panel",),

@@ -1,0 +1,1 @@
+"""What panels ask of other nodes: services, controller managers, whom the sliders move."""
