@@ -195,10 +195,7 @@ class Viewer(Node):
         with self.server.atomic():
             self.frames.update()
             for display in self.displays:
-                if display.is_drawn:
-                    if jumped_back:
-                        display.time_jumped_back()
-                    display.tick()
+                display.follow(jumped_back=jumped_back)
         if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
             for panel in self.panels:
                 panel.tick()

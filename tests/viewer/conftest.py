@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from viser import GuiEvent, ViserServer
 
-from teleopctl.node import QoSProfile
+from teleopctl.node import QoSProfile, Time
 from teleopctl.tf import Buffer
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frames import Frames
@@ -37,11 +37,13 @@ class FakeNode:
     Attributes:
         topics: What is published: types by topic.
         warnings: What was logged.
+        now_ns: The time, in nanoseconds; the test sets it.
     """
 
     def __init__(self) -> None:
         self.topics: dict[str, list[str]] = {}
         self.warnings: list[str] = []
+        self.now_ns = 0
 
     def get_publishers_info_by_topic(self, topic: str) -> list[Any]:
         profile = QoSProfile(depth=1)
@@ -59,13 +61,16 @@ class FakeNode:
     def get_logger(self) -> Any:
         return SimpleNamespace(warning=lambda text, **_: self.warnings.append(text))
 
+    def get_clock(self) -> Any:
+        return SimpleNamespace(now=lambda: Time(nanoseconds=self.now_ns))
+
 
 class FakePage:
     """Page and stage in one, as the viewer's node is; it does everything at once, in the test.
 
     Args:
         server: The page's server.
-        node: A node, for what asks for one.
+        node: A node, for what asks for one; otherwise one that is alone.
 
     Attributes:
         subscribed: The callbacks of what is listened to, by topic.
@@ -73,7 +78,7 @@ class FakePage:
     """
 
     def __init__(self, server: ViserServer, node: Any = None) -> None:
-        self.node = node
+        self.node: Any = FakeNode() if node is None else node
         self.stage = self
         self.server = server
         self.scene = server.scene

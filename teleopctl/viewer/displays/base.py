@@ -44,6 +44,9 @@ class Stage(Protocol):
     def frames(self) -> Frames:
         """Where frames stand."""
 
+    def on(self, function: Callable[..., object]) -> Callable[..., None]:
+        """Make a function that viser calls one that runs on the node's thread instead."""
+
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
@@ -119,6 +122,18 @@ class Display:
         self._drawn = False
         self._hush()
         self.stopped()
+
+    def follow(self, *, jumped_back: bool) -> None:
+        """Move on to the next picture.
+
+        Args:
+            jumped_back: Whether time is earlier than at the last one.
+        """
+        if not self._drawn:
+            return
+        if jumped_back:
+            self._guarded(self.time_jumped_back)
+        self._guarded(self.tick)
 
     def listen_to(self, topic: str) -> None:
         """Choose the topic."""
@@ -204,13 +219,16 @@ class Display:
             return
         self.messages += 1
         self.say(OK)
+        self._guarded(lambda: self.received(message))
+
+    def _guarded(self, what: Callable[[], object]) -> None:
+        """Do something that a strange message may spoil, which must not end the page."""
         try:
-            self.received(message)
-        except Exception as error:  # noqa: BLE001 -- a strange message must not end the page
+            what()
+        except Exception as error:  # noqa: BLE001 -- whatever it is, the others are still drawn
             self.say(ERROR, f"{type(error).__name__}: {error}")
             self.stage.node.get_logger().warning(
-                f"Display '{self.name}' cannot show a message of {self.topic}: "
-                f"{type(error).__name__}: {error}",
+                f"Display '{self.name}' cannot be drawn: {type(error).__name__}: {error}",
                 throttle_duration_sec=10.0,
             )
 

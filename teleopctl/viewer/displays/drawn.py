@@ -1,0 +1,51 @@
+"""Displays whose messages become drawings of solids and lines."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from teleopctl.tf import Transform
+from teleopctl.viewer.displays.stamped import StampedDisplay
+from teleopctl.viewer.scene.canvas import Canvas
+from teleopctl.viewer.scene.drawing import Drawing, merged
+
+
+class DrawnDisplay(StampedDisplay):
+    """Draws what `drawing` makes of each message, once for each picture at most."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.canvas = Canvas(self.stage.scene, self.root)
+        self._drawings: deque[Drawing] = deque()
+        self._stale = False
+
+    def drawing(self, message: Any) -> Drawing:
+        """What a message looks like, in the frame of its header."""
+        raise NotImplementedError
+
+    def placed(self, message: Any, pose: Transform) -> None:
+        """Add a message's drawing, and forget those that are too many."""
+        self._drawings.append(self.drawing(message).moved(pose))
+        while len(self._drawings) > self.keeps:
+            self._drawings.popleft()
+        self._stale = True
+
+    def tick(self) -> None:
+        """Send what has changed."""
+        super().tick()
+        if self._stale:
+            self._stale = False
+            self.canvas.show(self.whole())
+
+    def whole(self) -> Drawing:
+        """All that is drawn, in the fixed frame."""
+        return merged(self._drawings)
+
+    def emptied(self) -> None:
+        """Forget the drawings; the picture follows with the next tick while it is drawn."""
+        self._drawings.clear()
+        self._stale = True
+        if not self.is_drawn:
+            self._stale = False
+            self.canvas.remove()

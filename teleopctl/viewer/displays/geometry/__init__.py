@@ -1,0 +1,1 @@
+"""Displays of geometry_msgs, nav_msgs and the like: poses, paths, arrows."""

@@ -1,0 +1,240 @@
+"""Drawings as nodes of the scene: one node for all solids of a shape, all lines of a width."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.viewer.scene.drawing import COLUMNS, Drawing, Floats, Rows, Surface, Text
+from teleopctl.viewer.scene.surface_glb import surface_glb
+from teleopctl.viewer.scene.unit_shapes import unit_shape
+
+if TYPE_CHECKING:
+    import viser
+
+    from teleopctl.viewer.scene.mesh_files import MeshFile
+
+# A letter is a node of its own: more of them than this no browser draws fluently.
+MOST_TEXTS = 500
+MOST_SURFACES = 500
+_HAIR_PIXELS = 2.0
+
+
+class Canvas:
+    """Keeps nodes below a path as drawings say.
+
+    Nothing is sent for what has not changed. What changes in number is sent whole, as one message:
+    a browser must never see as many colours as there were solids before.
+
+    Args:
+        scene: Where to draw.
+        path: The name below which it draws; nobody else draws there.
+        meshes: The triangles of shapes that are not of `unit_shapes`, by name.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, path: str, meshes: Mapping[str, MeshFile] | None = None
+    ) -> None:
+        self.path = path
+        self._scene = scene
+        self._meshes: Mapping[str, MeshFile] = meshes if meshes is not None else {}
+        # The node and the number of its rows. Any stands for viser's kinds of handles.
+        self._nodes: dict[str, tuple[Any, int]] = {}
+        self._shown_surfaces: dict[str, Surface] = {}
+
+    def show(self, drawing: Drawing) -> None:
+        """Draw this and nothing else."""
+        before = set(self._nodes)
+        kept: set[str] = set()
+        for shape, rows in drawing.solids.items():
+            kept |= self._show_solids(shape, rows.stack(COLUMNS))
+        for number, (width, rows) in enumerate(sorted(drawing.lines.items())):
+            kept.add(self._show_lines(f"lines{number}", width, rows))
+        for number, (width, rows) in enumerate(sorted(drawing.points.items())):
+            kept.add(self._show_points(f"points{number}", width, rows))
+        for number, text in enumerate(drawing.texts[:MOST_TEXTS]):
+            kept.add(self._show_text(f"text{number}", text))
+        for number, surface in enumerate(drawing.surfaces[:MOST_SURFACES]):
+            kept.add(self._show_surface(f"surface{number}", surface))
+        for name in before - kept:
+            self._remove(name)
+
+    def remove(self) -> None:
+        """Take everything out of the picture."""
+        for name in list(self._nodes):
+            self._remove(name)
+
+    @property
+    def nodes(self) -> dict[str, Any]:
+        """The nodes by their names below the path."""
+        return {name: node for name, (node, _) in self._nodes.items()}
+
+    def _remove(self, name: str) -> None:
+        node, _ = self._nodes.pop(name)
+        self._shown_surfaces.pop(name, None)
+        if self._stands(node):
+            node.remove()
+
+    def _fitting(self, name: str, rows: int) -> Any:
+        """The node of that name, if it has as many rows and still stands."""
+        node, count = self._nodes.get(name, (None, 0))
+        return node if node is not None and count == rows and self._stands(node) else None
+
+    def _stands(self, node: Any) -> bool:
+        # Whoever removes a frame takes along what hangs below it.
+        return self._scene.get_handle_by_name(node.name) is node
+
+    def _show_solids(self, shape: str, rows: Floats) -> set[str]:
+        rows = rows[rows[:, 13] > 0.0]
+        mesh = self._meshes.get(shape)
+        if mesh is None:
+            vertices, faces = unit_shape(shape)
+        elif mesh.vertices is not None and mesh.faces is not None:
+            vertices, faces = mesh.vertices, mesh.faces
+        else:
+            return {self._show_glb(shape, rows, mesh.glb)} if len(rows) else set()
+        clear = rows[:, 13] < 1.0
+        kept = set()
+        for suffix, part in (("", rows[~clear]), ("_clear", rows[clear])):
+            if len(part):
+                name = _node_name(shape) + suffix
+                self._show_batch(name, part, vertices, faces, see_through=bool(suffix))
+                kept.add(name)
+        return kept
+
+    def _show_batch(
+        self,
+        name: str,
+        rows: Floats,
+        vertices: npt.NDArray[np.float32],
+        faces: npt.NDArray[np.uint32],
+        *,
+        see_through: bool,
+    ) -> None:
+        opacities = rows[:, 13].astype(np.float32) if see_through else None
+        node = self._fitting(name, len(rows))
+        if node is None:
+            node = self._scene.add_batched_meshes_simple(
+                f"{self.path}/{name}",
+                vertices,
+                faces,
+                batched_positions=rows[:, 0:3],
+                batched_wxyzs=rows[:, 3:7],
+                batched_scales=rows[:, 7:10].astype(np.float32),
+                batched_colors=_bytes(rows[:, 10:13]),
+                batched_opacities=opacities,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            self._nodes[name] = (node, len(rows))
+            return
+        _place(node, rows)
+        node.batched_colors = _bytes(rows[:, 10:13])
+        if opacities is not None:
+            node.batched_opacities = opacities
+
+    def _show_glb(self, shape: str, rows: Floats, glb: bytes) -> str:
+        name = _node_name(shape)
+        node = self._fitting(name, len(rows))
+        if node is not None:
+            _place(node, rows)
+            return name
+        node = self._scene.add_batched_glb(
+            f"{self.path}/{name}",
+            glb,
+            batched_positions=rows[:, 0:3],
+            batched_wxyzs=rows[:, 3:7],
+            batched_scales=rows[:, 7:10].astype(np.float32),
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self._nodes[name] = (node, len(rows))
+        return name
+
+    def _show_lines(self, name: str, width: float, rows: Rows) -> str:
+        ends = rows.stack(12).reshape(-1, 2, 6)
+        points, colors = ends[:, :, 0:3].astype(np.float32), _bytes(ends[:, :, 3:6])
+        node = self._fitting(name, len(ends))
+        if node is None:
+            node = self._scene.add_line_segments(
+                f"{self.path}/{name}",
+                points,
+                colors,
+                thickness=width or _HAIR_PIXELS,
+                thickness_units="world" if width else "screen",
+            )
+            self._nodes[name] = (node, len(ends))
+        else:
+            node.thickness_units = "world" if width else "screen"
+            node.points, node.colors, node.thickness = points, colors, width or _HAIR_PIXELS
+        return name
+
+    def _show_points(self, name: str, width: float, rows: Rows) -> str:
+        all_rows = rows.stack(6)
+        points, colors = all_rows[:, 0:3].astype(np.float32), _bytes(all_rows[:, 3:6])
+        node = self._fitting(name, len(points))
+        if node is None:
+            node = self._scene.add_point_cloud(
+                f"{self.path}/{name}",
+                points,
+                colors,
+                point_size=width,
+                point_shape="square",
+                point_shading="flat",
+                precision="float32",
+            )
+            self._nodes[name] = (node, len(points))
+        else:
+            node.points, node.colors, node.point_size = points, colors, width
+        return name
+
+    def _show_text(self, name: str, text: Text) -> str:
+        node = self._fitting(name, 1)
+        if node is None:
+            node = self._scene.add_label(
+                f"{self.path}/{name}",
+                text.text,
+                position=text.position,
+                font_size_mode="scene",
+                font_scene_height=text.height,
+                anchor="center-center",
+                depth_test=True,
+            )
+            self._nodes[name] = (node, 1)
+        else:
+            node.text, node.font_scene_height = text.text, text.height
+            node.position = text.position
+        return name
+
+    def _show_surface(self, name: str, surface: Surface) -> str:
+        node = self._fitting(name, 1)
+        if node is not None and self._shown_surfaces.get(name) is surface:
+            return name
+        glb = surface_glb(surface.corners, surface.colors)
+        if node is not None and node.glb_data == glb:
+            return name
+        self._nodes[name] = (
+            self._scene.add_glb(
+                f"{self.path}/{name}", glb, cast_shadow=False, receive_shadow=False
+            ),
+            1,
+        )
+        self._shown_surfaces[name] = surface
+        return name
+
+
+def _place(node: Any, rows: Floats) -> None:
+    node.batched_positions = rows[:, 0:3].astype(np.float32)
+    node.batched_wxyzs = rows[:, 3:7].astype(np.float32)
+    node.batched_scales = rows[:, 7:10].astype(np.float32)
+
+
+def _bytes(colors: Floats) -> npt.NDArray[np.uint8]:
+    return np.clip(np.rint(colors * 255.0), 0, 255).astype(np.uint8)
+
+
+def _node_name(shape: str) -> str:
+    return shape.replace("/", "\u2215")

@@ -1,0 +1,310 @@
+"""What a display wants drawn, as plain numbers, before it becomes nodes of the scene.
+
+A drawing is in one frame: `Drawing.moved` brings it to another one. `Canvas` sends drawings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.tf import Transform, matrix_from_quaternion, multiply, normalize
+
+Floats = npt.NDArray[np.float64]
+Rgba = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each from 0 to 1."""
+Vector = tuple[float, float, float]
+
+# Beyond these metres nothing is drawn: a browser's 32-bit numbers cannot tell two such points apart
+_FAR_M = 1e9
+RED: Rgba = (1.0, 0.0, 0.0, 1.0)
+GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)
+BLUE: Rgba = (0.0, 0.0, 1.0, 1.0)
+
+HAIR = 0.0
+"""The width of lines that are as thin from near as from far."""
+
+# A solid is one row: position, rotation as w x y z, scale, colour.
+COLUMNS = 14
+_ALONG_X = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+_ALONG_Y = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+_ALONG_Z = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(slots=True)
+class Rows:
+    """Rows of numbers, some one by one and some in blocks of shape (n, columns)."""
+
+    single: list[tuple[float, ...]] = field(default_factory=list)
+    blocks: list[Floats] = field(default_factory=list)
+
+    def stack(self, columns: int) -> Floats:
+        """All rows, shape (n, columns)."""
+        blocks = list(self.blocks)
+        if self.single:
+            blocks.append(np.array(self.single, np.float64))
+        if len(blocks) == 1:
+            return blocks[0]
+        return np.vstack(blocks) if blocks else np.empty((0, columns))
+
+    def add(self, other: Rows) -> None:
+        """Take another's rows as well."""
+        self.single += other.single
+        self.blocks += other.blocks
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """Letters that face whoever looks."""
+
+    position: Vector
+    text: str
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """Triangles with corners of their own.
+
+    Attributes:
+        corners: Shape (3 n, 3): three for each triangle.
+        colors: Red, green, blue and opacity, each from 0 to 1: shape (3 n, 4), or (4,) for all.
+    """
+
+    corners: Floats
+    colors: Floats
+
+
+@dataclass(slots=True)
+class Drawing:
+    """Solids, lines, points, texts and surfaces in one frame.
+
+    Attributes:
+        solids: By the name of their shape: one of `unit_shapes`, or a mesh's URI. Columns are
+            position, rotation (w x y z), scale and colour (red, green, blue, opacity).
+        lines: By their width in metres, or `HAIR`. Columns are start, its colour, end, its colour.
+        points: By their width in metres. Columns are position and colour.
+        texts: Letters.
+        surfaces: Triangles.
+    """
+
+    solids: dict[str, Rows] = field(default_factory=dict)
+    lines: dict[float, Rows] = field(default_factory=dict)
+    points: dict[float, Rows] = field(default_factory=dict)
+    texts: list[Text] = field(default_factory=list)
+    surfaces: list[Surface] = field(default_factory=list)
+
+    def solid(self, shape: str, pose: Transform, scale: Vector, color: Rgba) -> None:
+        """Add one solid; its scale is its size along its own axes."""
+        x, y, z, w = pose.rotation
+        row = (*pose.translation, w, x, y, z, *scale, *color)
+        self.solids.setdefault(shape, Rows()).single.append(row)
+
+    def solids_at(
+        self, shape: str, positions: Floats, pose: Transform, scale: Vector, colors: Floats
+    ) -> None:
+        """Add many solids of one size, turned alike.
+
+        Args:
+            shape: Their shape.
+            positions: Shape (n, 3), in the frame of the pose.
+            pose: Where that stands.
+            scale: Their size.
+            colors: Shape (n, 4), or (4,) for all.
+        """
+        x, y, z, w = pose.rotation
+        rows = np.empty((len(positions), COLUMNS))
+        rows[:, 0:3] = moved_points(positions, pose)
+        rows[:, 3:7] = (w, x, y, z)
+        rows[:, 7:10] = scale
+        rows[:, 10:14] = colors
+        self.solids.setdefault(shape, Rows()).blocks.append(rows)
+
+    def cylinder(
+        self, pose: Transform, along: str, length: float, diameter: float, color: Rgba
+    ) -> None:
+        """Add a cylinder from a pose's origin along one of its axes."""
+        turn = {"x": _ALONG_X, "y": _ALONG_Y, "z": _ALONG_Z}[along]
+        here = pose @ Transform((0.0, 0.0, 0.0), turn) @ Transform((0.0, 0.0, length / 2))
+        self.solid("cylinder", here, (diameter, diameter, length), color)
+
+    def axes(self, pose: Transform, length: float, radius: float, alpha: float = 1.0) -> None:
+        """Add the axes of a pose: x red, y green, z blue."""
+        for along, color in (("x", RED), ("y", GREEN), ("z", BLUE)):
+            self.cylinder(pose, along, length, 2 * radius, (*color[:3], alpha))
+
+    def arrow(self, pose: Transform, size: ArrowSize, color: Rgba) -> None:
+        """Add an arrow from a pose's origin along its x axis."""
+        turned = pose @ Transform((0.0, 0.0, 0.0), _ALONG_X)
+        shaft, head = size.shaft_length, size.head_length
+        if shaft > 0:
+            middle = turned @ Transform((0.0, 0.0, shaft / 2))
+            self.solid("cylinder", middle, (size.height or size.width, size.width, shaft), color)
+        if head > 0:
+            middle = turned @ Transform((0.0, 0.0, shaft + head / 2))
+            ratio = size.head_width / size.width if size.width > 0 and size.height else 1.0
+            across = size.height * ratio if size.height else size.head_width
+            self.solid("cone", middle, (across, size.head_width, head), color)
+
+    def line(self, points: Floats, colors: Floats, width: float, *, strip: bool) -> None:
+        """Add lines.
+
+        Args:
+            points: Shape (n, 3): one after the other as a strip, or in pairs.
+            colors: Shape (n, 4), or (4,) for all; lines are not seen through.
+            width: Metres.
+            strip: Whether each point is joined to the next.
+        """
+        colors = np.broadcast_to(colors, (len(points), 4))
+        whole = np.hstack([points, colors[:, :3]])
+        if strip:
+            pairs = np.hstack([whole[:-1], whole[1:]])
+        else:
+            even = len(points) // 2 * 2
+            pairs = np.hstack([whole[0:even:2], whole[1:even:2]])
+        if len(pairs):
+            self.lines.setdefault(width, Rows()).blocks.append(pairs)
+
+    def dots(self, points: Floats, colors: Floats, width: float) -> None:
+        """Add points, shape (n, 3), drawn as squares of a width in metres."""
+        colors = np.broadcast_to(colors, (len(points), 4))
+        if len(points):
+            rows = np.hstack([points, colors[:, :3]])
+            self.points.setdefault(width, Rows()).blocks.append(rows)
+
+    def moved(self, pose: Transform) -> Drawing:
+        """The same in the frame in which this one's stands at a pose."""
+        x, y, z, w = pose.rotation
+        return self.copies(np.array([pose.translation]), np.array([[w, x, y, z]]))
+
+    def copies(self, positions: Floats, rotations: Floats) -> Drawing:
+        """The same many times.
+
+        Args:
+            positions: Where each copy's frame stands, shape (n, 3).
+            rotations: How it is turned, as unit w x y z, shape (n, 4).
+        """
+        turns = _matrices(rotations)
+
+        def place(points: Floats) -> Floats:
+            placed: Floats = np.einsum("nij,mj->nmi", turns, points) + positions[:, None, :]
+            return placed.reshape(-1, 3)
+
+        out = Drawing()
+        for shape, rows in self.solids.items():
+            whole = rows.stack(COLUMNS)
+            new = np.tile(whole, (len(positions), 1))
+            new[:, 0:3] = place(whole[:, 0:3])
+            new[:, 3:7] = _products(rotations, whole[:, 3:7])
+            out.solids[shape] = Rows(blocks=[new])
+        for width, rows in self.lines.items():
+            whole = rows.stack(12)
+            new = np.tile(whole, (len(positions), 1))
+            new[:, 0:3], new[:, 6:9] = place(whole[:, 0:3]), place(whole[:, 6:9])
+            out.lines[width] = Rows(blocks=[new])
+        for width, rows in self.points.items():
+            whole = rows.stack(6)
+            new = np.tile(whole, (len(positions), 1))
+            new[:, 0:3] = place(whole[:, 0:3])
+            out.points[width] = Rows(blocks=[new])
+        for text in self.texts:
+            for px, py, pz in place(np.array([text.position])).tolist():
+                out.texts.append(Text((px, py, pz), text.text, text.height))
+        for surface in self.surfaces:
+            colors = np.broadcast_to(surface.colors, (len(surface.corners), 4))
+            repeated = np.tile(colors, (len(positions), 1))
+            out.surfaces.append(Surface(place(surface.corners), repeated))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class ArrowSize:
+    """Lengths and widths of an arrow, in metres; a height makes it flatter or taller than wide."""
+
+    shaft_length: float
+    width: float
+    head_length: float
+    head_width: float
+    height: float = 0.0
+
+
+def merged(drawings: Iterable[Drawing]) -> Drawing:
+    """One drawing of all."""
+    out = Drawing()
+    for one in drawings:
+        for shape, rows in one.solids.items():
+            out.solids.setdefault(shape, Rows()).add(rows)
+        for width, rows in one.lines.items():
+            out.lines.setdefault(width, Rows()).add(rows)
+        for width, rows in one.points.items():
+            out.points.setdefault(width, Rows()).add(rows)
+        out.texts += one.texts
+        out.surfaces += one.surfaces
+    return out
+
+
+def is_drawable(numbers: Iterable[float]) -> bool:
+    """Whether numbers are neither infinite, nor NaN, nor farther than anything can be drawn."""
+    return all(-_FAR_M < number < _FAR_M for number in numbers)
+
+
+def drawable_rows(rows: Floats) -> npt.NDArray[np.bool_]:
+    """Which rows hold only numbers of which `is_drawable` is true, shape (n,)."""
+    # A comparison with NaN is false.
+    drawable: npt.NDArray[np.bool_] = np.all(np.abs(rows) < _FAR_M, axis=1)
+    return drawable
+
+
+def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
+    """A rotation of length 1 from what a message holds; all zeros, the unset default, is none."""
+    try:
+        return normalize((x, y, z, w))
+    except ZeroDivisionError:
+        return (0.0, 0.0, 0.0, 1.0)
+
+
+def moved_points(points: Floats, pose: Transform) -> Floats:
+    """Points, shape (n, 3), in the frame in which theirs stands at a pose."""
+    turn = np.array(matrix_from_quaternion(pose.rotation)).reshape(3, 3)
+    out: Floats = points @ turn.T + np.array(pose.translation)
+    return out
+
+
+def along(start: Sequence[float], end: Sequence[float]) -> tuple[Transform, float]:
+    """A pose at a start whose x axis points to an end, and how far that is."""
+    dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    yaw, pitch = math.atan2(dy, dx), math.atan2(-dz, math.hypot(dx, dy))
+    turn = multiply(
+        (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)),
+        (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)),
+    )
+    return Transform((start[0], start[1], start[2]), turn), length
+
+
+def _matrices(rotations: Floats) -> Floats:
+    """Rotation matrices, shape (n, 3, 3), of unit quaternions w x y z, shape (n, 4)."""
+    w, x, y, z = rotations.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _products(first: Floats, second: Floats) -> Floats:
+    """Each of n rotations w x y z after each of m, shape (n m, 4)."""
+    aw, ax, ay, az = (part[:, None] for part in first.T)
+    bw, bx, by, bz = second.T
+    parts = [
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    ]
+    return np.stack(parts, axis=-1).reshape(-1, 4)
