@@ -6,6 +6,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.cdr import deserialize as deserialize, serialize as serialize
+    from teleopctl.interfaces.fields.numeric import (
+        NumericField as NumericField,
+        numeric_fields as numeric_fields,
+    )
+    from teleopctl.interfaces.fields.path import field_reader as field_reader
     from teleopctl.interfaces.message import (
         MessageT as MessageT,
         RequestT as RequestT,
@@ -72,6 +77,8 @@ else:
         __name__,
         {
             "cdr": "deserialize serialize",
+            "fields.numeric": "NumericField numeric_fields",
+            "fields.path": "field_reader",
             "message": "MessageT RequestT ResponseT",
             "protocols": "ServiceType",
             "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "

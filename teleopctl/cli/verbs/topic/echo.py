@@ -17,10 +17,11 @@ from teleopctl.cli.verbs.topic.qos_options import (
     ReliabilityName,
     suited_to,
 )
-from teleopctl.cli.verbs.topic.selection import field_reader, filter_predicate
+from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import UnavailableError
+from teleopctl.interfaces import field_reader
 from teleopctl.node import Future, MessageInfo, SingleThreadedExecutor
 
 _DEPTH = 10

@@ -1,53 +1,11 @@
-"""What a person picks out of messages: ``--field`` and ``--filter``."""
+"""What a person picks out of messages: ``--filter``."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from typing import Any
 
 from teleopctl.errors import InvalidMessageError, UsageError
-
-_STEP = re.compile(r"\.?(?P<name>[A-Za-z_]\w*)|\[(?P<index>-?\d+)\]")
-
-
-# Any, here and below: a message of any type, and what stands in it.
-def field_reader(path: str) -> Callable[[Any], Any]:
-    """A function that reads one field of a message.
-
-    Args:
-        path: Such as ``pose.position`` or ``transforms[0].header``.
-
-    Raises:
-        TeleopctlError: The path is malformed. The returned function raises it as well, when a
-            message has no such field.
-    """
-    steps: list[str | int] = []
-    position = 0
-    while position < len(path):
-        match = _STEP.match(path, position)
-        if match is None or (path[position] == "." and not steps):
-            raise UsageError(
-                f"Invalid field '{path}'",
-                hint="Write it as in Python, such as pose.position or transforms[0].header.",
-            )
-        position = match.end()
-        steps.append(match["name"] or int(match["index"]))
-    if not steps:
-        raise UsageError("An empty field name picks nothing")
-
-    def read(message: Any) -> Any:
-        value = message
-        for step in steps:
-            try:
-                value = getattr(value, step) if isinstance(step, str) else value[step]
-            except (AttributeError, IndexError, TypeError, KeyError) as error:
-                raise InvalidMessageError(
-                    f"Invalid field '{path}': {_reason(value, step)}", hint=_known_fields(value)
-                ) from error
-        return value
-
-    return read
 
 
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
@@ -75,15 +33,3 @@ def filter_predicate(expression: str) -> Callable[[Any], bool]:
             ) from error
 
     return wanted
-
-
-def _reason(value: object, step: str | int) -> str:
-    kind = getattr(value, "TYPE_NAME", type(value).__name__)
-    if isinstance(step, str):
-        return f"{kind} has no field '{step}'"
-    return f"there is no element {step}" if hasattr(value, "__len__") else f"{kind} is no list"
-
-
-def _known_fields(value: object) -> str | None:
-    fields = getattr(value, "get_fields_and_field_types", None)
-    return f"its fields are {', '.join(fields())}" if fields else None

@@ -1,0 +1,1 @@
+"""Fields of messages by their paths, such as ``position[0]``."""
