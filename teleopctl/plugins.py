@@ -250,6 +250,7 @@ PANELS = Kind(
         "joints": f"{_PANELS}.joints:JointsPanel",
         "camera": f"{_PANELS}.camera:CameraPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
+        "plot": f"{_PANELS}.plot:PlotPanel",
         "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "log": f"{_PANELS}.log:LogPanel",
     },

@@ -1,0 +1,270 @@
+"""The plot panel: any number of any topic over time."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from teleopctl.interfaces import from_seconds, get_message, set_stamp
+from teleopctl.viewer.panels.plot import PlotPanel
+from teleopctl.viewer.panels.plots.chart import MOST_LINES
+from teleopctl.viewer.panels.plots.files import Curve, to_csv, to_png
+
+JointState = get_message("sensor_msgs/msg/JointState")
+Number = get_message("std_msgs/msg/Float64")
+
+
+@pytest.fixture
+def panel(page, shared_ros):
+    page.node = shared_ros.node
+    publishers = [
+        page.node.create_publisher(JointState, "/joint_states", 10),
+        page.node.create_publisher(Number, "/number", 10),
+    ]
+    assert page.node.context.wait_for_graph(
+        lambda graph: graph.publishers("/joint_states") and graph.publishers("/number"), 10
+    )
+    panel = PlotPanel(page)
+    panel.build()
+    panel.began()
+    yield panel
+    panel.ended()
+    for publisher in publishers:
+        page.node.destroy_publisher(publisher)
+
+
+def now_s(page):
+    return page.node.get_clock().now().nanoseconds * 1e-9
+
+
+def state(stamp_s, *positions):
+    message = JointState(name=["hip", "knee"][: len(positions)], position=list(positions))
+    set_stamp(message.header.stamp, from_seconds(stamp_s))
+    return message
+
+
+def add(page, panel, field, where="New plot"):
+    page.choose(panel._where, where)
+    page.choose(panel._field, field)
+    page.click(panel._add_button)
+
+
+def choose_joints(page, panel):
+    page.choose(panel._topic, "/joint_states")
+    page.publish("/joint_states", state(now_s(page), 0.0, 0.0))
+    panel.tick()
+
+
+def draw(panel):
+    for _ in range(2):
+        panel.tick()
+
+
+def shown(chart):
+    """What the page has of a chart: its labels and its data."""
+    handle = chart._handle
+    return [one["label"] for one in handle.series[1:]], [some.tolist() for some in handle.data]
+
+
+def test_published_topics_are_offered_and_their_numbers_after_a_message(page, panel):
+    assert {"(choose)", "/joint_states", "/number"} <= set(panel._topic.options)
+    assert panel._field.options == ("(choose)",)
+    choose_joints(page, panel)
+    assert panel._field.options[:4] == (
+        "(choose)",
+        "position (all 2)",
+        "position[0]  hip",
+        "position[1]  knee",
+    )
+
+
+def test_a_number_is_drawn_by_the_stamps_of_its_messages(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[1]  knee")
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/joint_states", state(start_s + step, 0.0, float(step)))
+    draw(panel)
+    labels, (times, values) = shown(panel._charts[0])
+    assert labels == ["knee position"]
+    assert times == pytest.approx([-2, -1, 0], abs=1e-5)
+    assert values == [0, 1, 2]
+
+
+def test_a_whole_array_is_a_line_for_each_element(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position (all 2)")
+    start_s = now_s(page)
+    for step in range(2):
+        page.publish("/joint_states", state(start_s + step, 1.0, 2.0))
+    draw(panel)
+    labels, (_, hip, knee) = shown(panel._charts[0])
+    assert labels == ["hip position", "knee position"]
+    assert (hip, knee) == ([1, 1], [2, 2])
+
+
+def test_fields_of_several_topics_share_a_plot(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    page.choose(panel._topic, "/number")
+    page.publish("/number", Number(data=3.0))
+    panel.tick()
+    add(page, panel, "data", "Plot 1")
+    assert page.listens_to("/joint_states")
+    for _ in range(3):
+        page.publish("/number", Number(data=3.0))
+        page.publish("/joint_states", state(now_s(page), 1.0))
+    draw(panel)
+    labels, (_, hip, number) = shown(panel._charts[0])
+    assert labels == ["hip position", "/number/data"]
+    assert 1.0 in hip
+    assert 3.0 in number
+
+
+def test_stamps_of_another_clock_give_way_to_the_time_of_receipt(page, panel):
+    choose_joints(page, panel)
+    panel._topics["/joint_states"].clear()
+    add(page, panel, "position[0]  hip")
+    before_s = now_s(page)
+    page.publish("/joint_states", state(5.0, 1.0))
+    last_s = panel._charts[0].lines[0].series.last_s
+    assert before_s <= last_s <= now_s(page)
+
+
+def test_a_time_that_begins_anew_begins_the_plot_anew(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    start_s = now_s(page)
+    for stamp_s in (start_s, start_s + 1, start_s - 5, start_s - 4):
+        page.publish("/joint_states", state(stamp_s, 1.0))
+    draw(panel)
+    _, (times, _) = shown(panel._charts[0])
+    assert times == pytest.approx([-1, 0], abs=1e-5)
+
+
+def test_an_element_that_is_missing_is_passed_over(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[1]  knee")
+    start_s = now_s(page)
+    page.publish("/joint_states", state(start_s, 0.0, 1.0))
+    page.publish("/joint_states", state(start_s + 1, 0.0))
+    page.publish("/joint_states", state(start_s + 2, 0.0, 3.0))
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == [1, 3]
+
+
+def test_nothing_is_sent_while_nothing_is_new(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/joint_states", state(start_s + step, 1.0))
+    draw(panel)
+    before = panel._charts[0]._handle.data
+    draw(panel)
+    assert panel._charts[0]._handle.data is before
+
+
+def test_a_paused_plot_stands_still_and_catches_up(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/joint_states", state(start_s + step, float(step)))
+    page.choose(panel._buttons, "Pause")
+    page.publish("/joint_states", state(start_s + 3, 3.0))
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == [0, 1, 2]
+    page.choose(panel._buttons, "Resume")
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == [0, 1, 2, 3]
+    page.choose(panel._buttons, "Clear")
+    for step in (4, 5):
+        page.publish("/joint_states", state(start_s + step, float(step)))
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == [4, 5]
+
+
+def test_the_window_is_as_long_as_chosen(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    start_s = now_s(page)
+    for step in range(30):
+        page.publish("/joint_states", state(start_s + step, float(step)))
+    draw(panel)
+    assert shown(panel._charts[0])[1][0][0] == pytest.approx(-10, abs=1e-5)
+    page.choose(panel._window, 3.0)
+    draw(panel)
+    assert shown(panel._charts[0])[1][0][0] == pytest.approx(-3, abs=1e-5)
+
+
+def test_nobody_looks_and_nothing_is_listened_to(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    panel.ended()
+    assert not page.listens_to("/joint_states")
+    panel.began()
+    assert page.listens_to("/joint_states")
+
+
+def test_a_removed_plot_is_no_longer_listened_for(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position[0]  hip")
+    page.choose(panel._topic, "(choose)")
+    assert page.listens_to("/joint_states")
+    (buttons,) = [
+        child for child in panel._charts[0]._folder._children.values() if hasattr(child, "options")
+    ]
+    page.choose(buttons, "Remove")
+    assert panel._where.options == ("New plot",)
+    assert not page.listens_to("/joint_states")
+
+
+def test_a_full_plot_says_so(page, panel):
+    page.choose(panel._topic, "/joint_states")
+    page.publish("/joint_states", JointState(position=[0.0] * 30))
+    panel.tick()
+    add(page, panel, "position (all 30)")
+    assert len(panel._charts[0].lines) == MOST_LINES
+    assert page.told == [("Plot 1 is full", f"It has {MOST_LINES} lines.")]
+
+
+def test_a_plot_is_saved_as_its_samples_and_as_a_picture(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, "position (all 2)")
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/joint_states", state(start_s + step, float(step), -1.0))
+    (buttons,) = [
+        child for child in panel._charts[0]._folder._children.values() if hasattr(child, "options")
+    ]
+    page.choose(buttons, "CSV")
+    page.choose(buttons, "PNG")
+    rows = list(csv.reader(io.StringIO(page.client.files["plot_1.csv"].decode())))
+    assert rows[0] == ["time", "/joint_states/position[0]", "/joint_states/position[1]"]
+    assert [row[1:] for row in rows[1:]] == [["0.0", "-1.0"], ["1.0", "-1.0"], ["2.0", "-1.0"]]
+    assert float(rows[1][0]) == pytest.approx(start_s, abs=1e-6)
+    picture = Image.open(io.BytesIO(page.client.files["plot_1.png"]))
+    assert picture.size == (1600, 900)
+
+
+def test_a_table_has_a_row_for_each_time_and_gaps_where_there_is_none():
+    one, two = (np.array([0.0, 1.0]), np.array([5.0, 6.0])), (np.array([1.0]), np.array([7.0]))
+    text = to_csv(["/a", "/b"], [one, two]).decode().splitlines()
+    assert text == ["time,/a,/b", "0.000000000,5.0,", "1.000000000,6.0,7.0"]
+
+
+def test_a_picture_has_the_curves_in_their_colours():
+    times = np.linspace(-1.0, 0.0, 50)
+    content = to_png(times, [Curve("/a", "#ff0000", times * 2)])
+    colors = {color for _, color in Image.open(io.BytesIO(content)).getcolors(1 << 20) or ()}
+    assert (255, 0, 0) in colors
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-300, 1e300, -1e300, float("nan")])
+def test_a_picture_can_be_made_of_any_values(value):
+    times = np.array([0.0, 1.0])
+    assert to_png(times, [Curve("x", "#ff0000", np.array([0.0, value]))])
+    assert to_png(np.array([]), [Curve("x", "#ff0000", np.array([]))])
