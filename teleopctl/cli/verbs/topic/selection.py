@@ -8,6 +8,7 @@ from typing import Any
 from teleopctl.errors import InvalidMessageError, UsageError
 
 
+# Any: a message's class is made from its definition.
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
     """A function that says whether a message is wanted.
 

@@ -50,6 +50,7 @@ class Chart:
         frozen_s: The end of the window while it stands still; None while it moves.
     """
 
+    # Any: viser's event.
     def __init__(self, gui: viser.GuiApi, title: str, on_button: Callable[[Any], None]) -> None:
         self.title = title
         self.lines: list[Line] = []
