@@ -10,6 +10,8 @@ from teleopctl.viewer.displays.stamped import StampedDisplay
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import Drawing, merged
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 
 class DrawnDisplay(StampedDisplay):
     """Draws what `drawing` makes of each message, once for each picture at most."""

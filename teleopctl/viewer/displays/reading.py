@@ -20,6 +20,8 @@ from teleopctl.viewer.scene.drawing import (
     unit_rotation,
 )
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 
 def vector_of(message: Any) -> tuple[float, float, float]:
     """The numbers of a ``Point``, ``Point32`` or ``Vector3``."""

@@ -12,6 +12,8 @@ from teleopctl.viewer.displays.base import OK, WARN, Display
 if TYPE_CHECKING:
     from teleopctl.viewer.scene.frames import Frames
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 # As many as RViz's filter lets wait for their transforms.
 _WAITING = 10
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from teleopctl.viewer.scene.mesh_files import MeshFile
 
+# Any stands for viser's nodes of any kind, and for what they are made of.
+
 # A letter is a node of its own: more of them than this no browser draws fluently.
 MOST_TEXTS = 500
 MOST_SURFACES = 500

@@ -10,6 +10,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import Drawing
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 _FIXED_FRAME = "<Fixed Frame>"
 
 

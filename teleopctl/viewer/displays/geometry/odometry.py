@@ -15,6 +15,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import length_of, pose_of
 from teleopctl.viewer.scene.drawing import Drawing, merged
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 # RViz keeps all where the file says 0; memory must not grow over days.
 _MOST_KEPT = 10_000
 

@@ -13,6 +13,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import left_out_text, poses_of, rgba_of
 from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 
 class Path(DrawnDisplay):
     """A line through poses of one frame, and the poses where they are wanted."""

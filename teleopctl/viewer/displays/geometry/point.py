@@ -11,6 +11,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import rgba_of, vector_of
 from teleopctl.viewer.scene.drawing import Drawing, is_drawable
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 
 class PointStamped(DrawnDisplay):
     """A point, and those before it."""

@@ -13,6 +13,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import left_out_text, points_of, rgba_of
 from teleopctl.viewer.scene.drawing import HAIR, Drawing, is_drawable
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 _GREEN = (25, 255, 0)
 # Cells are squares; this much of a height lets them be seen from the side.
 _THIN_M = 0.001

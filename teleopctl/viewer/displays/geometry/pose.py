@@ -12,6 +12,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import pose_of
 from teleopctl.viewer.scene.drawing import Drawing
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 NOT_FINITE = "The pose is not drawn: its numbers must be finite"
 
 

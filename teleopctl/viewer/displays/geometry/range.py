@@ -12,6 +12,8 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import rgba_of
 from teleopctl.viewer.scene.drawing import Drawing, is_drawable
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 # A cone that opens wider than this has no base that could be drawn.
 _WIDEST_RAD = 3.0
 _TIP_BACK = (0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5))

@@ -22,6 +22,8 @@ from teleopctl.viewer.scene.drawing import (
     is_drawable,
 )
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 _CIRCLE_PARTS = 24
 
 

@@ -17,6 +17,8 @@ from teleopctl.viewer.displays.sensors.pictures import GREY_PROPERTIES, PictureD
 from teleopctl.viewer.pictures.feed import camera_info_topic
 from teleopctl.viewer.pictures.picture import Picture, put
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 _INFO = "sensor_msgs/msg/CameraInfo"
 # A common lens, for cameras that do not say theirs.
 _UNKNOWN_FOV_RAD = math.radians(45.0)

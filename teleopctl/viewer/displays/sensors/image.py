@@ -9,6 +9,8 @@ import numpy as np
 from teleopctl.viewer.displays.sensors.pictures import PictureDisplay
 from teleopctl.viewer.pictures.picture import Picture, put
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 _NOTHING = np.zeros((1, 1, 3), np.uint8)
 _WIDTH_PX = 360
 _MARGIN_PX = 12

@@ -11,6 +11,8 @@ from teleopctl.viewer.pictures.feed import COMPRESSED, RAW, PictureFeed, type_by
 from teleopctl.viewer.pictures.grey import GreyRange
 from teleopctl.viewer.pictures.picture import Picture, PictureError
 
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
 GREY_PROPERTIES = (
     Property("Normalize Range", True, hint="Black and white are the least and the most measured"),
     Property("Min Value", 0.0, hint="Black, where the range is not normalized"),
