@@ -7,6 +7,7 @@ import contextlib
 import os
 import sys
 import webbrowser
+from pathlib import Path
 
 from teleopctl import progress
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
@@ -29,6 +30,7 @@ def main(args: list[str] | None = None) -> int:
 
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
+    parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
     parser.add_argument("--token", help="what the page's address has to carry")
@@ -43,7 +45,7 @@ def main(args: list[str] | None = None) -> int:
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=words),
-        Viewer(server) as node,
+        Viewer(server, options.display_config) as node,
     ):
         node.get_logger().info(f"The robot is at {address}")
         progress.tell(progress.READY, address)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl import plugins
@@ -17,9 +18,9 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import Buffer, TransformListener
-from teleopctl.viewer.displays.base import Display
 from teleopctl.viewer.page.server import close_server
 from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.picture import Picture
 from teleopctl.viewer.scene.frames import Frames
 
 if TYPE_CHECKING:
@@ -29,33 +30,30 @@ _PICTURES_PER_S = 30.0
 # Panels are read, not watched: every third picture is enough.
 _PICTURES_PER_PANEL_TICK = 3
 
-DEFAULT_DISPLAYS: tuple[tuple[str, str, dict[str, Any]], ...] = (
-    ("Grid", "Grid", {}),
-    ("RobotModel", "RobotModel", {"Description Topic": {"Value": "/robot_description"}}),
-    ("TF", "TF", {"Enabled": False, "Marker Scale": 0.5}),
-)
-"""What is in the picture where no file says otherwise: class, name, properties."""
-
 
 class Viewer(Node):
     """The node, and the page that it serves.
 
     Args:
         server: The page.
+        view: The ``.rviz`` file to begin with.
         panels: The panels by name, in their order; None is all that there are.
     """
 
-    def __init__(self, server: viser.ViserServer, panels: list[str] | None = None) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        view: Path | None = None,
+        panels: list[str] | None = None,
+    ) -> None:
         super().__init__("rviz")
         self.node = self
         self.stage = self
         self.server = server
         self.scene = server.scene
         self.gui = server.gui
-        self.displays: list[Display] = []
         self._watched = False
         self._pictures = 0
-        self._names = 0
         self._last_time_ns = 0
         self._errands: deque[Callable[[], object]] = deque()
         self._errand = self.create_guard_condition(self._run_errands)
@@ -67,12 +65,7 @@ class Viewer(Node):
             1.0 / _PICTURES_PER_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self._timer.cancel()
-        server.scene.set_up_direction("+z")
-        server.scene.configure_default_lights(cast_shadow=False)
-        server.initial_camera.position = (1.5, -1.5, 1.1)
-        server.initial_camera.look_at = (0.0, 0.0, 0.35)
-        for rviz_class, name, given in DEFAULT_DISPLAYS:
-            self.add_display(rviz_class, name, dict(given))
+        self.picture = Picture(server, self, view)
         self.panels = self._make_panels(panels)
         self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
         server.on_client_connect(self.on(lambda _client: self._look()))
@@ -134,31 +127,6 @@ class Viewer(Node):
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
             )
 
-    def add_display(
-        self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None
-    ) -> Display:
-        """Add a display to the picture; see `Page.add_display`."""
-        kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)
-        self._names += 1
-        display = kind(self, name or rviz_class, f"/display{self._names}", given)
-        self.displays.append(display)
-        if self._watched and display.values.given.get("Enabled", True):
-            display.begin()
-        return display
-
-    def remove_display(self, display: Display) -> None:
-        """Take a display out."""
-        display.end()
-        self.displays.remove(display)
-
-    def enable(self, display: Display, *, enabled: bool) -> None:
-        """Draw a display, or do not."""
-        display.values.given["Enabled"] = enabled
-        if enabled and self._watched:
-            display.begin()
-        elif not enabled:
-            display.end()
-
     # --- the picture --------------------------------------------------------------------------
 
     def _look(self) -> None:
@@ -169,9 +137,7 @@ class Viewer(Node):
         self._watched = watched
         if watched:
             self._listener = TransformListener(self.buffer, self)
-            for display in self.displays:
-                if display.values.given.get("Enabled", True):
-                    display.begin()
+            self.picture.begin()
             for panel in self.panels:
                 panel.began()
             self._timer.reset()
@@ -179,8 +145,8 @@ class Viewer(Node):
             self._timer.cancel()
             if self._listener is not None:
                 self._listener.unregister()
-            for display in self.displays:
-                display.end()
+                self._listener = None
+            self.picture.end()
             for panel in self.panels:
                 panel.ended()
 
@@ -194,8 +160,7 @@ class Viewer(Node):
         jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
         with self.server.atomic():
             self.frames.update()
-            for display in self.displays:
-                display.follow(jumped_back=jumped_back)
+            self.picture.tick(jumped_back=jumped_back)
         if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
             for panel in self.panels:
                 panel.tick()

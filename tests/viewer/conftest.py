@@ -84,7 +84,7 @@ class FakePage:
         self.scene = server.scene
         self.gui = server.gui
         self.frames = Frames(server.scene, Buffer())
-        self.displays: list[Any] = []
+        self.picture: Any = None
         self.client = FakeClient()
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
         self.told: list[tuple[str, str]] = []
@@ -124,16 +124,6 @@ class FakePage:
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         del wrong
         self.told.append((title, text))
-
-    def add_display(self, rviz_class: str, name: str = "", given: Any = None) -> Any:
-        raise NotImplementedError
-
-    def remove_display(self, display: Any) -> None:
-        display.end()
-        self.displays.remove(display)
-
-    def enable(self, display: Any, *, enabled: bool) -> None:
-        (display.begin if enabled else display.end)()
 
     # --- what a person does on the page -------------------------------------------------------
 

@@ -67,12 +67,14 @@ class Display:
         message_type: What it listens to; empty for one that is not about one topic.
         other_types: What it shows besides.
         properties: What can be set, besides name, topic and whether it is enabled.
+        topic_key: Under which property a file names its topic.
         latched: Whether the last message counts for those who come late, however the file asks.
         name: What the user calls it.
         topic: Where it listens; empty while nothing has been chosen.
         status: How it fares: `OK`, `WARN` or `ERROR`, and a sentence.
         root: The name in the scene below which it draws.
         messages: How many messages it has taken.
+        in_shown_group: Whether the groups that it is in, in a file, are shown.
 
     Args:
         stage: What it works with.
@@ -85,6 +87,7 @@ class Display:
     message_type: ClassVar[str] = ""
     other_types: ClassVar[tuple[str, ...]] = ()
     properties: ClassVar[tuple[Property, ...]] = ()
+    topic_key: ClassVar[str] = "Topic"
     latched: ClassVar[bool] = False
 
     def __init__(
@@ -98,9 +101,15 @@ class Display:
         self.status = (OK, "")
         self.messages = 0
         self._end: Callable[[], None] | None = None
+        self.in_shown_group = True
         self._drawn = False
 
     # --- what the viewer calls ----------------------------------------------------------------
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether it is to be drawn for those who look."""
+        return self.in_shown_group and self.values.given.get("Enabled", True) is not False
 
     @property
     def is_drawn(self) -> bool:
@@ -138,11 +147,11 @@ class Display:
     def listen_to(self, topic: str) -> None:
         """Choose the topic."""
         self.topic = topic
-        place = self.values.given.get("Topic")
+        place = self.values.given.get(self.topic_key)
         if isinstance(place, dict):
             place["Value"] = topic
         else:
-            self.values.given["Topic"] = {"Value": topic}
+            self.values.given[self.topic_key] = {"Value": topic}
         self.messages = 0
         self.status = (OK, "")
         if self._drawn:

@@ -20,6 +20,7 @@ class RobotModel(Display):
 
     rviz_class = "RobotModel"
     message_type = "std_msgs/msg/String"
+    topic_key = "Description Topic"
     latched = True
     properties: ClassVar[tuple[Property, ...]] = (
         Property("Visual Enabled", True, hint="Draw what the robot looks like"),

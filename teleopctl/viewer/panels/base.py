@@ -7,13 +7,14 @@ a panel hands it over with `Page.on`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 if TYPE_CHECKING:
     import viser
 
     from teleopctl.node import Node
-    from teleopctl.viewer.displays.base import Display, Stage
+    from teleopctl.viewer.displays.base import Stage
+    from teleopctl.viewer.picture import Picture
     from teleopctl.viewer.scene.frames import Frames
 
 
@@ -36,10 +37,6 @@ class Page(Protocol):
     def frames(self) -> Frames:
         """Where frames stand."""
 
-    @property
-    def displays(self) -> list[Display]:
-        """What is in the picture, in the order of the list."""
-
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
         """Make a function that viser calls one that runs on the node's thread instead.
 
@@ -50,20 +47,10 @@ class Page(Protocol):
         """Tell everybody who looks, for some seconds."""
 
     # Any: what YAML holds.
-    def add_display(
-        self, rviz_class: str, name: str = "", given: dict[str, Any] | None = None
-    ) -> Display:
-        """Add a display to the picture, at the end of the list.
 
-        Raises:
-            UnknownPluginError: There is no such kind.
-        """
-
-    def enable(self, display: Display, *, enabled: bool) -> None:
-        """Draw a display, or do not."""
-
-    def remove_display(self, display: Display) -> None:
-        """Take a display out."""
+    @property
+    def picture(self) -> Picture:
+        """What is drawn: displays can be added and removed there."""
 
 
 class Panel:

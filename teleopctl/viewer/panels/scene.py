@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from teleopctl import plugins
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.page.server import PageError
 from teleopctl.viewer.panels.base import Page, Panel
 
 _ROOT = "(root)"
@@ -35,13 +36,26 @@ class ScenePanel(Panel):
                 "Display", tuple(plugins.available(plugins.DISPLAYS))
             )
             self.gui.add_button("Add display").on_click(self.page.on(lambda _event: self._add()))
+        self.gui.add_button("Save view").on_click(self.page.on(self._save))
         self._show_displays()
+
+    def _save(self, event: Any) -> None:
+        picture = self.page.picture
+        text = picture.text(event.client.camera)
+        if picture.path is None:
+            event.client.send_file_download("view.rviz", text.encode())
+            return
+        try:
+            picture.path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise PageError(f"{picture.path} cannot be written: {error.strerror}") from error
+        self.page.notify("Saved", str(picture.path))
 
     def _fix(self, event: Any) -> None:
         self.page.frames.fix("" if event.target.value == _ROOT else event.target.value)
 
     def _add(self) -> None:
-        self.page.add_display(self._kind.value)
+        self.page.picture.add(self._kind.value)
 
     def tick(self) -> None:
         """Follow frames, displays and how they fare."""
@@ -62,7 +76,7 @@ class ScenePanel(Panel):
             row.offer(topics)
 
     def _show_displays(self) -> None:
-        shown = {id(display): display for display in self.page.displays}
+        shown = {id(display): display for display in self.page.picture.displays}
         for key in [key for key in self._rows if key not in shown]:
             self._rows.pop(key).remove()
         for key, display in shown.items():
@@ -82,9 +96,9 @@ class _Row:
         self._topic: Any = None
         with self._folder:
             self._status = gui.add_markdown("", visible=False)
-            enabled = gui.add_checkbox("Show", bool(display.values.given.get("Enabled", True)))
+            enabled = gui.add_checkbox("Show", display.is_enabled)
             enabled.on_update(
-                page.on(lambda event: page.enable(display, enabled=event.target.value))
+                page.on(lambda event: page.picture.enable(display, enabled=event.target.value))
             )
             if display.message_type:
                 self._topic = gui.add_dropdown("Topic", (display.topic or "",))
@@ -92,7 +106,7 @@ class _Row:
             for known in display.properties:
                 self._add(known)
             gui.add_button("Remove", color="red").on_click(
-                page.on(lambda _event: page.remove_display(display))
+                page.on(lambda _event: page.picture.remove(display))
             )
 
     def _add(self, known: Property) -> None:
