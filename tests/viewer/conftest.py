@@ -84,6 +84,7 @@ class FakePage:
         self.scene = server.scene
         self.gui = server.gui
         self.frames = Frames(server.scene, Buffer())
+        self.displays: list[Any] = []
         self.picture: Any = None
         self.client = FakeClient()
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}

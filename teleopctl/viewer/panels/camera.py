@@ -104,14 +104,14 @@ class CameraPanel(Panel):
         if event.client is None:
             return
         wanted = event.target.value
-        if self._in_scene not in self.page.displays:
+        if self._in_scene not in self.page.picture.displays:
             self._in_scene = None
         if wanted and self._in_scene is None and self._topic:
-            self._in_scene = self.page.add_display(
+            self._in_scene = self.page.picture.add(
                 "Camera", "Camera", {"Topic": {"Value": self._topic}}
             )
         elif self._in_scene is not None:
-            self.page.enable(self._in_scene, enabled=wanted)
+            self.page.picture.enable(self._in_scene, enabled=wanted)
 
     # --- the picture --------------------------------------------------------------------------
 
@@ -135,7 +135,7 @@ class CameraPanel(Panel):
 
     def _follow_scene(self) -> None:
         """The list of displays may have removed the one in the scene, or switched it off."""
-        shown = self._in_scene in self.page.displays and self._in_scene.is_drawn
+        shown = self._in_scene in self.page.picture.displays and self._in_scene.is_drawn
         if self._place.value != shown:
             self._place.value = shown
 

@@ -5,6 +5,7 @@ import pytest
 from teleopctl.interfaces import get_message
 from teleopctl.viewer.displays.sensors.camera import Camera
 from teleopctl.viewer.panels.camera import CameraPanel
+from teleopctl.viewer.picture import Picture
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
@@ -19,16 +20,15 @@ def picture(value=90, encoding="mono8"):
     return IMAGE(width=400, height=300, encoding=encoding, step=400, data=bytes([value]) * 120_000)
 
 
+def cameras(stage):
+    """Those that are in the picture."""
+    return [display for display in stage.picture.displays if isinstance(display, Camera)]
+
+
 @pytest.fixture
 def panel(stage):
-    def add_display(rviz_class, name, given):
-        assert rviz_class == "Camera"
-        display = Camera(stage, name, "/display9", given)
-        stage.displays.append(display)
-        display.begin()
-        return display
-
-    stage.add_display = add_display
+    stage.picture = Picture(stage.server, stage)
+    stage.picture.begin()
     stage.node.topics.update(TOPICS)
     panel = CameraPanel(stage)
     with stage.gui.add_tab_group().add_tab(panel.title):
@@ -97,13 +97,13 @@ def test_what_cannot_be_shown_is_told_without_its_markup(panel, stage):
 
 def test_the_frustum_is_switched_on_in_the_scene_and_follows_the_choice(panel, stage):
     stage.choose(panel._place, True)
-    (display,) = stage.displays
+    (display,) = cameras(stage)
     assert (display.topic, display.is_drawn) == ("/cam/image_raw", True)
     stage.choose(panel._choice, "/cam/image_raw/compressed")
     assert display.topic == "/cam/image_raw/compressed"
     stage.choose(panel._place, False)
     assert not display.is_drawn
-    stage.remove_display(display)
+    stage.picture.remove(display)
     panel.tick()
     stage.choose(panel._place, True)
-    assert len(stage.displays) == 1
+    assert len(cameras(stage)) == 1
