@@ -6,6 +6,7 @@ writes everything back, also what nobody here understands.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -109,7 +110,7 @@ def read(known: Property, given: Mapping[str, Any]) -> Value:
     if isinstance(default, str):
         text = str(value)
         return text if not known.choices or text in known.choices else default
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return default
     number = max(value, known.low) if known.low is not None else value
     number = min(number, known.high) if known.high is not None else number
