@@ -110,7 +110,12 @@ def read(known: Property, given: Mapping[str, Any]) -> Value:
     if isinstance(default, str):
         text = str(value)
         return text if not known.choices or text in known.choices else default
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return default
+    try:
+        if not math.isfinite(value):
+            return default
+    except OverflowError:  # an integer beyond all floats
         return default
     number = max(value, known.low) if known.low is not None else value
     number = min(number, known.high) if known.high is not None else number
