@@ -35,6 +35,7 @@ class Camera(PictureDisplay):
         *GREY_PROPERTIES,
     )
 
+    # Any: what displays are made of, and pictures of any message.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         # The CameraInfo, and viser's frustum

@@ -21,6 +21,7 @@ class Image(PictureDisplay):
 
     rviz_class = "Image"
 
+    # Any: what displays are made of, and pictures of any message.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         # viser's window and the picture in it

@@ -29,6 +29,7 @@ class PictureDisplay(Display):
     other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
     properties: ClassVar[tuple[Property, ...]] = GREY_PROPERTIES
 
+    # Any: what displays are made of, and pictures of any message.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._feed = PictureFeed(self.stage, self._take_picture)
