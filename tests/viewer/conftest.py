@@ -126,6 +126,10 @@ class FakePage:
         del wrong
         self.told.append((title, text))
 
+    def remove_display(self, display: Any) -> None:
+        display.end()
+        self.displays.remove(display)
+
     # --- what a person does on the page -------------------------------------------------------
 
     def click(self, handle: Any) -> None:
