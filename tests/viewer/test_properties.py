@@ -1,7 +1,7 @@
 """Properties of displays: what an ``.rviz`` file says, and what a user sets."""
 
 import yaml
-from hypothesis import given, strategies
+from hypothesis import HealthCheck, given, settings, strategies
 
 from teleopctl.viewer.displays.properties import Properties, Property, Value
 
@@ -33,6 +33,7 @@ anything = strategies.recursive(
     | strategies.floats()
     | strategies.text(),
     lambda inner: strategies.lists(inner) | strategies.dictionaries(strategies.text(), inner),
+    max_leaves=8,
 )
 
 
@@ -70,6 +71,7 @@ def test_a_number_keeps_to_its_range():
     assert Properties(KNOWN, {"Plane Cell Count": -7})["Plane Cell Count"] == 1
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(strategies.dictionaries(strategies.sampled_from([p.name for p in KNOWN]), anything))
 def test_whatever_a_file_says_a_property_has_its_type(given):
     values = Properties(KNOWN, given)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, strategies
+from hypothesis import HealthCheck, given, settings, strategies
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.rviz_file import RvizFile, View
@@ -148,6 +148,7 @@ def test_a_view_that_is_saved_is_the_view_that_is_read(eye, focus):
     assert view.focus == pytest.approx(focus)
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(anything)
 def test_no_document_is_too_strange(document):
     file = RvizFile({"Visualization Manager": copy.deepcopy(document)})
