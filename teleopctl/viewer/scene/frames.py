@@ -124,6 +124,9 @@ class Frames:
             TransformException: That is not known.
         """
         frame = frame.removeprefix("/")
+        # Without any tf the first frame that something stands in is as good as any.
+        if not self._fixed and not self._wanted_fixed:
+            self._fixed = frame
         if frame == self._fixed:
             return _IDENTITY
         stamp_ns = 0 if stamp is None else stamp.nanoseconds
@@ -138,7 +141,7 @@ class Frames:
     def _choose_fixed(self, parents: dict[str, str]) -> None:
         if self._wanted_fixed:
             self._fixed = self._wanted_fixed
-        elif parents and (not self._fixed or self._fixed in parents):
+        elif parents and (self._fixed in parents or self._fixed not in parents.values()):
             # the root of the largest tree
             roots: dict[str, int] = {}
             for name in parents:

@@ -1,0 +1,136 @@
+"""Points with what was measured at each: out of a ``PointCloud2``, or out of a ``LaserScan``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.tf import Transform
+
+# The numbers of sensor_msgs/msg/PointField.
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+# Beyond this nothing can be seen, and a browser's floats become infinite.
+_FARTHEST_M = 1e6
+
+Array = npt.NDArray[Any]
+Floats = npt.NDArray[np.float32]
+
+
+class CloudError(TeleopctlError):
+    """A message holds no points that can be drawn; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cloud:
+    """Points.
+
+    Attributes:
+        points: Where they are in the message's frame, (n, 3), in metres.
+        total: How many there were, before some were left out.
+        channels: What was measured at each, (n,), by name.
+    """
+
+    points: Floats
+    total: int
+    channels: dict[str, Array] = field(default_factory=dict)
+
+
+# Any: a PointCloud2 message.
+def read_cloud(message: Any, most: int) -> Cloud:
+    """Read the points of a cloud.
+
+    Args:
+        message: A ``sensor_msgs/msg/PointCloud2``.
+        most: The most points that are wanted; of more, every so-manieth is taken.
+
+    Raises:
+        CloudError: It has no coordinates, or its numbers make no sense together.
+    """
+    step, data = message.point_step, np.frombuffer(message.data, np.uint8)
+    if not message.width or not message.height or not data.size:
+        return Cloud(np.empty((0, 3), np.float32), 0)
+    row = message.row_step or message.width * step
+    if not step or row < message.width * step:
+        raise CloudError(
+            f"Rows of {row} bytes do not hold {message.width} points of {step} bytes each"
+        )
+    # The last row may lack what is between rows.
+    rows = min((data.size + row - message.width * step) // row, message.height)
+    if rows < 1:
+        raise CloudError(f"{data.size} bytes are not {message.width} points of {step} bytes each")
+    every = -(-rows * message.width // most)
+    order = ">" if message.is_bigendian else "<"
+    channels: dict[str, Array] = {}
+    for one in message.fields:
+        dtype = np.dtype(order + _TYPES.get(one.datatype, "V0"))
+        if dtype.itemsize and one.offset + dtype.itemsize <= step:
+            values: Array = np.ndarray(
+                (rows, message.width), dtype, data.data, one.offset, (row, step)
+            )
+            chosen = values.reshape(-1) if row == message.width * step else values.ravel()
+            channels.setdefault(one.name, chosen[::every])
+    missing = [name for name in "xyz" if name not in channels]
+    if missing:
+        raise CloudError(f"The cloud has no field {', '.join(map(repr, missing))}")
+    with np.errstate(over="ignore"):
+        points = np.stack([channels.pop(name) for name in "xyz"], -1).astype(np.float32)
+    total = message.width * message.height
+    return _kept(points, total, channels, _near(points))
+
+
+# Any: a LaserScan message.
+def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
+    """Read what a scanner has hit.
+
+    Args:
+        message: A ``sensor_msgs/msg/LaserScan``.
+        sweep: Where the scanner stands at the end of the scan, in its frame at the start; None
+            for one that does not move.
+    """
+    ranges = np.frombuffer(message.ranges, np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):
+        angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
+        across = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], -1)
+        points = ranges[:, None] * across
+        if sweep is not None and len(points) > 1:
+            points = _swept(points, sweep)
+        hit = (ranges >= message.range_min) & (ranges <= message.range_max) & _near(points)
+        points = points.astype(np.float32)
+    intensities = np.frombuffer(message.intensities, np.float32)
+    channels = {"intensity": intensities} if len(intensities) == len(ranges) else {}
+    return _kept(points, len(ranges), channels, hit)
+
+
+def _near(points: Array) -> npt.NDArray[np.bool_]:
+    """Which points are somewhere, so that they can be seen."""
+    return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
+
+
+def _kept(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
+    if kept.all():
+        return Cloud(points, total, channels)
+    return Cloud(points[kept], total, {name: values[kept] for name, values in channels.items()})
+
+
+def _swept(points: Array, sweep: Transform) -> Array:
+    """Move each point with the scanner, which moves evenly from the start to the end."""
+    part = np.linspace(0.0, 1.0, len(points))[:, None]
+    x, y, z, w = sweep.rotation if sweep.rotation[3] >= 0.0 else [-one for one in sweep.rotation]
+    # The line between the two rotations: for the little that a scanner turns, as good as the arc.
+    axis, real = part * np.array([x, y, z]), 1.0 + part * (w - 1.0)
+    length = np.sqrt((axis**2).sum(axis=-1, keepdims=True) + real**2)
+    axis, real = axis / length, real / length
+    twice = 2.0 * np.cross(axis, points)
+    turned: Array = points + real * twice + np.cross(axis, twice)
+    moved: Array = turned + part * np.array(sweep.translation)
+    return moved
+
+
+def has_moved(sweep: Transform) -> bool:
+    """Whether a scanner has moved so much in one scan that it could be seen."""
+    return math.hypot(*sweep.translation) > 1e-3 or abs(sweep.rotation[3]) < math.cos(5e-4)

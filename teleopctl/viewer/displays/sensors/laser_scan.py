@@ -1,0 +1,30 @@
+"""``LaserScan``: what a scanner has hit around it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teleopctl.viewer.displays.sensors.cloud import Cloud, has_moved, read_scan
+from teleopctl.viewer.displays.sensors.points import Job, PointsDisplay
+
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
+# A scanner turns several times a second; what claims to take longer has a wrong number in it.
+_LONGEST_S = 1.0
+
+
+class LaserScan(PointsDisplay):
+    """The hits of a scanner, each from where the scanner was at that moment."""
+
+    rviz_class = "LaserScan"
+    message_type = "sensor_msgs/msg/LaserScan"
+
+    def duration_ns(self, message: Any) -> int:
+        """How long the scanner took from the first ray to the last."""
+        duration = float(message.time_increment) * (len(message.ranges) - 1)
+        return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
+
+    def read(self, job: Job) -> Cloud:
+        """Read the hits of a message."""
+        sweep = job.sweep
+        return read_scan(job.message, sweep if sweep is not None and has_moved(sweep) else None)

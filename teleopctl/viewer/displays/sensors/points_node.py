@@ -1,0 +1,124 @@
+"""Points as a node of the scene, in RViz's styles."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from teleopctl.viewer.scene.unit_shapes import unit_shape
+
+if TYPE_CHECKING:
+    import viser
+
+    from teleopctl.viewer.displays.sensors.cloud import Floats
+    from teleopctl.viewer.displays.sensors.colors import Colors
+
+BOXES = "Boxes"
+_PIXELS = "Points"
+_SPHERES = "Spheres"
+STYLES = (_PIXELS, "Squares", "Flat Squares", _SPHERES, BOXES, "Tiles")
+# The browser knows sizes in metres only; at arm's length, on a screen, a pixel is as large.
+_PIXEL_M = 0.002
+# A float16 has eleven bits.
+_HALF_PRECISION = 2.0**-11
+
+
+class PointsNode:
+    """Points that can be drawn anew.
+
+    Args:
+        scene: Where to draw.
+        path: The name of the node.
+    """
+
+    def __init__(self, scene: viser.SceneApi, path: str) -> None:
+        self._scene = scene
+        self._path = path
+        # viser's handle, of one of two kinds
+        self._handle: Any = None
+        self._kind: tuple[object, ...] = ()
+
+    def draw(
+        self, points: Floats, colors: Colors, style: str, size_m: float, pixels: int, alpha: float
+    ) -> None:
+        """Draw points in the place of those that were drawn.
+
+        Args:
+            points: Where they are, (n, 3).
+            colors: Theirs, (n, 3), or one for all, (3,).
+            style: One of RViz's.
+            size_m: The size of a point in metres.
+            pixels: Its size in pixels, where the style has that.
+            alpha: From 0, invisible, to 1; between them for boxes only.
+        """
+        if not len(points) or alpha <= 0.0:
+            self.remove()
+            return
+        if style == BOXES:
+            self._draw_boxes(points, colors, size_m, alpha)
+        else:
+            self._draw_points(
+                points, colors, style, pixels * _PIXEL_M if style == _PIXELS else size_m
+            )
+
+    def _draw_points(self, points: Floats, colors: Colors, style: str, size: float) -> None:
+        farthest = float(np.abs(points).max())
+        # As long as nobody sees the difference: half as many bytes.
+        coarse = farthest * _HALF_PRECISION < size / 2.0
+        precision: Literal["float16", "float32"] = "float16" if coarse else "float32"
+        if len(colors) != len(points):
+            colors = np.broadcast_to(colors, points.shape)
+        kind = ("points", style, size, precision)
+        if self._kind == kind:
+            self._handle.points, self._handle.colors = points, colors
+            return
+        self.remove()
+        self._kind = kind
+        round_ones = style == _SPHERES
+        self._handle = self._scene.add_point_cloud(
+            self._path,
+            points,
+            colors,
+            point_size=size,
+            point_shape="circle" if round_ones else "square",
+            precision=precision,
+            point_shading="gradient" if round_ones else "flat",
+        )
+
+    def _draw_boxes(self, points: Floats, colors: Colors, size: float, alpha: float) -> None:
+        self.remove()
+        corners, faces = unit_shape("box")
+        unturned = np.zeros((len(points), 4), np.float32)
+        unturned[:, 0] = 1.0
+        self._handle = self._scene.add_batched_meshes_simple(
+            self._path,
+            size * corners,
+            faces,
+            unturned,
+            points,
+            batched_colors=colors,
+            opacity=None if alpha >= 1.0 else alpha,
+            lod="off",
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def place(
+        self, position: tuple[float, float, float], wxyz: tuple[float, float, float, float]
+    ) -> None:
+        """Put the points where their frame stands."""
+        if self._handle is not None:
+            self._handle.position, self._handle.wxyz = position, wxyz
+
+    def show(self, *, shown: bool) -> None:
+        """Show the points, or do not."""
+        if self._handle is not None and self._handle.visible != shown:
+            self._handle.visible = shown
+
+    def remove(self) -> None:
+        """Take them out of the picture."""
+        if self._handle is not None:
+            self._handle.remove()
+        self._handle, self._kind = None, ()
