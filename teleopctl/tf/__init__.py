@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from teleopctl.tf.transforms import (
         Quaternion as Quaternion,
         Transform as Transform,
+        Vector3 as Vector3,
         conjugate as conjugate,
         matrix_from_quaternion as matrix_from_quaternion,
         multiply as multiply,
@@ -75,7 +76,7 @@ else:
             "do_transform_vector3 register transform_covariance",
             "listener": "TransformListener",
             "messages": "stamp_of transform_stamped",
-            "transforms": "Quaternion Transform conjugate matrix_from_quaternion multiply "
+            "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "
             "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
             "slerp",
         },

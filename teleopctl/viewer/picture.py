@@ -9,6 +9,8 @@ import numpy as np
 
 from teleopctl import plugins
 from teleopctl.viewer.displays.base import Display, Stage
+from teleopctl.viewer.displays.robot_model import RobotModel
+from teleopctl.viewer.framing import round_number, view_of
 from teleopctl.viewer.rviz_file import RvizFile, View
 
 if TYPE_CHECKING:
@@ -50,6 +52,8 @@ class Picture:
         server.scene.set_up_direction("+z")
         server.scene.configure_default_lights(cast_shadow=False)
         self.path = path
+        # A view of the user's own stays as it is.
+        self._framed = path is not None
         if path is None:
             self.file = RvizFile()
             for rviz_class, name, given in _DEFAULT_DISPLAYS:
@@ -136,6 +140,24 @@ class Picture:
         """
         for display in self.displays:
             display.follow(jumped_back=jumped_back)
+        if not self._framed:
+            self._frame()
+
+    def _frame(self) -> None:
+        """Look at the first robot that is drawn, from as far away as its size asks for."""
+        model = next((one for one in self.displays if isinstance(one, RobotModel)), None)
+        if model is None or model.description is None:
+            return
+        self._framed = True
+        view, radius = view_of(model.description, model.meshes)
+        self.look_from(view)
+        for client in self._server.get_clients().values():
+            client.camera.position, client.camera.look_at = view.eye, view.focus
+        for display in self.displays:
+            if display.rviz_class == "Grid":
+                display.set("Cell Size", round_number(radius))
+            elif display.rviz_class == "TF":
+                display.set("Marker Scale", round_number(radius))
 
     def look_from(self, view: View) -> None:
         """Have those who open the page see it so."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from teleopctl.errors import TeleopctlError
 from teleopctl.ros_yaml import load
 from teleopctl.text_file import read_text
+from teleopctl.tf import Vector3
 
 _MANAGER = "Visualization Manager"
 _GROUP = "rviz_common/Group"
@@ -27,8 +28,6 @@ _HEIGHT_PX = 800.0
 _FOV_RAD = math.radians(75.0)
 # Straight down, a camera has no direction that is up.
 _STEEPEST_RAD = math.radians(89.9)
-
-Vector3 = tuple[float, float, float]
 
 # Any stands for what YAML holds.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
@@ -43,6 +44,11 @@ class RobotModel(Display):
     def description(self) -> RobotDescription | None:
         """The robot that is drawn."""
         return self._description
+
+    @property
+    def meshes(self) -> Mapping[str, MeshFile]:
+        """The files of its meshes, by URI."""
+        return self._meshes
 
     def received(self, message: Any) -> None:
         """Take a description and read its meshes, while the old one stays in the picture."""

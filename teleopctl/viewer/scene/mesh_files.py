@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from teleopctl.tf import Vector3
+
 _TOO_LARGE_BYTES = 200_000_000
 # Their colours, if they have any, are not those of a file of materials.
 _WITHOUT_MATERIAL = frozenset({".stl"})
@@ -38,12 +40,14 @@ class MeshFile:
         glb: The whole as binary glTF, or empty for a mesh without materials.
         vertices: Their coordinates, shape (n, 3), where there is no glTF.
         faces: Indices of triangles, shape (m, 3), likewise.
+        box: Its lowest and highest corner.
     """
 
     path: Path
     glb: bytes
     vertices: npt.NDArray[np.float32] | None = None
     faces: npt.NDArray[np.uint32] | None = None
+    box: tuple[Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def load_mesh(uri: str) -> MeshFile:
@@ -91,7 +95,10 @@ def _read(path: Path) -> MeshFile:
         raise MeshError(f"Mesh {path} holds no triangles")
     if not all(bool(np.isfinite(mesh.vertices).all()) for mesh in meshes):
         raise MeshError(f"Mesh {path} has coordinates that are no numbers")
+    (lx, ly, lz), (hx, hy, hz) = scene.bounds.tolist()
+    box = (lx, ly, lz), (hx, hy, hz)
     if path.suffix.lower() in _WITHOUT_MATERIAL:
         mesh: Any = scene.to_mesh()
-        return MeshFile(path, b"", mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
-    return MeshFile(path, bytes(scene.export(file_type="glb")))
+        vertices = mesh.vertices.astype(np.float32)
+        return MeshFile(path, b"", vertices, mesh.faces.astype(np.uint32), box)
+    return MeshFile(path, bytes(scene.export(file_type="glb")), box=box)

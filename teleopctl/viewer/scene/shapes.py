@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from teleopctl.robot import Box, Capsule, Cylinder, Geometry, Material, Mesh, Sphere
-from teleopctl.tf import quaternion_from_rpy
+from teleopctl.tf import Vector3, quaternion_from_rpy
 
 if TYPE_CHECKING:
     import viser
@@ -101,3 +101,27 @@ def draw_shape(
 def mesh_uris(shapes: list[Geometry]) -> list[str]:
     """The meshes among shapes, each once."""
     return list(dict.fromkeys(shape.uri for shape in shapes if isinstance(shape, Mesh)))
+
+
+def box_around(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
+    """The lowest and highest corner of a shape in its own frame; None for a missing mesh."""
+    match shape:
+        case Box((x, y, z)):
+            half = (x / 2, y / 2, z / 2)
+        case Sphere(radius):
+            half = (radius, radius, radius)
+        case Cylinder(radius, length):
+            half = (radius, radius, length / 2)
+        case Capsule(radius, length):
+            half = (radius, radius, length / 2 + radius)
+        case Mesh(uri, scale):
+            mesh = meshes.get(uri)
+            if mesh is None:
+                return None
+            low, high = mesh.box
+            return _scaled(low, scale), _scaled(high, scale)
+    return (-half[0], -half[1], -half[2]), half
+
+
+def _scaled(corner: Vector3, scale: Vector3) -> Vector3:
+    return corner[0] * scale[0], corner[1] * scale[1], corner[2] * scale[2]

@@ -1,0 +1,62 @@
+"""A robot fills the picture, whatever its size."""
+
+import math
+
+import pytest
+from hypothesis import given, strategies
+
+from teleopctl.packages import package_share
+from teleopctl.robot import RobotDescription, expand_xacro
+from teleopctl.viewer.framing import round_number, view_of
+from teleopctl.viewer.scene.mesh_files import load_mesh
+from teleopctl.viewer.scene.shapes import mesh_uris
+
+
+def chain(length):
+    """Three links in a row, along x."""
+    links = "".join(
+        f'<link name="l{i}"><visual><geometry><sphere radius="1e-6"/></geometry></visual></link>'
+        for i in range(3)
+    )
+    joints = "".join(
+        f'<joint name="j{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="{length / 2} 0 0"/></joint>'
+        for i in range(2)
+    )
+    return RobotDescription.from_urdf(f'<robot name="chain">{links}{joints}</robot>')
+
+
+@given(strategies.floats(0.1, 100))
+def test_the_view_is_as_far_away_as_the_robot_is_large(length):
+    view, radius = view_of(chain(length), {})
+    assert view.focus == pytest.approx((length / 2, 0, 0))
+    assert radius == pytest.approx(length / 2, rel=1e-3)
+    assert math.dist(view.eye, view.focus) == pytest.approx(2.4 * radius, rel=0.05)
+    assert view.eye[2] > view.focus[2]
+
+
+def test_a_robot_without_size_is_seen_too():
+    view, radius = view_of(
+        RobotDescription.from_urdf('<robot name="x"><link name="l"/></robot>'), {}
+    )
+    assert radius > 0
+    assert math.dist(view.eye, view.focus) > 0
+
+
+def test_the_teleop_arm_is_in_the_middle():
+    file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+    description = RobotDescription.from_urdf(expand_xacro(file))
+    uris = mesh_uris([v.geometry for link in description.links.values() for v in link.visuals])
+    view, radius = view_of(description, {uri: load_mesh(uri) for uri in uris})
+    # It stands on the ground, is about a metre and a half high, and reaches as far forward.
+    assert 0.5 < view.focus[2] < 0.9
+    assert 0.7 < radius < 1.5
+
+
+@given(strategies.floats(1e-6, 1e6))
+def test_a_round_number_is_the_next_lower_one(number):
+    rounded = round_number(number)
+    assert rounded <= number * (1 + 1e-6) < 2.5 * rounded * (1 + 1e-6)
+    digits = f"{rounded:.6e}"
+    assert digits[0] in "125"
+    assert float(digits[1:].partition("e")[0]) == 0
