@@ -1,26 +1,49 @@
 """The joints of the robot: what they measure, and sliders that move them.
 
-Whom the sliders move is found in the graph, and said above them:
-
-- a ``joint_state_publisher`` that listens to them, or nobody who publishes ``/joint_states``: they
-  are the ``joint_state_publisher_gui``;
-- active controllers: each takes those joints that it commands, starting from where they are;
-- anybody else, such as a driver without controllers: the sliders only show.
+Whom the sliders move is found in the graph, and said above them; see `JointTargets`.
 """
 
 from __future__ import annotations
 
+import math
 import random
-from typing import Any, ClassVar
+import time
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
 from teleopctl.robot import Joints, JointSet, RobotDescription
+from teleopctl.viewer.page.html import escaped
 from teleopctl.viewer.panels.base import Page, Panel
-from teleopctl.viewer.panels.joint_targets import JointTarget, JointTargets
+from teleopctl.viewer.remote.joint_movers import JointMover
+from teleopctl.viewer.remote.joint_targets import STATES_TOPIC, JointTargets
 
-# As joint_state_publisher_gui divides a joint's range.
-_STEPS = 10_000
+# A step is a power of ten, so that typed values and steps have the same few digits.
+_STEPS = 1000
+# How long after a movement's end a joint may still be under way, in seconds.
+_LATE_S = 1.0
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class _Goal(NamedTuple):
+    """Where a joint was sent, and until when (the robot's time, seconds) it may be under way."""
+
+    position: float
+    until_s: float
+
+
+class _Slider(NamedTuple):
+    """What a slider is of; it is made anew when one of these changes."""
+
+    name: str
+    minimum: float
+    maximum: float
+    turns: bool
+    unit: str
+    followers: tuple[str, ...]
 
 
 class JointsPanel(Panel):
@@ -33,21 +56,27 @@ class JointsPanel(Panel):
         super().__init__(page)
         self._joints: JointSet | None = None
         self._urdf = ""
+        self._specs: list[_Slider] = []
         self._sliders: dict[str, Any] = {}
-        self._measured: dict[str, float] = {}
+        # What a slider was last set to, by hand or from here.
         self._shown: dict[str, float] = {}
-        self._targets = JointTargets(page.node, self._take_target)
+        self._measured: dict[str, float] = {}
+        self._goals: dict[str, _Goal] = {}
+        self._robot_s = 0.0
+        self._is_immediate = False
+        self._targets = JointTargets(page, self._take_mover)
         self._ends: list[Any] = []
 
     def build(self) -> None:
         """Add what stands above the sliders."""
-        self._note = self.gui.add_markdown("Waiting for `/robot_description`…")
-        with self.gui.add_folder("All joints", visible=False) as self._all:
-            self.gui.add_button("Center").on_click(self.page.on(lambda _event: self._center()))
-            self.gui.add_button("Randomize").on_click(
-                self.page.on(lambda _event: self._randomize())
-            )
+        self._note = self.gui.add_html(_note("Waiting for /robot_description…"))
+        self._refusal = self.gui.add_html("", visible=False)
+        self._take_over = self.gui.add_button("Move the picture by hand", visible=False)
+        self._take_over.on_click(self.page.on(lambda _event: self._targets.take_over()))
         self._place = self.gui.add_folder("Positions", visible=False)
+        with self._place:
+            self._all: Any = self.gui.add_button_group("All", ("Center", "Randomize"))
+        self._all.on_click(self.page.on(self._move_all))
 
     def began(self) -> None:
         """Listen to the description and to the joints."""
@@ -60,18 +89,22 @@ class JointsPanel(Panel):
                 qos_profile_latched,
             ),
             stage.subscribe(
-                "/joint_states",
+                STATES_TOPIC,
                 "sensor_msgs/msg/JointState",
                 self._take_state,
                 qos_profile_sensor_data,
             ),
         ]
+        self._targets.listen()
 
     def ended(self) -> None:
-        """Listen to nothing."""
+        """Listen to nothing; sliders that publish the joints go on."""
         for end in self._ends:
             end()
         self._ends = []
+        self._measured.clear()
+        self._goals.clear()
+        self._targets.hush()
 
     def close(self) -> None:
         """Publish no more."""
@@ -81,6 +114,8 @@ class JointsPanel(Panel):
         """Find out anew whom the sliders move."""
         self._targets.look()
 
+    # --- the robot ----------------------------------------------------------------------------
+
     def _take_description(self, message: Any) -> None:
         if message.data == self._urdf:
             return
@@ -89,87 +124,195 @@ class JointsPanel(Panel):
             limits = Joints.for_display(description, lambda _warning: None)
             joints = JointSet(limits)
         except TeleopctlError as error:
-            self._note.content = f"**The robot description is not used:** {error.message}"
+            self._refusal.content = _note(
+                f"<b>The new robot description is not used:</b> {escaped(error.message)}"
+            )
+            self._refusal.visible = True
             return
+        self._refusal.visible = False
+        if self._joints is not None:
+            # A new description of the same robot does not make it jump.
+            self._joints.update(self._measured.keys(), self._measured.values())
+            joints.update(self._joints.names, self._joints.positions())
         self._urdf, self._joints = message.data, joints
-        self._build_sliders(joints)
+        self._build_sliders(_sliders_of(joints, limits))
         self._targets.begin(joints, limits)
 
-    def _build_sliders(self, joints: JointSet) -> None:
+    def _build_sliders(self, specs: list[_Slider]) -> None:
+        if specs == self._specs:
+            return
+        self._specs = specs
         for slider in self._sliders.values():
             slider.remove()
         self._sliders.clear()
         self._shown.clear()
-        free = [joint for joint in joints.free.values() if joint.minimum < joint.maximum]
-        with self._place:
-            for joint in free:
+        self._goals.clear()
+        assert self._joints is not None
+        for spec in specs:
+            step = 10.0 ** math.floor(math.log10((spec.maximum - spec.minimum) / _STEPS))
+            follows = f"; moves {', '.join(spec.followers)} too" if spec.followers else ""
+            start = self._joints.free[spec.name].position
+            with self._place:
                 slider = self.gui.add_slider(
-                    joint.name,
-                    joint.minimum,
-                    joint.maximum,
-                    (joint.maximum - joint.minimum) / _STEPS,
-                    min(max(joint.position, joint.minimum), joint.maximum),
-                    hint=f"{joint.minimum:.4g} to {joint.maximum:.4g}",
+                    spec.name,
+                    spec.minimum,
+                    spec.maximum,
+                    step,
+                    _within(spec, start),
+                    marks=(
+                        (spec.minimum, f"{spec.minimum:.3g}"),
+                        (spec.maximum, f"{spec.maximum:.3g}"),
+                    ),
+                    hint=f"{spec.minimum:.4g} to {spec.maximum:.4g} {spec.unit}{follows}",
                 )
-                slider.on_update(self.page.on(self._moved_by_hand(joint.name)))
-                self._sliders[joint.name] = slider
-        self._place.visible = self._all.visible = bool(free)
+            slider.precision = max(0, -round(math.log10(step)))
+            slider.on_update(self._hand(spec))
+            self._sliders[spec.name] = slider
+            self._shown[spec.name] = slider.value
+        self._place.visible = bool(specs)
+        self._disable()
 
-    def _moved_by_hand(self, name: str) -> Any:
-        def moved(event: Any) -> None:
-            # A value that was set from here comes without a client.
-            if event.client is not None:
-                self._command({name: float(event.target.value)})
+    def _take_mover(self, mover: JointMover) -> None:
+        self._goals.clear()
+        if mover.is_immediate != self._is_immediate:
+            # Where sliders have put a picture is no measurement of a robot.
+            self._is_immediate = mover.is_immediate
+            self._measured.clear()
+        self._note.content = _note(mover.description)
+        self._take_over.visible = self._targets.can_take_over
+        self._disable()
 
-        return moved
-
-    def _center(self) -> None:
-        if self._joints is not None:
-            self._command({name: joint.zero for name, joint in self._joints.free.items()})
-
-    def _randomize(self) -> None:
-        if self._joints is not None:
-            self._command(
-                {
-                    name: random.uniform(joint.minimum, joint.maximum)  # noqa: S311
-                    for name, joint in self._joints.free.items()
-                }
-            )
-
-    def _command(self, positions: dict[str, float]) -> None:
-        if self._joints is None:
-            return
-        target = self._targets.target
-        if target is None:
-            return
-        # Joints that are not moved stay where they are, not where they were sent once.
-        self._joints.update(self._measured.keys(), self._measured.values())
-        self._joints.update(positions.keys(), positions.values())
-        target.command(self._joints, positions, self._measured)
-        if target.is_immediate:
-            for name, value in positions.items():
-                self._show(name, value)
-
-    def _take_target(self, target: JointTarget) -> None:
-        self._note.content = target.description
+    def _disable(self) -> None:
+        """Let those sliders be moved that move something."""
+        mover = self._targets.mover
         for name, slider in self._sliders.items():
-            disabled = not target.moves(name)
+            disabled = mover is None or not mover.moves(name, self._measured)
             if slider.disabled != disabled:
                 slider.disabled = disabled
 
+    # --- moving -------------------------------------------------------------------------------
+
+    def _hand(self, spec: _Slider) -> Callable[[Any], None]:
+        take = self.page.on(self._moved_by_hand)
+
+        def moved(event: Any) -> None:
+            # What is set from here comes without a client. The value is read now: by the time the
+            # node's thread gets to it, the slider may have been set to a measured one.
+            if event.client is not None:
+                take(spec, float(event.target.value))
+
+        return moved
+
+    def _moved_by_hand(self, spec: _Slider, value: float) -> None:
+        self._shown[spec.name] = value
+        self._command({spec.name: self._unwrapped(spec, value)})
+
+    def _unwrapped(self, spec: _Slider, value: float) -> float:
+        """A slider's value in the turn that a joint without end is in."""
+        value = min(max(value, spec.minimum), spec.maximum)
+        measured = self._measured.get(spec.name)
+        if not spec.turns or measured is None:
+            return value
+        return value + measured - _wrapped(measured)
+
+    def _move_all(self, event: Any) -> None:
+        if self._joints is None:
+            return
+        free = self._joints.free
+        self._command(
+            {
+                spec.name: self._unwrapped(
+                    spec,
+                    free[spec.name].zero
+                    if event.target.value == "Center"
+                    else random.uniform(spec.minimum, spec.maximum),  # noqa: S311 -- no secret
+                )
+                for spec in self._specs
+            }
+        )
+
+    def _command(self, positions: dict[str, float]) -> None:
+        mover = self._targets.mover
+        if self._joints is None or mover is None:
+            return
+        # The slider of what cannot be moved goes back to what is measured.
+        moved = {
+            name: value for name, value in positions.items() if mover.moves(name, self._measured)
+        }
+        if not moved:
+            return
+        # A joint that is not moved now goes on to where it was sent, or stays where it is.
+        known = {**self._measured, **{name: goal.position for name, goal in self._goals.items()}}
+        known.update(moved)
+        self._joints.update(known.keys(), known.values())
+        until_s = self._robot_s + mover.command(self._joints, moved, self._measured) + _LATE_S
+        self._goals.update({name: _Goal(value, until_s) for name, value in moved.items()})
+
+    # --- showing ------------------------------------------------------------------------------
+
     def _take_state(self, state: Any) -> None:
-        self._measured.update(zip(state.name, state.position, strict=False))
+        # Some drivers set no stamp.
+        stamp_s = to_nanoseconds(state.header.stamp) * 1e-9 or time.monotonic()
+        if stamp_s < self._robot_s - _LATE_S:
+            self._goals.clear()
+        self._robot_s = stamp_s
+        for name, position in zip(state.name, state.position, strict=False):
+            if math.isfinite(position):
+                self._measured[name] = position
 
     def tick(self) -> None:
-        """Show where the joints stand."""
-        for name, value in self._measured.items():
-            self._show(name, value)
+        """Show where the joints stand, or where they are sent."""
+        self._disable()
+        for spec in self._specs:
+            slider, shown = self._sliders[spec.name], self._shown[spec.name]
+            # Somebody moves it at this moment: that is on its way to here.
+            if slider.value != shown:
+                continue
+            position = self._measured.get(spec.name)
+            goal = self._goals.get(spec.name)
+            if goal is not None:
+                if position is None or (
+                    self._robot_s < goal.until_s and abs(position - goal.position) > slider.step
+                ):
+                    position = goal.position
+                else:
+                    del self._goals[spec.name]
+            if position is None:
+                continue
+            value = _within(spec, position)
+            if abs(value - shown) >= 0.5 * slider.step:
+                slider.value = value
+                self._shown[spec.name] = slider.value
 
-    def _show(self, name: str, value: float) -> None:
-        slider = self._sliders.get(name)
-        if slider is None or value != value:
-            return
-        value = min(max(value, slider.min), slider.max)
-        if abs(value - self._shown.get(name, float("inf"))) >= slider.step:
-            self._shown[name] = value
-            slider.value = value
+
+def _sliders_of(joints: JointSet, limits: Joints) -> list[_Slider]:
+    followers: dict[str, list[str]] = {}
+    for name, model in limits.items():
+        if model.mimic is not None:
+            followers.setdefault(model.mimic.joint, []).append(name)
+    return [
+        _Slider(
+            name,
+            joint.minimum,
+            joint.maximum,
+            limits[name].joint.type == "continuous",
+            "m" if limits[name].joint.type == "prismatic" else "rad",
+            tuple(followers.get(name, ())),
+        )
+        for name, joint in joints.free.items()
+        if joint.minimum < joint.maximum
+    ]
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def _within(spec: _Slider, position: float) -> float:
+    """Where a slider shows a position."""
+    position = _wrapped(position) if spec.turns else position
+    return min(max(position, spec.minimum), spec.maximum)
+
+
+def _note(content: str) -> str:
+    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.4">{content}</div>'
