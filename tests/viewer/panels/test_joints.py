@@ -128,6 +128,13 @@ def test_a_joint_state_publisher_that_listens_is_given_the_positions(live, panel
     assert not panel._take_over.visible
 
 
+def test_display_yaml_s_publisher_listens_to_the_sliders(live, panel, ros):
+    ros.launch("display.yaml", "viewer:=false")
+    live.until(lambda: enabled(panel) == {"joint_1", "joint_2", "joint_3", "joint_4"})
+    put(live, panel, "joint_4", -1.0)
+    live.until(lambda: panel._measured.get("joint_5") == 1.0)
+
+
 def test_a_driver_is_shown_and_not_contradicted(live, panel):
     robot = Robot(live, ROBOT)
     driver = robot.node.create_publisher(JointState, "/joint_states", 10)
