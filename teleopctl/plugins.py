@@ -225,6 +225,8 @@ DISPLAYS = Kind(
         "GridCells": f"{_DISPLAYS}.geometry.polygon:GridCells",
         "Image": f"{_DISPLAYS}.sensors.image:Image",
         "LaserScan": f"{_DISPLAYS}.sensors.laser_scan:LaserScan",
+        "Marker": f"{_DISPLAYS}.markers.marker:Marker",
+        "MarkerArray": f"{_DISPLAYS}.markers.marker:MarkerArray",
         "Odometry": f"{_DISPLAYS}.geometry.odometry:Odometry",
         "Path": f"{_DISPLAYS}.geometry.path:Path",
         "PointCloud2": f"{_DISPLAYS}.sensors.point_cloud:PointCloud2",

@@ -68,6 +68,7 @@ class Display:
         other_types: What it shows besides.
         properties: What can be set, besides name, topic and whether it is enabled.
         topic_key: Under which property a file names its topic.
+        parts_title: What its `parts` are called; empty for a display without any.
         latched: Whether the last message counts for those who come late, however the file asks.
         name: What the user calls it.
         topic: Where it listens; empty while nothing has been chosen.
@@ -88,6 +89,7 @@ class Display:
     other_types: ClassVar[tuple[str, ...]] = ()
     properties: ClassVar[tuple[Property, ...]] = ()
     topic_key: ClassVar[str] = "Topic"
+    parts_title: ClassVar[str] = ""
     latched: ClassVar[bool] = False
 
     def __init__(
@@ -189,6 +191,13 @@ class Display:
         """Forget what is of a time that is yet to come."""
         self.stopped()
         self.started()
+
+    def parts(self) -> dict[str, bool]:
+        """What can be shown or not one by one, such as namespaces: whether each is, by name."""
+        return {}
+
+    def show_part(self, name: str, *, shown: bool) -> None:
+        """Show one of `parts`, or do not."""
 
     # --- what it uses -------------------------------------------------------------------------
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from teleopctl import plugins
+from teleopctl.printable import printable_line
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.page.html import escaped_markdown
 from teleopctl.viewer.page.server import PageError
 from teleopctl.viewer.panels.base import Page, Panel
 
@@ -94,6 +97,7 @@ class _Row:
         gui = page.gui
         self._folder = gui.add_folder(display.name, expand_by_default=False)
         self._topic: Any = None
+        self._parts: dict[str, Any] = {}
         with self._folder:
             self._status = gui.add_markdown("", visible=False)
             enabled = gui.add_checkbox("Show", display.is_enabled)
@@ -105,6 +109,10 @@ class _Row:
                 self._topic.on_update(page.on(self._choose_topic))
             for known in display.properties:
                 self._add(known)
+            if display.parts_title:
+                self._parts_folder = gui.add_folder(
+                    display.parts_title, visible=False, expand_by_default=False
+                )
             gui.add_button("Remove", color="red").on_click(
                 page.on(lambda _event: page.picture.remove(display))
             )
@@ -150,10 +158,26 @@ class _Row:
     def follow(self) -> None:
         """Show how the display fares."""
         level, text = self._display.status
-        content = "" if level == OK and not text else f"**{level}** {text}"
+        content = "" if level == OK and not text else f"**{level}** {escaped_markdown(text)}"
         if content != self._status.content:
             self._status.content = content
             self._status.visible = bool(content)
+
+        self._offer_parts()
+
+    def _offer_parts(self) -> None:
+        """Offer to switch the display's parts on and off, as they come."""
+        for name, shown in self._display.parts().items():
+            if name in self._parts:
+                continue
+            with self._parts_folder:
+                box = self._page.gui.add_checkbox(printable_line(name) or "(no name)", shown)
+            box.on_update(self._page.on(self._part_switch(name)))
+            self._parts[name] = box
+            self._parts_folder.visible = True
+
+    def _part_switch(self, name: str) -> Callable[[Any], None]:
+        return lambda event: self._display.show_part(name, shown=event.target.value)
 
     def remove(self) -> None:
         """Take it out of the list."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from teleopctl.viewer.scene.drawing import COLUMNS, Drawing, Floats, Rows, Surface, Text
 from teleopctl.viewer.scene.surface_glb import surface_glb
-from teleopctl.viewer.scene.unit_shapes import unit_shape
+from teleopctl.viewer.scene.unit_shapes import is_unit_shape, unit_shape
 
 if TYPE_CHECKING:
     import viser
@@ -93,6 +93,8 @@ class Canvas:
         rows = rows[rows[:, 13] > 0.0]
         mesh = self._meshes.get(shape)
         if mesh is None:
+            if not is_unit_shape(shape):
+                return set()  # a mesh that has not been read yet
             vertices, faces = unit_shape(shape)
         elif mesh.vertices is not None and mesh.faces is not None:
             vertices, faces = mesh.vertices, mesh.faces
@@ -215,17 +217,27 @@ class Canvas:
         node = self._fitting(name, 1)
         if node is not None and self._shown_surfaces.get(name) is surface:
             return name
-        glb = surface_glb(surface.corners, surface.colors)
-        if node is not None and node.glb_data == glb:
-            return name
-        self._nodes[name] = (
-            self._scene.add_glb(
-                f"{self.path}/{name}", glb, cast_shadow=False, receive_shadow=False
-            ),
-            1,
-        )
+        self._nodes[name] = (self._add_surface(f"{self.path}/{name}", surface), 1)
         self._shown_surfaces[name] = surface
         return name
+
+    def _add_surface(self, path: str, surface: Surface) -> Any:
+        if surface.colors.ndim == 2:
+            glb = surface_glb(surface.corners, surface.colors)
+            return self._scene.add_glb(path, glb, cast_shadow=False, receive_shadow=False)
+        red, green, blue = _bytes(surface.colors[:3]).tolist()
+        opacity = float(surface.colors[3])
+        return self._scene.add_mesh_simple(
+            path,
+            surface.corners.astype(np.float32),
+            np.arange(len(surface.corners), dtype=np.uint32).reshape(-1, 3),
+            color=(red, green, blue),
+            opacity=opacity if opacity < 1.0 else None,
+            flat_shading=True,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
 
 def _place(node: Any, rows: Floats) -> None:

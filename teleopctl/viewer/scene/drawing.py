@@ -215,9 +215,10 @@ class Drawing:
             for px, py, pz in place(np.array([text.position])).tolist():
                 out.texts.append(Text((px, py, pz), text.text, text.height))
         for surface in self.surfaces:
-            colors = np.broadcast_to(surface.colors, (len(surface.corners), 4))
-            repeated = np.tile(colors, (len(positions), 1))
-            out.surfaces.append(Surface(place(surface.corners), repeated))
+            colors = surface.colors
+            if colors.ndim == 2:
+                colors = np.tile(colors, (len(positions), 1))
+            out.surfaces.append(Surface(place(surface.corners), colors))
         return out
 
 

@@ -6,6 +6,7 @@ materials and textures.
 
 from __future__ import annotations
 
+import io
 import logging
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,11 +51,12 @@ class MeshFile:
     box: tuple[Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
-def load_mesh(uri: str) -> MeshFile:
+def load_mesh(uri: str, *, bare: bool = False) -> MeshFile:
     """Read a mesh.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
+        bare: Whether to leave its materials out.
 
     Raises:
         MeshError: There is none, or it cannot be read.
@@ -67,29 +69,54 @@ def load_mesh(uri: str) -> MeshFile:
         size = path.stat().st_size
     except OSError as error:
         raise MeshError(f"Mesh '{uri}': {path} cannot be read: {error.strerror}") from error
+    _check_size(uri, size)
+    return _read(uri, path, path, bare=bare)
+
+
+def load_embedded_mesh(name: str, data: bytes, *, bare: bool = False) -> MeshFile:
+    """Read a mesh that came in a message.
+
+    Args:
+        name: The name of a file, whose ending tells the format.
+        data: What the file holds.
+        bare: Whether to leave its materials out.
+
+    Raises:
+        MeshError: It cannot be read.
+    """
+    if not data:
+        raise MeshError(f"Mesh '{name}' came without data")
+    _check_size(name, len(data))
+    return _read(name, Path(name), io.BytesIO(data), bare=bare)
+
+
+def _check_size(name: str, size: int) -> None:
     if size > _TOO_LARGE_BYTES:
         raise MeshError(
-            f"Mesh '{uri}': {path} has {size / 1e6:.0f} MB; at most "
-            f"{_TOO_LARGE_BYTES / 1e6:.0f} MB are shown"
+            f"Mesh '{name}' has {size / 1e6:.0f} MB; at most {_TOO_LARGE_BYTES / 1e6:.0f} MB "
+            "are shown"
         )
+
+
+def _read(name: str, path: Path, source: Path | io.BytesIO, *, bare: bool) -> MeshFile:
     try:
-        return _read(path)
+        return _parse(path, source, bare=bare)
     except MeshError:
         raise
     except ImportError as error:
-        raise MeshError(f"Mesh '{uri}': {path.suffix} files need {error.name}") from error
+        raise MeshError(f"Mesh '{name}': {path.suffix} files need {error.name}") from error
     except Exception as error:
         raise MeshError(
-            f"Mesh '{uri}': {path} cannot be read: {type(error).__name__}: {error}"
+            f"Mesh '{name}': {path} cannot be read: {type(error).__name__}: {error}"
         ) from error
 
 
-def _read(path: Path) -> MeshFile:
+def _parse(path: Path, source: Path | io.BytesIO, *, bare: bool) -> MeshFile:
     import numpy as np
     import trimesh
 
     # trimesh's results have no types that hold for every kind of file.
-    scene: Any = trimesh.load_scene(path)
+    scene: Any = trimesh.load_scene(source, file_type=path.suffix.lower().lstrip("."))
     meshes = [mesh for mesh in scene.geometry.values() if hasattr(mesh, "faces")]
     if not any(len(mesh.faces) for mesh in meshes):
         raise MeshError(f"Mesh {path} holds no triangles")
@@ -97,7 +124,7 @@ def _read(path: Path) -> MeshFile:
         raise MeshError(f"Mesh {path} has coordinates that are no numbers")
     (lx, ly, lz), (hx, hy, hz) = scene.bounds.tolist()
     box = (lx, ly, lz), (hx, hy, hz)
-    if path.suffix.lower() in _WITHOUT_MATERIAL:
+    if bare or path.suffix.lower() in _WITHOUT_MATERIAL:
         mesh: Any = scene.to_mesh()
         vertices = mesh.vertices.astype(np.float32)
         return MeshFile(path, b"", vertices, mesh.faces.astype(np.uint32), box)

@@ -109,4 +109,9 @@ def _sphere() -> tuple[Corners, Faces]:
     return [*corners, (0.0, 0.0, -0.5), (0.0, 0.0, 0.5)], faces
 
 
+def is_unit_shape(name: str) -> bool:
+    """Whether `unit_shape` knows a shape."""
+    return name in _MAKERS
+
+
 _MAKERS = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "cone": _cone}

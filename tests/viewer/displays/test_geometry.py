@@ -332,7 +332,7 @@ def spoil(part: Any, pool: Iterator[float], count: int) -> None:
             setattr(part, name, float(np.float32(next(pool))))
         elif kind.startswith("double["):
             setattr(part, name, np.array([next(pool) for _ in value]))
-        elif kind.startswith("sequence<"):
+        elif kind.startswith("sequence<") and "/" in kind:
             made = [get_message(kind[9:-1].replace("/", "/msg/"))() for _ in range(count)]
             for one in made:
                 spoil(one, pool, count)

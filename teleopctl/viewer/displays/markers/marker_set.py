@@ -1,0 +1,275 @@
+"""The markers of one display: those that are there now, by namespace and id, and their picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.printable import printable_line
+from teleopctl.tf import Transform, TransformException
+from teleopctl.viewer.displays.markers.marker_drawing import (
+    MESH,
+    MarkerFault,
+    draw_marker,
+    own_pose,
+)
+from teleopctl.viewer.displays.markers.marker_meshes import MarkerMeshes, mesh_key
+from teleopctl.viewer.displays.stamped import no_transform, place_of
+from teleopctl.viewer.scene.canvas import Canvas
+from teleopctl.viewer.scene.drawing import Drawing, merged
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.base import Stage
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+ADD, DELETE, DELETE_ALL = 0, 2, 3
+# A publisher that never uses an id twice would fill the memory within hours.
+MOST_MARKERS = 20_000
+# As many messages of one marker wait for their transforms as RViz's filter lets wait.
+_WAITING = 10
+
+Key = tuple[str, int]
+
+
+@dataclass(slots=True, eq=False)
+class _Entry:
+    """One marker.
+
+    Attributes:
+        shown: The message that is drawn.
+        waiting: Newer ones, whose place is not known yet.
+        drawing: What is drawn of it.
+        group: The frame below whose node it is drawn; empty for one that stands still.
+        expires_ns: When it goes by itself; 0 for never.
+        fault: Why it is not drawn as it says.
+    """
+
+    shown: Any = None
+    waiting: list[Any] = field(default_factory=list)
+    drawing: Drawing | None = None
+    group: str = ""
+    expires_ns: int = 0
+    fault: str = ""
+
+
+class MarkerSet:
+    """Takes markers, follows frames and time, and draws.
+
+    Args:
+        stage: Where to draw.
+        root: The name below which it draws.
+    """
+
+    def __init__(self, stage: Stage, root: str) -> None:
+        self.hidden: set[str] = set()
+        self._stage = stage
+        self._root = root
+        self._entries: dict[Key, _Entry] = {}
+        self._canvases: dict[str, Canvas] = {}
+        self._meshes = MarkerMeshes(stage, self._mesh_arrived)
+        self._stale: set[str] = set()
+        self._waiting: set[Key] = set()
+        self._expires_ns = 0
+        self._fixed = ""
+        self._message_fault = ""
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def namespaces(self) -> list[str]:
+        """The namespaces that there are, sorted."""
+        return sorted({ns for ns, _ in self._entries})
+
+    # --- messages -----------------------------------------------------------------------------
+
+    def take(self, markers: Iterable[Any]) -> None:
+        """Do what markers ask for, in their order."""
+        self._message_fault = ""
+        seen: set[Key] = set()
+        for marker in markers:
+            key = (str(marker.ns), int(marker.id))
+            if marker.action == ADD:
+                if key in seen:
+                    self._message_fault = f"{_name(key)} is in the message more than once"
+                seen.add(key)
+                self._add(key, marker)
+            elif marker.action == DELETE:
+                self._remove(key)
+            elif marker.action == DELETE_ALL:
+                self.clear(key[0])
+            else:
+                self._message_fault = f"{_name(key)} has the unknown action {marker.action}"
+        if len(self._entries) > MOST_MARKERS:
+            for key in list(self._entries)[: len(self._entries) - MOST_MARKERS]:
+                self._remove(key)
+            self._message_fault = f"There are more than {MOST_MARKERS} markers: the oldest are gone"
+        self.follow()
+
+    def clear(self, ns: str = "") -> None:
+        """Remove the markers of a namespace; of all for an empty one."""
+        for key in [key for key in self._entries if not ns or key[0] == ns]:
+            self._remove(key)
+
+    def _add(self, key: Key, marker: Any) -> None:
+        entry = self._entries.get(key)
+        if entry is None:
+            entry = self._entries[key] = _Entry()
+        lifetime_ns = marker.lifetime.sec * 1_000_000_000 + marker.lifetime.nanosec
+        entry.expires_ns = 0
+        if lifetime_ns > 0:
+            entry.expires_ns = self._now_ns() + lifetime_ns
+            if not self._expires_ns or entry.expires_ns < self._expires_ns:
+                self._expires_ns = entry.expires_ns
+        entry.waiting.append(marker)
+        del entry.waiting[:-_WAITING]
+        self._waiting.add(key)
+
+    def _remove(self, key: Key) -> None:
+        entry = self._entries.pop(key, None)
+        if entry is not None:
+            self._waiting.discard(key)
+            self._stale.add(entry.group)
+
+    # --- the picture --------------------------------------------------------------------------
+
+    def follow(self) -> None:
+        """Place what waits, and remove what has had its time."""
+        now_ns = self._now_ns() if self._expires_ns else 0
+        if self._expires_ns and now_ns >= self._expires_ns:
+            due = [k for k, e in self._entries.items() if 0 < e.expires_ns <= now_ns]
+            for key in due:
+                self._remove(key)
+            left = [entry.expires_ns for entry in self._entries.values() if entry.expires_ns]
+            self._expires_ns = min(left, default=0)
+        if self._fixed != self._stage.frames.fixed:
+            self._fixed = self._stage.frames.fixed
+            self._place_anew()
+        if self._waiting:
+            self._place()
+
+    def show(self) -> bool:
+        """Send what has changed; whether anything has."""
+        if not self._stale:
+            return False
+        groups: dict[str, list[Drawing]] = {group: [] for group in self._stale}
+        used: set[str] = set()
+        for (ns, _), entry in self._entries.items():
+            if entry.shown is not None and entry.shown.type == MESH:
+                used.add(mesh_key(entry.shown))
+            if entry.group in groups and entry.drawing is not None and ns not in self.hidden:
+                groups[entry.group].append(entry.drawing)
+        for group, drawings in groups.items():
+            canvas = self._canvases.get(group)
+            if canvas is None:
+                above = self._stage.frames.node_of(group) if group else ""
+                canvas = Canvas(self._stage.scene, f"{above}{self._root}", self._meshes.ready)
+                self._canvases[group] = canvas
+            canvas.show(merged(drawings))
+            if not drawings:
+                del self._canvases[group]
+        self._stale.clear()
+        self._meshes.forget_unused(used)
+        return True
+
+    def hide(self, ns: str, *, hidden: bool) -> None:
+        """Draw a namespace, or do not."""
+        (self.hidden.add if hidden else self.hidden.discard)(ns)
+        self._stale |= {entry.group for entry in self._entries.values()}
+
+    def remove(self) -> None:
+        """Take everything out of the picture, and forget it."""
+        self._entries.clear()
+        self._waiting.clear()
+        self._stale.clear()
+        self._message_fault = ""
+        self._expires_ns = 0
+        for canvas in self._canvases.values():
+            canvas.remove()
+        self._canvases.clear()
+
+    def fault(self) -> str:
+        """What is wrong, in one sentence; an empty text for nothing."""
+        faults = [self._message_fault] if self._message_fault else []
+        number = len(faults)
+        for key, entry in self._entries.items():
+            fault = entry.fault
+            if not fault and entry.shown is not None and entry.shown.type == MESH:
+                fault = self._meshes.faults.get(mesh_key(entry.shown), "")
+            if fault:
+                number += 1
+                if not faults:
+                    named = fault if fault.startswith(("No ", "Mesh")) else f"{_name(key)} {fault}"
+                    faults.append(named)
+        if number > 1:
+            return f"{faults[0]} ({number - 1} more)"
+        return faults[0] if faults else ""
+
+    # --- its own ------------------------------------------------------------------------------
+
+    def _place_anew(self) -> None:
+        """Find the places of those that stand still again, in another fixed frame."""
+        for key, entry in self._entries.items():
+            if entry.shown is not None and not entry.group:
+                entry.waiting.insert(0, entry.shown)
+                entry.drawing = None
+                self._waiting.add(key)
+        self._stale.add("")
+
+    def _mesh_arrived(self) -> None:
+        self._stale |= {entry.group for entry in self._entries.values()}
+
+    def _now_ns(self) -> int:
+        return int(self._stage.node.get_clock().now().nanoseconds)
+
+    def _place(self) -> None:
+        # One lookup for all that have a frame and a time in common.
+        places: dict[tuple[str, int, int], Transform | str] = {}
+        waiting, self._waiting = self._waiting, set()
+        for key in waiting:
+            entry = self._entries[key]
+            # The newest that has a place counts; the older ones before it do not matter any more.
+            for number in range(len(entry.waiting) - 1, -1, -1):
+                if self._try(entry, entry.waiting[number], places):
+                    del entry.waiting[: number + 1]
+                    break
+            if entry.waiting:
+                self._waiting.add(key)
+
+    def _try(
+        self, entry: _Entry, marker: Any, places: dict[tuple[str, int, int], Transform | str]
+    ) -> bool:
+        header = marker.header
+        try:
+            pose = own_pose(marker)
+            group = header.frame_id.removeprefix("/") if marker.frame_locked else ""
+            if not group:
+                about = (header.frame_id, header.stamp.sec, header.stamp.nanosec)
+                place = places.get(about)
+                if place is None:
+                    try:
+                        place = place_of(self._stage.frames, header)
+                    except TransformException as error:
+                        place = no_transform(header, self._fixed, error)
+                    places[about] = place
+                if isinstance(place, str):
+                    entry.fault = place
+                    return False
+                pose = place @ pose
+            if marker.type == MESH and marker.mesh_resource:
+                self._meshes.want(marker)
+            drawing, entry.fault = draw_marker(marker, pose)
+        except MarkerFault as fault:
+            # What was drawn of it before stays, as RViz leaves it.
+            entry.fault = str(fault)
+            return True
+        self._stale |= {entry.group, group}
+        entry.shown, entry.drawing, entry.group = marker, drawing, group
+        return True
+
+
+def _name(key: Key) -> str:
+    ns, number = key
+    return f"Marker {printable_line(f'{ns}/{number}' if ns else str(number))}"
