@@ -10,6 +10,7 @@ TeleopctlError                       exit status 1
 │   └── UnknownPluginError           no plug-in has that name
 ├── UnavailableError                 it exists but does not answer or cannot be used now
 │   ├── BrokenPluginError            a plug-in cannot be imported, or is of another kind
+│   ├── MissingExtraError            a library that `pip install teleopctl` leaves out
 │   ├── RouterNotRunning             … wire/session.py
 │   ├── ServiceUnavailableError      … node/values/exceptions.py
 │   └── ControllerManagerUnavailableError  … control/client.py
@@ -110,6 +111,10 @@ class UnavailableError(TeleopctlError):
 
 class BrokenPluginError(UnavailableError):
     """A plug-in cannot be imported, or is not what its kind has to be."""
+
+
+class MissingExtraError(UnavailableError):
+    """A library that ``pip install teleopctl`` leaves out is needed."""
 
 
 class RefusedError(TeleopctlError):

@@ -9,6 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.node.any_topic import (
+        learn_type_from as learn_type_from,
+        subscribe_undecoded as subscribe_undecoded,
+        suited_to as suited_to,
+        undecoded as undecoded,
+    )
     from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
     from teleopctl.node.clock_jumps import (
         ClockChange as ClockChange,
@@ -160,6 +166,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "any_topic": "learn_type_from subscribe_undecoded suited_to undecoded",
             "clock": "Clock ROSClock",
             "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",
             "context": "Context",

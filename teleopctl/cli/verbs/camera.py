@@ -9,7 +9,6 @@ from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Group, Option, Verb
-from teleopctl.cli.verbs.topic.qos_options import suited_to
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.errors import (
     InvalidMessageError,
@@ -81,7 +80,7 @@ def _next_image(topic: str, longest_wait_s: float | None) -> Any:
 
     started = time.monotonic()
     with command_node() as node:
-        qos = suited_to(source.offered_qos, 1)
+        qos = source.suited_qos(1)
         node.create_subscription(source.message_class, topic, take, qos, immediate=True)
         while True:
             waited_s = time.monotonic() - started

@@ -15,7 +15,6 @@ from teleopctl.cli.verbs.topic.qos_options import (
     ProfileName,
     QosWishes,
     ReliabilityName,
-    suited_to,
 )
 from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
@@ -81,7 +80,7 @@ def echo(
     """
     source = find_source(absolute_name(topic_name), message_type, takes_type=True, raw=raw)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
-    qos = wishes.applied_to(suited_to(source.offered_qos, _DEPTH))
+    qos = wishes.applied_to(source.suited_qos(_DEPTH))
     select = field_reader(field) if field else None
     wanted = filter_predicate(filter_expression) if filter_expression else None
     style = TextStyle(

@@ -8,7 +8,6 @@ from typing import Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
-from teleopctl.cli.verbs.topic.qos_options import suited_to
 from teleopctl.cli.verbs.topic.source import TopicSource
 
 PRINT_PERIOD_S = 1.0
@@ -40,7 +39,7 @@ def listen(
                 source.message_class,
                 source.topic,
                 receive,
-                suited_to(source.offered_qos, _DEPTH),
+                source.suited_qos(_DEPTH),
                 raw=raw,
                 immediate=True,
             )

@@ -5,10 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 from teleopctl.cli.verb import Option
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from teleopctl.node import QoSProfile
-    from teleopctl.wire import EndpointQos
 
 ProfileName = Annotated[
     str | None,
@@ -89,20 +86,3 @@ class QosWishes:
         if self.depth is not None:
             qos.depth = self.depth
         return qos
-
-
-def suited_to(offers: "Sequence[EndpointQos]", depth: int) -> "QoSProfile":
-    """The profile that gets the most out of a topic's publishers.
-
-    Reliable if all of them are, and with earlier messages if all of them keep them; reliable and
-    volatile if there is none yet.
-    """
-    from teleopctl.node import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-    reliable = all(offer.is_reliable for offer in offers)
-    latched = bool(offers) and all(offer.is_transient_local for offer in offers)
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
-    )

@@ -20,7 +20,8 @@ from teleopctl.wire import Graph, RouterNotRunning, ensure_router
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from teleopctl.wire import EndpointQos, EndpointToken
+    from teleopctl.node import QoSProfile
+    from teleopctl.wire import EndpointToken
 
 
 class TopicSource:
@@ -36,10 +37,11 @@ class TopicSource:
         self.message_class = message_class
         self.publishers = publishers
 
-    @property
-    def offered_qos(self) -> list[EndpointQos]:
-        """What each publisher of the topic offers."""
-        return [publisher.qos for publisher in self.publishers]
+    def suited_qos(self, depth: int) -> QoSProfile:
+        """The profile that gets the most out of the topic's publishers."""
+        from teleopctl.node import suited_to
+
+        return suited_to([publisher.qos for publisher in self.publishers], depth)
 
 
 def find_source(
@@ -68,7 +70,9 @@ def find_source(
     _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
     if raw and publishers:
-        message_class = _undecoded(message_type, publishers[0].type_hash)
+        from teleopctl.node import undecoded
+
+        message_class = undecoded(message_type, publishers[0].type_hash)
     else:
         learn_type(message_type, graph)
         message_class = get_message(message_type)
@@ -131,11 +135,6 @@ def _warn_of_other_types(topic: str, message_type: str, graph: Graph) -> None:
             f"topic [{topic}] has the type {', '.join(types)}: only messages of the type "
             f"{message_type} are received"
         )
-
-
-def _undecoded(type_name: str, version: str) -> type[Any]:
-    """A class that stands for messages which are received and not read."""
-    return type("Undecoded", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
 
 
 def _warn_of_other_versions(

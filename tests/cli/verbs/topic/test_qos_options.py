@@ -2,8 +2,9 @@
 
 import pytest
 
-from teleopctl.cli.verbs.topic.qos_options import QosWishes, suited_to
+from teleopctl.cli.verbs.topic.qos_options import QosWishes
 from teleopctl.cli.verbs.topic.qos_text import qos_lines, qos_record
+from teleopctl.node.any_topic import suited_to
 from teleopctl.node.values.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire.qos import EndpointQos
 

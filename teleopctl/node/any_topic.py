@@ -1,0 +1,117 @@
+"""Topics of any type, as tools and bridges listen to them: undecoded, as their publishers offer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import add_description, get_service, known_types
+from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.subscription import RawCallback, Subscription
+    from teleopctl.node.node_endpoints import NodeEndpoints
+    from teleopctl.wire import EndpointQos, Graph
+
+_DESCRIBES_TYPES = "type_description_interfaces/srv/GetTypeDescription"
+_WAIT_FOR_ONE_S = 2.0
+
+
+def undecoded(type_name: str, version: str) -> type[Any]:  # Any: stands for any type
+    """A class for messages that are received and not read.
+
+    Args:
+        type_name: Full name of the type.
+        version: Hash of the type as its publishers have it.
+    """
+    return type("Undecoded", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
+
+
+def suited_to(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
+    """The profile that gets the most out of a topic's publishers.
+
+    Reliable if all of them are, and with earlier messages if all of them keep them; reliable and
+    volatile if there is none yet.
+    """
+    reliable = all(offer.is_reliable for offer in offers)
+    latched = bool(offers) and all(offer.is_transient_local for offer in offers)
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
+    )
+
+
+def subscribe_undecoded(
+    node: NodeEndpoints,
+    topic: str,
+    type_name: str,
+    callback: RawCallback,
+    *,
+    qos: QoSProfile | None = None,
+    depth: int = 10,
+) -> Subscription[Any]:  # Any: of any type
+    """Subscribe to a topic whose type need not be known here.
+
+    Args:
+        node: The node that listens.
+        topic: The topic's full name.
+        type_name: Its type.
+        callback: Called with the CDR bytes of each message on the transport's thread, so it must
+            be short; see `Subscription`.
+        qos: Quality of service; by default what suits the publishers that the topic has now.
+        depth: Messages that are kept, where the quality of service is not given.
+    """
+    publishers = node.graph().publishers(topic, type_name)
+    if publishers:
+        message_class = undecoded(type_name, publishers[0].type_hash)
+    else:
+        from teleopctl.interfaces import type_hash
+
+        message_class = undecoded(type_name, type_hash(type_name))
+    qos = qos or suited_to([publisher.qos for publisher in publishers], depth)
+    return node.create_subscription(message_class, topic, callback, qos, raw=True, immediate=True)
+
+
+def learn_type_from(
+    node: NodeEndpoints, type_name: str, graph: Graph, longest_s: float = 5.0
+) -> None:
+    """Make a type known that this program lacks, by asking a node that uses it.
+
+    Where no node explains it, it stays unknown, and who needs it says so.
+
+    Args:
+        node: The node that asks; it needs no executor for this.
+        type_name: Full name of a message or a service.
+        graph: Who uses the type.
+        longest_s: Longest wait in seconds of wall time.
+
+    Raises:
+        InvalidMessageError: The explanation makes no sense, or contradicts what is known.
+    """
+    if known_types().find(type_name) is not None:
+        return
+    # Each node with the version that it uses.
+    versions = {e.full_name: e.type_hash for e in graph.endpoints if e.type_name == type_name}
+    service_class = get_service(_DESCRIBES_TYPES)
+    deadline = time.monotonic() + longest_s
+    for name, version in versions.items():
+        service = f"{name}/get_type_description"
+        patience_s = min(_WAIT_FOR_ONE_S, deadline - time.monotonic())
+        if not graph.servers(service) or patience_s <= 0:
+            continue
+        request = service_class.Request(
+            type_name=type_name, type_hash=version, include_type_sources=False
+        )
+        client = node.create_client(service_class, service)
+        try:
+            answer = client.call_async(request).wait_for_response(patience_s)
+        finally:
+            node.destroy_client(client)
+        if answer is None or not answer.successful:
+            continue
+        description = answer.type_description
+        if description.type_description.type_name == type_name:
+            add_description(description)
+            return
