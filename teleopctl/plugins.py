@@ -86,6 +86,7 @@ NODES = Kind(
             "controller_manager/ros2_control_node": "controller_manager",
             "controller_manager/spawner": "spawner",
             "controller_manager/unspawner": "unspawner",
+            "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
             "joint_state_publisher/joint_state_publisher": "joint_state_publisher",
             "mujoco_sim/mujoco_sim": "mujoco_sim",
             "rviz2/rviz2": "rviz2",

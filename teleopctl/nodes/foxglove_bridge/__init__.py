@@ -1,0 +1,35 @@
+"""``foxglove_bridge``: the graph for Foxglove, through the official SDK's WebSocket server.
+
+Messages pass undecoded, as CDR with their definitions in ROS's own language. Names and parameters
+are those of ROS 2's foxglove_bridge, except that it listens on loopback unless told otherwise.
+"""
+
+from __future__ import annotations
+
+import contextlib
+
+from teleopctl.extras import extra
+from teleopctl.node import ExternalShutdownException, init, spin
+
+
+def main(args: list[str] | None = None) -> int:
+    """Serve until it is interrupted.
+
+    Args:
+        args: Command line; None takes the process's.
+
+    Raises:
+        MissingExtraError: The SDK is not installed.
+        TeleopctlError: A parameter is wrong, or nothing can listen at that address.
+    """
+    with extra("foxglove", "foxglove"):
+        import foxglove as foxglove
+    from teleopctl.nodes.foxglove_bridge.bridge import FoxgloveBridge
+
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=args),
+        FoxgloveBridge() as node,
+    ):
+        spin(node)
+    return 0

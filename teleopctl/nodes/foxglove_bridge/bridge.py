@@ -1,0 +1,234 @@
+"""The bridge's node: the server, what it is told of the graph, and what clients ask for."""
+
+from __future__ import annotations
+
+import functools
+import queue
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import foxglove
+from foxglove import ConnectionGraph, Context
+from foxglove.websocket import ServerListener, StatusLevel, WebSocketServer
+
+from teleopctl import progress
+from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.interfaces import get_message, to_nanoseconds
+from teleopctl.node import Node, qos_profile_sensor_data
+from teleopctl.nodes.foxglove_bridge.assets import Assets
+from teleopctl.nodes.foxglove_bridge.channels import Channels
+from teleopctl.nodes.foxglove_bridge.client_topics import ENCODINGS, ClientTopics
+from teleopctl.nodes.foxglove_bridge.remote_parameters import RemoteParameters
+from teleopctl.nodes.foxglove_bridge.remote_services import RemoteServices
+from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+
+if TYPE_CHECKING:
+    from foxglove.websocket import ChannelView, Client, ClientChannel, Parameter
+
+# The graph's changes come in bursts; clients are told of them together, so often.
+_FOLLOW_PERIOD_S = 0.25
+_LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+
+class FoxgloveBridge(Node):
+    """Serves the graph to Foxglove.
+
+    Raises:
+        TeleopctlError: A parameter is wrong, or nothing can listen at that address.
+    """
+
+    def __init__(self) -> None:
+        progress.tell(progress.STARTING)
+        super().__init__("foxglove_bridge")
+        self._settings = settings = Settings(self)
+        context = Context()
+        self._channels = Channels(self, settings, context)
+        # What the server's threads hand over to the executor: they must not wait for it, nor may
+        # they call the server back.
+        self._tasks: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+        self._work = self.create_guard_condition(self._run_tasks)
+        self._graph_changed, self._connections_wanted = True, False
+        self._listener = _Listener(self, settings)
+        self._server = _open_server(self, settings, context, self._listener)
+        self._services = RemoteServices(self, settings, self._server)
+        self.add_graph_callback(self._note_change)
+        self.create_timer(_FOLLOW_PERIOD_S, self._follow)
+        if settings.follows_simulated_time:
+            self.create_subscription(
+                get_message("rosgraph_msgs/msg/Clock"),
+                "/clock",
+                lambda clock: self._server.broadcast_time(to_nanoseconds(clock.clock)),
+                qos_profile_sensor_data,
+            )
+        self._follow()
+        self._tell_address()
+
+    @property
+    def server(self) -> WebSocketServer:
+        """The SDK's server."""
+        return self._server
+
+    @property
+    def channels(self) -> Channels:
+        """The topics that clients see."""
+        return self._channels
+
+    def hand_over(self, task: Callable[[], object]) -> None:
+        """Have the executor do something; any thread may call this."""
+        self._tasks.put(task)
+        self._work.trigger()
+
+    def show_connections(self) -> None:
+        """Tell clients of the graph from now on."""
+        self._connections_wanted = self._graph_changed = True
+
+    def destroy_node(self) -> None:
+        """Close the server, then the node."""
+        self._server.stop()
+        super().destroy_node()
+
+    def _tell_address(self) -> None:
+        scheme = "ws" if self._settings.certificate is None else "wss"
+        host = (
+            f"[{self._settings.address}]"
+            if ":" in self._settings.address
+            else (self._settings.address)
+        )
+        address = f"{scheme}://{host}:{self._server.port}"
+        self.get_logger().info(f"Server listening on {address}")
+        if self._settings.address not in _LOOPBACK:
+            self.get_logger().warning(
+                f"Whoever reaches {address} may publish, call services and set parameters"
+            )
+        progress.tell(progress.READY)
+
+    def _note_change(self) -> None:
+        self._graph_changed = True
+
+    def _run_tasks(self) -> None:
+        for _ in range(self._tasks.qsize()):
+            task = self._tasks.get_nowait()
+            try:
+                task()
+            except TeleopctlError as error:
+                self.get_logger().error(error.message)
+
+    def _follow(self) -> None:
+        if not self._graph_changed:
+            return
+        self._graph_changed = False
+        graph = self.graph()
+        self._channels.follow(graph)
+        if "services" in self._settings.capability_names:
+            self._services.follow(graph)
+        if "connectionGraph" in self._settings.capability_names and self._connections_wanted:
+            self._server.publish_connection_graph(self._connections())
+
+    def _connections(self) -> ConnectionGraph:
+        graph, shown, settings = self.graph(), ConnectionGraph(), self._settings
+        for topic, _ in graph.topic_names_and_types(settings.includes_hidden):
+            if allows(settings.topics, topic):
+                publishers = sorted({p.full_name for p in graph.publishers(topic)})
+                subscribers = sorted({s.full_name for s in graph.subscriptions(topic)})
+                shown.set_published_topic(topic, publishers)
+                shown.set_subscribed_topic(topic, subscribers)
+        for service, _ in graph.service_names_and_types(settings.includes_hidden):
+            servers = sorted({s.full_name for s in graph.servers(service)})
+            if servers and allows(settings.services, service):
+                shown.set_advertised_service(service, servers)
+        return shown
+
+
+class _Listener(ServerListener):
+    """What clients do, on the server's threads; what goes wrong is logged and told to clients."""
+
+    def __init__(self, node: FoxgloveBridge, settings: Settings) -> None:
+        self._node = node
+        self._topics = ClientTopics(node, settings)
+        self._parameters = RemoteParameters(node, settings)
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        self._hand_over(self._node.channels.subscribe, channel.id, client.id)
+
+    def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
+        self._hand_over(self._node.channels.unsubscribe, channel.id, client.id)
+
+    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
+        try:
+            self._topics.advertise(client.id, channel)
+        except TeleopctlError as error:
+            self._complain(error.message)
+
+    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
+        self._topics.unadvertise(client.id, client_channel_id)
+
+    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
+        try:
+            self._topics.publish(client.id, client_channel_id, data)
+        except TeleopctlError as error:
+            self._complain(f"Dropping a client's message: {error.message}")
+
+    def on_get_parameters(
+        self,
+        client: Client,  # noqa: ARG002
+        param_names: list[str],
+        request_id: str | None = None,  # noqa: ARG002
+    ) -> list[Parameter]:
+        return self._parameters.get(param_names)
+
+    def on_set_parameters(
+        self,
+        client: Client,  # noqa: ARG002
+        parameters: list[Parameter],
+        request_id: str | None = None,  # noqa: ARG002
+    ) -> list[Parameter]:
+        try:
+            return self._parameters.set(parameters)
+        except (TeleopctlError, TypeError, ValueError) as error:
+            self._complain(f"Cannot set parameters: {error}")
+            return self._parameters.get([parameter.name for parameter in parameters])
+
+    def on_parameters_subscribe(self, param_names: list[str]) -> None:
+        tell = self._node.server.publish_parameter_values
+        self._hand_over(self._parameters.watch, param_names, tell)
+
+    def on_parameters_unsubscribe(self, param_names: list[str]) -> None:
+        self._hand_over(self._parameters.unwatch, param_names)
+
+    def on_connection_graph_subscribe(self) -> None:
+        self._node.show_connections()
+
+    def _hand_over(self, task: Callable[..., object], *arguments: Any) -> None:
+        self._node.hand_over(functools.partial(task, *arguments))
+
+    def _complain(self, text: str) -> None:
+        self._node.get_logger().error(text, throttle_duration_sec=1.0)
+        self._hand_over(self._node.server.publish_status, text, StatusLevel.Error)
+
+
+def _open_server(
+    node: FoxgloveBridge, settings: Settings, context: Context, listener: _Listener
+) -> WebSocketServer:
+    try:
+        return foxglove.start_server(
+            name=node.get_fully_qualified_name(),
+            host=settings.address,
+            port=settings.port,
+            capabilities=settings.capabilities,
+            server_listener=listener,
+            supported_encodings=list(ENCODINGS),
+            asset_handler=(
+                Assets(settings, node.get_logger())
+                if "assets" in settings.capability_names
+                else None
+            ),
+            context=context,
+            message_backlog_size=settings.backlog,
+            tls_cert=settings.certificate,
+            tls_key=settings.key,
+        )
+    except (OSError, RuntimeError, ValueError) as error:
+        raise UnavailableError(
+            f"Cannot listen on {settings.address}:{settings.port}: {error}",
+            hint="Choose another port: --ros-args -p port:=8766",
+        ) from error

@@ -1,0 +1,139 @@
+"""Topics to clients: a channel for each topic and type, listened to while somebody looks at it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from foxglove import Channel, Context, Schema
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import complete_definition_text, type_hash
+from teleopctl.node import (
+    Node,
+    QoSProfile,
+    ReliabilityPolicy,
+    Subscription,
+    learn_type_from,
+    subscribe_undecoded,
+    suited_to,
+)
+from teleopctl.nodes.foxglove_bridge.settings import Settings, allows
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from teleopctl.wire import Graph
+
+_LONGEST_LEARNING_S = 2.0
+
+
+class _Open:
+    """A channel, who looks at it, and the subscription while somebody does."""
+
+    def __init__(self, channel: Channel, topic: str, type_name: str) -> None:
+        self.channel = channel
+        self.topic = topic
+        self.type_name = type_name
+        self.clients: set[int] = set()
+        self.subscription: Subscription[Any] | None = None
+
+
+class Channels:
+    """The channels of a server; everything here is called by the node's executor.
+
+    Args:
+        node: Subscribes.
+        settings: Which topics there are for clients.
+        context: The server's.
+    """
+
+    def __init__(self, node: Node, settings: Settings, context: Context) -> None:
+        self._node = node
+        self._settings = settings
+        self._context = context
+        self._open: dict[tuple[str, str], _Open] = {}
+        self._by_id: dict[int, _Open] = {}
+
+    def follow(self, graph: Graph) -> None:
+        """Close the channels of topics that are gone, and open those of new ones."""
+        wanted = {
+            (topic, type_name)
+            for topic, types in graph.topic_names_and_types(self._settings.includes_hidden)
+            if allows(self._settings.topics, topic)
+            for type_name in types
+        }
+        for key in [key for key in self._open if key not in wanted]:
+            entry = self._open.pop(key)
+            del self._by_id[entry.channel.id()]
+            self._stop(entry)
+            entry.channel.close()
+        for topic, type_name in sorted(wanted - self._open.keys()):
+            self._add(graph, topic, type_name)
+
+    def subscribe(self, channel_id: int, client_id: int) -> None:
+        """A client wants to see a channel."""
+        entry = self._by_id.get(channel_id)
+        if entry is None:
+            return
+        if entry.clients and entry.subscription and entry.subscription.qos_profile.is_latched:
+            # The topic's latest messages are for the new client: asked for anew, they go to all,
+            # since the SDK does not tell by which number a single client is addressed.
+            self._stop(entry)
+        entry.clients.add(client_id)
+        if entry.subscription is None:
+            channel, clock = entry.channel, self._node.get_clock()
+
+            def forward(payload: bytes) -> None:
+                channel.log(payload, log_time=clock.now().nanoseconds)
+
+            qos = self._qos(entry.topic, entry.type_name)
+            entry.subscription = subscribe_undecoded(
+                self._node, entry.topic, entry.type_name, forward, qos=qos
+            )
+
+    def unsubscribe(self, channel_id: int, client_id: int) -> None:
+        """A client does not look at a channel any more."""
+        entry = self._by_id.get(channel_id)
+        if entry is not None:
+            entry.clients.discard(client_id)
+            if not entry.clients:
+                self._stop(entry)
+
+    def _add(self, graph: Graph, topic: str, type_name: str) -> None:
+        schema = self._schema(graph, topic, type_name)
+        channel = Channel(topic, message_encoding="cdr", schema=schema, context=self._context)
+        entry = _Open(channel, topic, type_name)
+        self._open[topic, type_name] = entry
+        self._by_id[channel.id()] = entry
+
+    def _schema(self, graph: Graph, topic: str, type_name: str) -> Schema | None:
+        """The definition; None, which clients show as raw bytes, where it is not known."""
+        try:
+            learn_type_from(self._node, type_name, graph, _LONGEST_LEARNING_S)
+            text = complete_definition_text(type_name)
+            ours = type_hash(type_name)
+        except TeleopctlError as error:
+            self._node.get_logger().warning(f"{topic}: without its definition: {error.message}")
+            return None
+        others = {publisher.type_hash for publisher in graph.publishers(topic, type_name)} - {ours}
+        if others:
+            self._node.get_logger().warning(
+                f"{topic}: its publisher means another version of {type_name} than this program "
+                "knows (type hashes differ), so that it is shown without its definition"
+            )
+            return None
+        return Schema(name=type_name, encoding="ros2msg", data=text.encode())
+
+    def _qos(self, topic: str, type_name: str) -> QoSProfile:
+        offers = [p.qos for p in self._node.graph().publishers(topic, type_name)]
+        depth = sum(max(1, offer.depth) for offer in offers)
+        depth = min(max(depth, self._settings.min_depth, 1), max(self._settings.max_depth, 1))
+        qos = suited_to(offers, depth)
+        if allows(self._settings.best_effort_topics, topic):
+            qos.reliability = ReliabilityPolicy.BEST_EFFORT
+        return qos
+
+    def _stop(self, entry: _Open) -> None:
+        if entry.subscription is not None:
+            self._node.destroy_subscription(entry.subscription)
+            entry.subscription = None

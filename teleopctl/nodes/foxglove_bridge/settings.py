@@ -1,0 +1,174 @@
+"""The bridge's parameters, with the names, defaults and meanings of ROS 2's foxglove_bridge."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import InvalidParameterError
+from teleopctl.interfaces import get_message
+from teleopctl.node import Node
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from foxglove.websocket import Capability
+
+DEFAULT_PORT = 8765
+_ALL_CAPABILITIES = (
+    "clientPublish",
+    "parameters",
+    "parametersSubscribe",
+    "services",
+    "connectionGraph",
+    "assets",
+)
+_TIME = "time"
+_ASSETS = (
+    r"^package://(?:[-\w%]+/)*[-\w%.]+"
+    r"\.(?:dae|fbx|glb|gltf|jpeg|jpg|mtl|obj|png|stl|tif|tiff|urdf|webp|xacro)$"
+)
+_ANY = [".*"]
+_NONE = ["(?!)"]
+_HIGHEST_PORT = 65_535
+
+
+class Settings:
+    """What the parameters say, read once: none of them can be changed while the bridge runs.
+
+    Args:
+        node: Declares the parameters.
+
+    Raises:
+        InvalidParameterError: A value makes no sense.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self.address = str(self._declare("address", "127.0.0.1", "Host address to listen on"))
+        self.port = self._integer("port", DEFAULT_PORT, "TCP port to listen on, 0 for any free one")
+        if self.port > _HIGHEST_PORT:
+            raise InvalidParameterError(f"port {self.port} is higher than {_HIGHEST_PORT}")
+        self.topics = self._patterns("topic_whitelist", _ANY, "Topics that clients see")
+        self.services = self._patterns("service_whitelist", _ANY, "Services that clients see")
+        self.parameters = self._patterns(
+            "param_whitelist", _ANY, "Parameters that clients see, as /node.name"
+        )
+        self.client_topics = self._patterns(
+            "client_topic_whitelist", _ANY, "Topics that clients may publish"
+        )
+        self.best_effort_topics = self._patterns(
+            "best_effort_qos_topic_whitelist", _NONE, "Topics that are never asked for reliably"
+        )
+        self.assets = self._patterns(
+            "asset_uri_allowlist", [_ASSETS], "URIs of files that clients may fetch"
+        )
+        self.capability_names = self._capability_names()
+        self.min_depth = self._integer("min_qos_depth", 1, "Fewest messages that wait at a topic")
+        self.max_depth = self._integer("max_qos_depth", 25, "Most messages that wait at a topic")
+        self.includes_hidden = bool(
+            self._declare("include_hidden", False, "Include hidden topics and services")
+        )
+        self.ignores_unresponsive = bool(
+            self._declare(
+                "ignore_unresponsive_param_nodes",
+                True,
+                "Ask no more for parameters of a node that has not answered",
+            )
+        )
+        self.backlog = self._integer(
+            "message_backlog_size", 1024, "Messages that wait for one client; the oldest falls out"
+        )
+        self.certificate, self.key = self._certificate()
+
+    @property
+    def capabilities(self) -> list[Capability]:
+        """What the server tells its clients that it can do."""
+        from foxglove.websocket import Capability
+
+        # The SDK adds `assets` itself where there is somebody to ask for them.
+        by_name = {
+            "clientPublish": Capability.ClientPublish,
+            "connectionGraph": Capability.ConnectionGraph,
+            "parameters": Capability.Parameters,
+            "parametersSubscribe": Capability.Parameters,
+            "services": Capability.Services,
+            _TIME: Capability.Time,
+        }
+        found: list[Capability] = []
+        for name in self.capability_names:
+            capability = by_name.get(name)
+            if capability is not None and capability not in found:
+                found.append(capability)
+        return found
+
+    @property
+    def follows_simulated_time(self) -> bool:
+        """Whether ``/clock`` is the time that clients are told."""
+        return _TIME in self.capability_names
+
+    def _capability_names(self) -> list[str]:
+        names = [
+            str(name)
+            for name in self._declare(
+                "capabilities", list(_ALL_CAPABILITIES), "What clients may do"
+            )
+        ]
+        unknown = set(names) - {*_ALL_CAPABILITIES, _TIME}
+        if unknown:
+            raise InvalidParameterError(
+                f"Parameter 'capabilities' has {', '.join(sorted(unknown))}",
+                hint=f"There are {', '.join((*_ALL_CAPABILITIES, _TIME))}.",
+            )
+        if self._node.get_parameter("use_sim_time").value and _TIME not in names:
+            names.append(_TIME)
+        return names
+
+    def _certificate(self) -> tuple[bytes | None, bytes | None]:
+        is_secure = self._declare("tls", False, "Whether connections are encrypted")
+        files = [
+            str(self._declare(name, "", description))
+            for name, description in (
+                ("certfile", "File of the certificate, in PEM"),
+                ("keyfile", "File of its private key, in PEM"),
+            )
+        ]
+        if not is_secure:
+            return None, None
+        try:
+            certificate, key = (Path(file).read_bytes() for file in files)
+        except OSError as error:
+            raise InvalidParameterError(
+                f"With tls, certfile and keyfile name the two files: {error.strerror}: "
+                f"'{error.filename}'"
+            ) from error
+        return certificate, key
+
+    def _declare(self, name: str, default: Any, description: str) -> Any:
+        descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
+        return self._node.declare_parameter(
+            name, default, descriptor(description=description, read_only=True)
+        ).value
+
+    def _integer(self, name: str, default: int, description: str) -> int:
+        value = int(self._declare(name, default, description))
+        if value < 0:
+            raise InvalidParameterError(f"Parameter '{name}' is {value}; it must not be negative")
+        return value
+
+    def _patterns(self, name: str, default: list[str], description: str) -> list[re.Pattern[str]]:
+        try:
+            return [
+                re.compile(text, re.IGNORECASE)
+                for text in self._declare(name, default, description)
+            ]
+        except re.error as error:
+            raise InvalidParameterError(
+                f"Parameter '{name}': '{error.pattern!s}' is no regular expression: {error}"
+            ) from error
+
+
+def allows(patterns: Sequence[re.Pattern[str]], name: str) -> bool:
+    """Whether one of the patterns fits the whole name."""
+    return any(pattern.fullmatch(name) for pattern in patterns)
