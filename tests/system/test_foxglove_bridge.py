@@ -116,6 +116,18 @@ def test_a_client_is_told_why_it_may_not_publish(ros):
         assert ros.node.count_publishers("/cmd_vel") == 0
 
 
+def test_clients_may_be_allowed_to_look_only(ros):
+    _, port = start(ros, "capabilities:=[connectionGraph]")
+    publisher_of(ros, "/chatter")
+    with FoxgloveClient(port) as client:
+        channel = {"topic": "/cmd_vel", "encoding": "cdr", "schemaName": STRING.TYPE_NAME}
+        client.send("advertise", channels=[{"id": 1, **channel}])
+        assert "clientPublish" in client.document("status")["message"]
+        client.until(lambda: client.channels.get("/chatter"))
+        assert client.services == {}
+        assert ros.node.count_publishers("/cmd_vel") == 0
+
+
 def test_services_are_offered_and_called(ros, client):
     kind = get_service("std_srvs/srv/SetBool")
 
