@@ -253,10 +253,11 @@ PANELS = Kind(
     "teleopctl.viewer_panels",
     {
         "joints": f"{_PANELS}.joints:JointsPanel",
-        "camera": f"{_PANELS}.camera:CameraPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
+        "camera": f"{_PANELS}.camera:CameraPanel",
         "plot": f"{_PANELS}.plot:PlotPanel",
         "controllers": f"{_PANELS}.controllers:ControllersPanel",
+        "parameters": f"{_PANELS}.parameters:ParametersPanel",
         "log": f"{_PANELS}.log:LogPanel",
     },
     bases=("teleopctl.viewer.panels.base:Panel",),
