@@ -34,6 +34,7 @@ GROUND = {
 ALLOWED = {
     "interfaces": set(),
     "wire": {"interfaces"},
+    "diagram": {"wire"},
     "node": {"interfaces", "wire"},
     "robot": {"tf"},
     "tf": {"interfaces", "node"},
@@ -42,7 +43,7 @@ ALLOWED = {
     "launch": {"node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"interfaces", "node", "tf"},
-    "viewer": {"interfaces", "node", "robot", "tf"},
+    "viewer": {"diagram", "interfaces", "node", "robot", "tf"},
     "nodes": {
         *("compat", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf"),
         *("viewer", "wire"),
@@ -51,7 +52,7 @@ ALLOWED = {
         *("compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot", "sim"),
         *("tf", "wire"),
     },
-    "cli": {"compat", "control", "interfaces", "launch", "node", "nodes", "tf", "wire"},
+    "cli": {"compat", "control", "diagram", "interfaces", "launch", "node", "nodes", "tf", "wire"},
     "__init__": {"compat"},
     "__main__": {"cli"},
 }

@@ -1,0 +1,68 @@
+"""``teleopctl graph``: who talks to whom, as a picture."""
+
+from pathlib import Path
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.live import live_graph
+from teleopctl.cli.verb import Option, Verb
+from teleopctl.diagram import SHOWN, ros_graph, to_dot, to_svg
+from teleopctl.errors import SystemFailureError, UsageError
+
+VERB = Verb(
+    f"{__name__}:graph",
+    "Draw the graph of nodes and topics.",
+    examples=(
+        "teleopctl graph --svg graph.svg",
+        "teleopctl graph --show nodes | dot -Tpdf -o graph.pdf",
+    ),
+)
+
+
+def graph(
+    show: Annotated[
+        str,
+        Option(
+            "--show",
+            help="Nodes with the topics that join them, nodes alone, or with all topics.",
+            choices=SHOWN,
+        ),
+    ] = "active",
+    include_hidden: Annotated[
+        bool,
+        Option(
+            "--include-hidden", help="Show /rosout, /clock, names with _, RViz and the like, too."
+        ),
+    ] = False,
+    svg: Annotated[
+        str | None, Option("--svg", help="Write a picture to this file.", metavar="FILE")
+    ] = None,
+    dot: Annotated[
+        bool, Option("--dot", help="Print it for Graphviz, as without any option.")
+    ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print boxes and arrows as JSON.")] = False,
+) -> None:
+    """Draw the graph of nodes and topics, as rqt_graph does.
+
+    What goes from one node to another through a topic reads from left to right. Actions, the
+    transports of a camera and tf are one box each.
+    """
+    if (svg is not None) + dot + as_json > 1:
+        raise UsageError("Choose one of --svg, --dot and --json")
+    diagram = ros_graph(live_graph(), show, include_hidden=include_hidden)
+    if svg is not None:
+        path = Path(svg)
+        try:
+            path.write_text(to_svg(diagram), encoding="utf-8")
+        except OSError as error:
+            raise SystemFailureError(f"Cannot write {path}: {error.strerror or error}") from error
+        console.out(f"{path}: {len(diagram.boxes)} boxes, {len(diagram.edges)} arrows")
+    elif as_json:
+        console.out_json(
+            {
+                "boxes": [box._asdict() for box in diagram.boxes],
+                "edges": [edge._asdict() for edge in diagram.edges],
+            }
+        )
+    else:
+        console.out_text(to_dot(diagram).removesuffix("\n"))

@@ -1,0 +1,25 @@
+"""Pictures of boxes and arrows, such as the graph of nodes and topics: as SVG or for Graphviz."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.diagram.dot import to_dot as to_dot
+    from teleopctl.diagram.layout import Layout as Layout, lay_out as lay_out
+    from teleopctl.diagram.model import Box as Box, Diagram as Diagram, Edge as Edge
+    from teleopctl.diagram.nodes_and_topics import SHOWN as SHOWN, ros_graph as ros_graph
+    from teleopctl.diagram.svg import to_svg as to_svg
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "dot": "to_dot",
+            "layout": "Layout lay_out",
+            "model": "Box Diagram Edge",
+            "nodes_and_topics": "SHOWN ros_graph",
+            "svg": "to_svg",
+        },
+    )

@@ -1,0 +1,51 @@
+"""What a picture of boxes and arrows shows, before anybody knows where it stands."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Box(NamedTuple):
+    """Something in the picture.
+
+    Attributes:
+        key: What tells it from all others.
+        text: What stands in it.
+        kind: How it is drawn: ``node`` and ``topic`` have a frame of their own; a ``label`` has
+            none and stands on an arrow, of which it is the middle.
+    """
+
+    key: str
+    text: str
+    kind: str
+
+
+class Edge(NamedTuple):
+    """An arrow from one box to another, by their keys; ``both`` has a head at each end."""
+
+    source: str
+    target: str
+    both: bool = False
+
+
+class Diagram(NamedTuple):
+    """Boxes, and the arrows between them."""
+
+    boxes: tuple[Box, ...]
+    edges: tuple[Edge, ...]
+
+
+def joined(boxes: list[Box], pairs: list[tuple[str, str]]) -> Diagram:
+    """Make a diagram of boxes and of pairs of keys; there and back is one arrow with two heads.
+
+    A pair that stands more than once counts once.
+    """
+    known = dict.fromkeys(pairs)
+    edges = []
+    for source, target in known:
+        back = (target, source) in known and source != target
+        if not back:
+            edges.append(Edge(source, target))
+        elif source < target:
+            edges.append(Edge(source, target, both=True))
+    return Diagram(tuple(boxes), tuple(edges))

@@ -1,0 +1,126 @@
+"""The graph of nodes and topics as a diagram, by the rules of rqt_graph.
+
+Hidden unless all is asked for: what every node has or what only watches (``/rosout``,
+``/parameter_events``, ``/clock``, ``/statistics``, RViz, rqt, names with a part that starts with
+``_``). The topics of an action are one box, as are those that transport one camera's images, and
+``/tf`` with ``/tf_static``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teleopctl.diagram.model import Box, Diagram, joined
+
+if TYPE_CHECKING:
+    from teleopctl.wire import Graph
+
+SHOWN = ("active", "nodes", "all")
+"""What is shown: nodes with the topics that join them; nodes alone, their arrows named after the
+topics; nodes with all of their topics."""
+
+_DEBUG_TOPICS = {"/rosout", "/parameter_events", "/clock", "/statistics"}
+_DEBUG_NODES = ("rqt", "rviz")
+_ACTION = "/_action/"
+_TRANSPORTS = ("/compressed", "/compressedDepth", "/theora", "/ffmpeg", "/zstd", "/camera_info")
+# Topics between the same two nodes that are named; of more, only the number.
+_MOST_NAMED = 4
+
+Pairs = set[tuple[str, str]]
+
+
+def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = False) -> Diagram:
+    """Make the diagram of a graph.
+
+    Args:
+        graph: Nodes, publishers and subscriptions.
+        shown: One of `SHOWN`.
+        include_hidden: Whether nothing is left out that has a place in ``shown``.
+    """
+    from teleopctl.wire import EntityKind
+
+    published: Pairs = set()
+    subscribed: Pairs = set()
+    for endpoint in graph.endpoints:
+        if endpoint.kind in (EntityKind.MP, EntityKind.MS):
+            pairs = published if endpoint.kind is EntityKind.MP else subscribed
+            if include_hidden or not _is_hidden(endpoint.full_name, endpoint.name):
+                pairs.add((endpoint.full_name, endpoint.name))
+    nodes = {
+        node.full_name for node in graph.nodes if include_hidden or not _is_debug(node.full_name)
+    }
+    published, subscribed = _grouped(published, subscribed)
+    if shown == "nodes":
+        return _nodes_only(nodes, published, subscribed)
+    if shown == "active":
+        both_ends = {topic for _, topic in published} & {topic for _, topic in subscribed}
+        published = {pair for pair in published if pair[1] in both_ends}
+        subscribed = {pair for pair in subscribed if pair[1] in both_ends}
+        nodes = {node for node, _ in published | subscribed}
+    topics = {topic for _, topic in published | subscribed}
+    boxes = [Box(_node(name), name, "node") for name in sorted(nodes)]
+    boxes += [Box(_topic(name), name, "topic") for name in sorted(topics)]
+    pairs_of_keys = [(_node(node), _topic(topic)) for node, topic in sorted(published)]
+    pairs_of_keys += [(_topic(topic), _node(node)) for node, topic in sorted(subscribed)]
+    return joined(boxes, pairs_of_keys)
+
+
+def _nodes_only(nodes: set[str], published: Pairs, subscribed: Pairs) -> Diagram:
+    topics: dict[tuple[str, str], list[str]] = {}
+    readers: dict[str, list[str]] = {}
+    for node, topic in sorted(subscribed):
+        readers.setdefault(topic, []).append(node)
+    for node, topic in sorted(published):
+        for reader in readers.get(topic, ()):
+            topics.setdefault((node, reader), []).append(topic)
+    boxes = [Box(_node(name), name, "node") for name in sorted(nodes)]
+    pairs = []
+    for (node, reader), names in topics.items():
+        key = f"label {node} {reader}"
+        text = names if len(names) <= _MOST_NAMED else [f"{len(names)} topics"]
+        boxes.append(Box(key, "\n".join(text), "label"))
+        pairs += [(_node(node), key), (key, _node(reader))]
+    return joined(boxes, pairs)
+
+
+# Of a node and a topic with the same name.
+def _node(name: str) -> str:
+    return f"node {name}"
+
+
+def _topic(name: str) -> str:
+    return f"topic {name}"
+
+
+def _is_hidden(node: str, topic: str) -> bool:
+    is_hidden_topic = "/_" in topic and _ACTION not in topic
+    return topic in _DEBUG_TOPICS or is_hidden_topic or _is_debug(node)
+
+
+def _is_debug(node: str) -> bool:
+    name = node.rpartition("/")[2]
+    return name.startswith("_") or name.lower().startswith(_DEBUG_NODES)
+
+
+def _grouped(published: Pairs, subscribed: Pairs) -> tuple[Pairs, Pairs]:
+    """Put topics that belong together under one name."""
+    topics = {topic for _, topic in published | subscribed}
+    names = {topic: _group_of(topic, topics) for topic in topics}
+    return (
+        {(node, names[topic]) for node, topic in published},
+        {(node, names[topic]) for node, topic in subscribed},
+    )
+
+
+def _group_of(topic: str, topics: set[str]) -> str:
+    if topic == "/tf_static":
+        return "/tf"
+    if _ACTION in topic:
+        return f"{topic.partition(_ACTION)[0]}/action_topics"
+    for ending in _TRANSPORTS:
+        # Beside the image, but for its intrinsics, which lie beside it in the folder.
+        if topic.endswith(ending) and topic.removesuffix(ending) in topics:
+            return f"{topic.removesuffix(ending)}/image_topics"
+    if any(topic + ending in topics for ending in _TRANSPORTS):
+        return f"{topic}/image_topics"
+    return topic

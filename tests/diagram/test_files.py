@@ -1,0 +1,47 @@
+"""A diagram as SVG and for Graphviz: names are text in both."""
+
+from xml.etree import ElementTree
+
+from hypothesis import given, strategies
+
+from teleopctl.diagram import Box, to_dot, to_svg
+from teleopctl.diagram.model import joined
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+# What a token of the graph may hold: control characters are visible by then.
+names = strategies.text(
+    strategies.characters(exclude_categories=["C"], include_characters="<>&\"'\\"), min_size=1
+)
+
+
+@given(names, names)
+def test_a_picture_has_every_name_as_text(first, second):
+    diagram = joined([Box("a", first, "node"), Box("b", second, "topic")], [("a", "b")])
+    root = ElementTree.fromstring(to_svg(diagram))
+    assert [text.text for text in root.iter(f"{SVG}text")] == [first, second]
+    assert {element.tag.removeprefix(SVG) for element in root.iter()} == {
+        *("svg", "path", "rect", "text")
+    }
+
+
+def test_a_label_has_no_frame_and_no_arrowhead():
+    boxes = [Box("a", "/a", "node"), Box("l", "/x\n/y", "label"), Box("b", "/b", "node")]
+    diagram = joined(boxes, [("a", "l"), ("l", "b")])
+    svg = to_svg(diagram)
+    assert svg.count("<rect") == 2
+    assert svg.count("<path") == 3
+    assert svg.count("<text") == 4
+    assert '"a" -> "l" [dir=none];' in to_dot(diagram)
+
+
+def test_graphviz_gets_names_in_quotes():
+    diagram = joined([Box("a", 'say "\\n"', "topic"), Box("b", "/b", "node")], [("a", "b")])
+    assert to_dot(diagram).splitlines() == [
+        "digraph graph_of_nodes {",
+        "  rankdir=LR;",
+        '  "a" [label="say \\"\\\\n\\"", shape=box];',
+        '  "b" [label="/b", shape=ellipse];',
+        '  "a" -> "b";',
+        "}",
+    ]
