@@ -24,7 +24,8 @@ _PICTURE = """<style>
 .graph-large:checked ~ .graph-picture svg {{ width: 100%; height: 100% }}
 </style>
 <input type="checkbox" class="graph-large" id="graph-large">
-<label class="graph-picture" for="graph-large" title="Click to enlarge">{svg}</label>"""
+<label class="graph-picture" for="graph-large">{svg}</label>
+<div style="padding: 4px 12px; font-size: 12px; opacity: .6">Click to enlarge.</div>"""
 
 
 class GraphPanel(Panel):
