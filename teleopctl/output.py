@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from teleopctl.errors import UsageError
+from teleopctl.interrupts import come_again
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -162,16 +163,30 @@ class _Output(io.RawIOBase):
         size = len(left)
         if self._log_file is not None:
             self._keep_bound(self._log_file, size)
-        while left:
-            try:
-                left = left[os.write(self._descriptor, left) :]
-            except BlockingIOError:
-                break  # a terminal that another program has set so, and that is stopped
-            except OSError as error:
-                if self._lossless and error.errno != errno.EIO:
-                    raise
-                if error.errno not in _NO_READER or not self._go_on_elsewhere():
-                    break
+        written: list[int] = []
+        try:
+            while left:
+                try:
+                    # As one step: an interrupt between the two would lose the number.
+                    written.extend(map(os.write, (self._descriptor,), (left,)))
+                    left = left[written[-1] :]
+                except BlockingIOError:
+                    break  # a terminal that another program has set so, and that is stopped
+                except OSError as error:
+                    if self._lossless and error.errno != errno.EIO:
+                        raise
+                    if error.errno not in _NO_READER or not self._go_on_elsewhere():
+                        break
+        except KeyboardInterrupt:
+            if not written:
+                raise
+            # Raised here it would make the buffer write again what has been written.
+            while True:
+                try:
+                    come_again()
+                    return sum(written)
+                except KeyboardInterrupt:  # it came while this thread had to wait
+                    continue
         return size
 
     def _keep_bound(self, log_file: Path, size: int) -> None:

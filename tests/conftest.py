@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from teleopctl import background
 from teleopctl.errors import TeleopctlError
@@ -22,6 +23,10 @@ from teleopctl.sim.gl_backend import choose_backend
 from teleopctl.testing import RosGraph, free_port, pytest_plugin
 
 _FOLDER = pytest.StashKey[Path]()
+
+# How long examples take tells about the machine's other work, not about what is tested.
+settings.register_profile("teleopctl", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("teleopctl")
 
 with contextlib.suppress(TeleopctlError):
     choose_backend()

@@ -183,7 +183,7 @@ def simulated(simulation):
     return dict(zip(simulation.joint_names, simulation.positions.tolist(), strict=True))
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(robots())
 def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joints):
     description = describe(joints)

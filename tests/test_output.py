@@ -147,3 +147,51 @@ print("result", flush=True)
 """
     with open("/dev/full", "w") as full:  # noqa: PTH123
         assert "No space left on device" in ended(code, stdout=full).stderr
+
+
+INTERRUPTED = """
+import itertools, queue, signal, sys, threading
+from teleopctl.output import outlive_output
+
+numbers = itertools.count()
+taken = queue.SimpleQueue()
+
+def write():
+    while interrupter.is_alive():
+        sys.stderr.write(f"{next(numbers)}\\n")
+
+def in_write(frame):
+    return frame is not None and (frame.f_code is write.__code__ or in_write(frame.f_back))
+
+def interrupted(signum, frame):
+    if in_write(frame):
+        raise KeyboardInterrupt
+    taken.put(None)
+
+def interrupt():
+    for _ in range(300):
+        signal.pthread_kill(main, signal.SIGINT)
+        taken.get()
+
+outlive_output()
+sys.setswitchinterval(1e-4)
+main = threading.get_ident()
+signal.signal(signal.SIGINT, interrupted)
+interrupter = threading.Thread(target=interrupt)
+interrupter.start()
+while interrupter.is_alive():
+    try:
+        write()
+    except KeyboardInterrupt:
+        taken.put(None)
+"""
+
+
+def test_a_line_whose_writing_is_interrupted_is_not_written_twice():
+    # What is not buffered cannot be written twice.
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = ended(INTERRUPTED, stdout=subprocess.DEVNULL, env=buffered)
+    assert done.returncode == 0
+    lines = done.stderr.split()
+    assert lines
+    assert len(lines) == len(set(lines))

@@ -3,7 +3,7 @@
 import contextlib
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.definition import Constant, Field, FieldType, Shape
@@ -108,7 +108,6 @@ def test_sections_are_counted():
         sections("int8 a\n---\n", "action", "here")
 
 
-@settings(deadline=None)
 @given(st.text(st.sampled_from("int8 []<=x#'\"\n/AB.-_")))
 def test_no_text_makes_the_parser_fail_otherwise(text):
     with contextlib.suppress(TeleopctlError):

@@ -1,7 +1,7 @@
 """Names of types in their different spellings."""
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.typenames import from_dds, module_name, normalize, snake_case, to_dds
@@ -29,7 +29,6 @@ def test_an_unknown_shape_on_the_wire_stays_as_it_is(text):
     assert from_dds(text) == text
 
 
-@settings(deadline=None)
 @given(st.text())
 def test_reading_a_wire_name_never_fails(text):
     assert isinstance(from_dds(text), str)

@@ -76,7 +76,7 @@ def naive(parents, moves, frame, fraction):
     return root, above @ matrix(step)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(forests(), st.floats(0, 1), st.data())
 def test_lookup_agrees_with_a_naive_computation(forest, fraction, data):
     parents, moves = forest

@@ -6,18 +6,14 @@ the context ends besides is for the other threads, which that exception does not
 
 from __future__ import annotations
 
-import _thread
 import enum
 import signal
-import sys
 import threading
 from types import FrameType
 from typing import Protocol
 
+from teleopctl.interrupts import come_again
 from teleopctl.wire import in_transport_callback
-
-# Calls from Zenoh last some ten microseconds.
-_AGAIN_S = 0.001
 
 
 class Endable(Protocol):
@@ -75,9 +71,7 @@ def forget(context: Endable) -> None:
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
     if in_transport_callback(frame):
         # What is raised here would be lost: come again when the call is over.
-        again = threading.Timer(_AGAIN_S, _signal_main_thread, (signum,))
-        again.daemon = True
-        again.start()
+        come_again(signum)
         return
     number = signal.Signals(signum)
     previous = _previous[number]
@@ -91,13 +85,3 @@ def _end_contexts(signum: int, frame: FrameType | None) -> None:
         context.end_by_signal()
     if callable(previous):
         previous(signum, frame)
-
-
-def _signal_main_thread(signum: int) -> None:
-    if sys.platform == "win32":
-        _thread.interrupt_main(signum)
-    else:
-        # A real signal, for only that ends a wait for a lock.
-        main = threading.main_thread().ident
-        assert main is not None
-        signal.pthread_kill(main, signum)

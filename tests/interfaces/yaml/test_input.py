@@ -3,7 +3,7 @@
 import array
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
@@ -136,7 +136,6 @@ def test_yaml_cannot_make_objects():
         read("std_msgs/msg/String", "data: !!python/object/apply:os.getcwd []")
 
 
-@settings(deadline=None)
 @given(st.text())
 def test_no_text_fails_otherwise(text):
     try:

@@ -5,7 +5,7 @@ import math
 
 import pytest
 import yaml
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from teleopctl.interfaces.cdr import deserialize, serialize
 from teleopctl.interfaces.store import get_message
@@ -121,7 +121,6 @@ def test_a_received_message_is_shown_like_the_sent_one():
     assert message_to_csv(received) == message_to_csv(JOINTS)
 
 
-@settings(deadline=None)
 @given(any_message())
 def test_yaml_can_be_read_back(message):
     text = message_to_yaml(message, truncate=None)
@@ -129,14 +128,12 @@ def test_yaml_can_be_read_back(message):
 
 
 # U+0085 is a line break for PyYAML and an escape for libyaml; nobody sends it.
-@settings(deadline=None)
 @given(st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\x85")), st.booleans())
 def test_texts_are_written_as_pyyaml_writes_them(text, flow):
     expected = yaml.dump({"data": text}, allow_unicode=True, width=10**9, default_flow_style=False)
     assert message_to_yaml(String(data=text), truncate=None, flow=flow) == expected
 
 
-@settings(deadline=None)
 @given(any_message(allow_nan=True))
 def test_json_can_be_read_back(message):
     text = json.dumps(message_to_dict(message), allow_nan=False)
@@ -157,7 +154,6 @@ def test_csv_has_a_column_for_each_value():
     assert message_to_csv(get_message("std_msgs/msg/Bool")(data=True)) == "True"
 
 
-@settings(deadline=None)
 @given(any_message())
 def test_a_received_message_is_written_as_the_one_that_was_sent(message):
     received = deserialize(serialize(message), type(message))

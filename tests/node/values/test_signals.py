@@ -16,6 +16,8 @@ class Running:
     def end_by_signal(self):
         self.ended = True
 
+# A script starts what it puts into the background, this test say, with SIGINT ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 running = Running()
 signals.heed(running, SignalHandlerOptions.SIGINT)
 
