@@ -65,7 +65,7 @@ ALLOWED_ON_THE_GROUND = {
     "extras": {"errors"},
     "folders": {"errors"},
     "lazy": set(),
-    "output": {"errors"},
+    "output": {"errors", "interrupts"},
     "packages": {"errors", "folders", "lazy", "plugins"},
     "plugin_lookup": {"errors"},
     "plugins": {"plugin_lookup"},
