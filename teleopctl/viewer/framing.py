@@ -15,7 +15,7 @@ from teleopctl.viewer.scene.shapes import box_around
 # From the front, from the right, and from above.
 _DIRECTION = (0.66, -0.6, 0.45)
 # How many radii away the whole robot is seen beside the panels, with some air around it.
-_RADII = 2.4
+_RADII = 2.0
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl import plugins
+from teleopctl.printable import printable_line
 from teleopctl.viewer.displays.base import Display, Stage
 from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.framing import round_number, view_of
@@ -149,6 +150,7 @@ class Picture:
         if model is None or model.description is None:
             return
         self._framed = True
+        self._server.gui.set_panel_label(printable_line(model.description.name) or None)
         view, radius = view_of(model.description, model.meshes)
         self.look_from(view)
         for client in self._server.get_clients().values():

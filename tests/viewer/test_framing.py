@@ -31,7 +31,7 @@ def test_the_view_is_as_far_away_as_the_robot_is_large(length):
     view, radius = view_of(chain(length), {})
     assert view.focus == pytest.approx((length / 2, 0, 0))
     assert radius == pytest.approx(length / 2, rel=1e-3)
-    assert math.dist(view.eye, view.focus) == pytest.approx(2.4 * radius, rel=0.05)
+    assert math.dist(view.eye, view.focus) == pytest.approx(2.0 * radius, rel=0.05)
     assert view.eye[2] > view.focus[2]
 
 

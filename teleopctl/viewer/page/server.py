@@ -52,7 +52,11 @@ def open_server(
     with _guarded(access), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host, port, verbose=False)
     server.gui.configure_theme(
-        show_logo=False, show_share_button=False, dark_mode=True, brand_color=_BRAND
+        show_logo=False,
+        show_share_button=False,
+        dark_mode=True,
+        brand_color=_BRAND,
+        control_width="large",
     )
     return server
 

@@ -1,0 +1,171 @@
+"""Take the pictures of the page: ``python docs/images/make_page_images.py [NAME…]``.
+
+The arm runs in the simulator; a browser without a window opens the page, does what a person would
+do, and is photographed. Needs the extra ``test`` (Playwright) and Chromium.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+from teleopctl.testing import RosGraph
+
+FOLDER = Path(__file__).parent
+LAPTOP = {"width": 1200, "height": 750}
+PHONE = {"width": 390, "height": 760}
+FILM_SIZE = (800, 500)
+FILM_PICTURES = 30
+FILM_PICTURE_MS = 110
+# Slower than life, since software draws the page: the film is played faster.
+FILM_FACTOR = "0.12"
+WAIT_MS = 60_000
+
+# What the arm does while it is filmed, in simulated seconds.
+MOVES = (
+    ((0.7, -0.5, 0.5), 1.0),
+    ((-0.6, 0.3, -0.4), 2.4),
+    ((0.0, 0.0, 0.0), 3.4),
+)
+
+
+def command(ros: RosGraph, moves: tuple[tuple[tuple[float, ...], float], ...]) -> None:
+    """Send the arm along a trajectory, and open the gripper meanwhile."""
+    points = ", ".join(
+        f"{{positions: {list(positions)}, time_from_start: "
+        f"{{sec: {int(at)}, nanosec: {round(at % 1 * 1e9)}}}}}"
+        for positions, at in moves
+    )
+    message = f"{{joint_names: [joint_1, joint_2, joint_3], points: [{points}]}}"
+    pub = ["topic", "pub", "--once"]
+    ros.run([*pub, "/arm_controller/joint_trajectory",
+             "trajectory_msgs/msg/JointTrajectory", message])  # fmt: skip
+    ros.run([*pub, "/gripper_controller/commands",
+             "std_msgs/msg/Float64MultiArray", "{data: [-0.8]}"])  # fmt: skip
+
+
+def launch(ros: RosGraph, *words: str) -> str:
+    """Launch in the background with the page, and return its address."""
+    done = ros.run(["launch", "--detach", *words, "viewer:=true"], 90)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    return re.findall(r"http://\S+", done.stdout)[-1]
+
+
+def prepare(page: Page, address: str) -> None:
+    """Open the page, and wait until the robot stands there."""
+    page.set_default_timeout(WAIT_MS)
+    page.goto(address)
+    page.get_by_text("joint_1", exact=True).wait_for()
+    close = page.locator(".mantine-Notification-closeButton")
+    for _ in range(close.count()):
+        close.first.click()
+    # Meshes are drawn some pictures after the sliders.
+    page.wait_for_timeout(6_000)
+
+
+def photograph(page: Page, name: str) -> None:
+    """Write what the page shows, in few colours so that the file is small."""
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    file = FOLDER / name
+    picture.quantize(200, dither=Image.Dither.NONE).save(file, optimize=True)
+    print(f"{file}: {file.stat().st_size} bytes")
+
+
+def tab(name: str, *steps: Callable[[Page], object]) -> Callable[[Page], None]:
+    """What to do for a picture of a tab."""
+
+    def show(page: Page) -> None:
+        page.get_by_role("tab", name=name).click()
+        for step in steps:
+            step(page)
+        page.wait_for_timeout(4_000)
+
+    return show
+
+
+def film(page: Page, ros: RosGraph) -> None:
+    """Write the moving picture of README."""
+    command(ros, MOVES)
+    pictures = []
+    for _ in range(FILM_PICTURES):
+        shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        pictures.append(shot.resize(FILM_SIZE, Image.Resampling.LANCZOS))
+        page.wait_for_timeout(400)
+    file = FOLDER / "page.webp"
+    pictures[0].save(
+        file,
+        save_all=True,
+        append_images=pictures[1:],
+        duration=FILM_PICTURE_MS,
+        loop=0,
+        quality=45,
+        method=6,
+    )
+    print(f"{file}: {file.stat().st_size} bytes")
+
+
+TABS: dict[str, Callable[[Page], None]] = {
+    "page_joints.png": tab("Joints"),
+    "page_scene.png": tab("Scene"),
+    "page_camera.png": tab("Camera"),
+    "page_plot.png": tab("Plot"),
+    "page_topics.png": tab("Topics"),
+    "page_graph.png": tab("Graph"),
+    "page_controllers.png": tab("Controllers"),
+    "page_parameters.png": tab("Parameters"),
+    "page_simulation.png": tab("Simulation"),
+    "page_log.png": tab("Log"),
+}
+
+
+def main(names: list[str]) -> None:
+    """Take the pictures that are named, or all."""
+    wanted = names or ["page.webp", "page_phone.png", *TABS]
+    program = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
+    arguments = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=program, args=[*arguments, "--enable-unsafe-swiftshader"]
+        )
+        if "page.webp" in wanted:
+            with RosGraph() as ros:
+                address = launch(
+                    ros, "sim.yaml", "camera:=false", f"real_time_factor:={FILM_FACTOR}"
+                )
+                page = browser.new_page(viewport=LAPTOP)
+                prepare(page, address)
+                film(page, ros)
+                page.close()
+        tabs = [name for name in TABS if name in wanted]
+        if tabs or "page_phone.png" in wanted:
+            with RosGraph() as ros:
+                address = launch(ros, "sim.yaml", "camera:=true")
+                command(ros, (((0.5, -0.4, 0.6), 1.0),))
+                if "page_phone.png" in wanted:
+                    phone = browser.new_page(viewport=PHONE)
+                    prepare(phone, address)
+                    photograph(phone, "page_phone.png")
+                    phone.close()
+                for name in tabs:
+                    page = browser.new_page(viewport=LAPTOP)
+                    prepare(page, address)
+                    TABS[name](page)
+                    photograph(page, name)
+                    page.close()
+        browser.close()
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except subprocess.TimeoutExpired as error:
+        raise SystemExit(str(error)) from error
