@@ -11,22 +11,24 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, ViewportSize, sync_playwright
 
 from teleopctl.testing import RosGraph
 
 FOLDER = Path(__file__).parent
-LAPTOP = {"width": 1200, "height": 750}
-PHONE = {"width": 390, "height": 760}
+LAPTOP: ViewportSize = {"width": 1200, "height": 750}
+PHONE: ViewportSize = {"width": 390, "height": 760}
 FILM_SIZE = (800, 500)
 FILM_PICTURES = 30
 FILM_PICTURE_MS = 110
 # Slower than life, since software draws the page: the film is played faster.
-FILM_FACTOR = "0.12"
+FILM_FACTOR = "0.25"
 WAIT_MS = 60_000
 
 # What the arm does while it is filmed, in simulated seconds.
@@ -57,7 +59,8 @@ def launch(ros: RosGraph, *words: str) -> str:
     done = ros.run(["launch", "--detach", *words, "viewer:=true"], 90)
     if done.returncode:
         raise SystemExit(done.stderr)
-    return re.findall(r"http://\S+", done.stdout)[-1]
+    addresses: list[str] = re.findall(r"http://\S+", done.stdout)
+    return addresses[-1]
 
 
 def prepare(page: Page, address: str) -> None:
@@ -77,7 +80,7 @@ def photograph(page: Page, name: str) -> None:
     picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     file = FOLDER / name
     picture.quantize(200, dither=Image.Dither.NONE).save(file, optimize=True)
-    print(f"{file}: {file.stat().st_size} bytes")
+    sys.stdout.write(f"{file}: {file.stat().st_size} bytes\n")
 
 
 def tab(name: str, *steps: Callable[[Page], object]) -> Callable[[Page], None]:
@@ -99,7 +102,7 @@ def film(page: Page, ros: RosGraph) -> None:
     for _ in range(FILM_PICTURES):
         shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
         pictures.append(shot.resize(FILM_SIZE, Image.Resampling.LANCZOS))
-        page.wait_for_timeout(400)
+        page.wait_for_timeout(250)
     file = FOLDER / "page.webp"
     pictures[0].save(
         file,
@@ -110,7 +113,7 @@ def film(page: Page, ros: RosGraph) -> None:
         quality=45,
         method=6,
     )
-    print(f"{file}: {file.stat().st_size} bytes")
+    sys.stdout.write(f"{file}: {file.stat().st_size} bytes\n")
 
 
 TABS: dict[str, Callable[[Page], None]] = {
@@ -127,6 +130,13 @@ TABS: dict[str, Callable[[Page], None]] = {
 }
 
 
+@contextmanager
+def graph() -> Iterator[RosGraph]:
+    """A graph of its own, in a folder of its own."""
+    with tempfile.TemporaryDirectory() as folder, RosGraph(Path(folder)) as ros:
+        yield ros
+
+
 def main(names: list[str]) -> None:
     """Take the pictures that are named, or all."""
     wanted = names or ["page.webp", "page_phone.png", *TABS]
@@ -137,7 +147,7 @@ def main(names: list[str]) -> None:
             executable_path=program, args=[*arguments, "--enable-unsafe-swiftshader"]
         )
         if "page.webp" in wanted:
-            with RosGraph() as ros:
+            with graph() as ros:
                 address = launch(
                     ros, "sim.yaml", "camera:=false", f"real_time_factor:={FILM_FACTOR}"
                 )
@@ -147,7 +157,7 @@ def main(names: list[str]) -> None:
                 page.close()
         tabs = [name for name in TABS if name in wanted]
         if tabs or "page_phone.png" in wanted:
-            with RosGraph() as ros:
+            with graph() as ros:
                 address = launch(ros, "sim.yaml", "camera:=true")
                 command(ros, (((0.5, -0.4, 0.6), 1.0),))
                 if "page_phone.png" in wanted:
