@@ -227,6 +227,7 @@ DISPLAYS = Kind(
         "GridCells": f"{_DISPLAYS}.geometry.polygon:GridCells",
         "Image": f"{_DISPLAYS}.sensors.image:Image",
         "LaserScan": f"{_DISPLAYS}.sensors.laser_scan:LaserScan",
+        "Map": f"{_DISPLAYS}.sensors.map_display:Map",
         "Marker": f"{_DISPLAYS}.markers.marker:Marker",
         "MarkerArray": f"{_DISPLAYS}.markers.marker:MarkerArray",
         "Odometry": f"{_DISPLAYS}.geometry.odometry:Odometry",

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import Buffer, TransformListener
 from teleopctl.viewer.page.server import close_server
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.picture import Picture
 from teleopctl.viewer.scene.frames import Frames
+from teleopctl.viewer.unknown_types import UnknownTypes
 
 if TYPE_CHECKING:
     import viser
@@ -57,6 +58,7 @@ class Viewer(Node):
         self._last_time_ns = 0
         self._errands: deque[Callable[[], object]] = deque()
         self._errand = self.create_guard_condition(self._run_errands)
+        self._types = UnknownTypes(self, self.work)
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = Buffer(node=self)
         self.frames = Frames(server.scene, self.buffer)
@@ -87,13 +89,24 @@ class Viewer(Node):
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
-        """Listen to a topic; the function that is returned ends it."""
-        subscription = self.create_subscription(get_message(type_name), topic, callback, qos)
+        """Listen to a topic; the function that is returned ends it.
 
-        def end() -> None:
-            self.destroy_subscription(subscription)
+        A type that is not known on this machine is learned first; see `Stage.knows`.
+        """
 
-        return end
+        def begin() -> Callable[[], None]:
+            subscription = self.create_subscription(get_message(type_name), topic, callback, qos)
+
+            def end() -> None:
+                self.destroy_subscription(subscription)
+
+            return end
+
+        return begin() if self.knows(type_name) else self._types.when_known(type_name, begin)
+
+    def knows(self, type_name: str) -> bool:
+        """Whether a type is known on this machine; see `Stage.knows`."""
+        return known_types().find(type_name) is not None
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         """Do something that takes long, in another thread; see `Stage.work`."""
@@ -151,6 +164,7 @@ class Viewer(Node):
                 panel.ended()
 
     def _tell_of_graph(self) -> None:
+        self._types.look()
         for panel in self.panels:
             panel.graph_changed()
 

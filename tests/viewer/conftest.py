@@ -101,6 +101,9 @@ class FakePage:
 
         return end
 
+    def knows(self, type_name: str) -> bool:
+        return bool(type_name)
+
     def publish(self, topic: str, message: object) -> None:
         """Hand a message to whoever listens."""
         for callback in tuple(self.subscribed.get(topic, ())):

@@ -52,6 +52,13 @@ class Stage(Protocol):
     ) -> Callable[[], None]:
         """Listen to a topic; the function that is returned ends it."""
 
+    def knows(self, type_name: str) -> bool:
+        """Whether a type is known on this machine.
+
+        One that is not is learned from a node that uses it, if there is one; until then nothing
+        is received.
+        """
+
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         """Do something that takes long, in another thread, and give its result to ``then``.
 
@@ -223,9 +230,10 @@ class Display:
 
     def _listen(self) -> None:
         if self.topic and self.message_type:
-            self._end = self.stage.subscribe(
-                self.topic, self.type_of_topic(), self._take, self.qos()
-            )
+            kind = self.type_of_topic()
+            if not self.stage.knows(kind):
+                self.say(WARN, f"{kind} is not known here; a node that publishes it is asked")
+            self._end = self.stage.subscribe(self.topic, kind, self._take, self.qos())
 
     def _hush(self) -> None:
         if self._end is not None:

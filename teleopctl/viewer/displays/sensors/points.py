@@ -191,7 +191,9 @@ class PointsDisplay(Display):
             if self._newest is not None and now - self._since > _PATIENCE_S:
                 self._waiting = None
             return
-        self._waiting, self._busy, self._due = None, True, now + 1.0 / _CLOUDS_PER_S
+        self._waiting, self._busy = None, True
+        # On from when it was due, unless that is long ago, so that the rate is kept.
+        self._due = max(self._due + 1.0 / _CLOUDS_PER_S, now)
         boxes = self.values.text("Style") == BOXES
         budget = int(self.values.number("Point Budget"))
         job = Job(
