@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.viewer.scene.drawing import COLUMNS, Drawing, Floats, Rows, Surface, Text
-from teleopctl.viewer.scene.surface_glb import surface_glb
+from teleopctl.viewer.scene.surface_glb import linear_light, surface_glb
 from teleopctl.viewer.scene.unit_shapes import is_unit_shape, unit_shape
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Canvas:
                 batched_positions=rows[:, 0:3],
                 batched_wxyzs=rows[:, 3:7],
                 batched_scales=rows[:, 7:10].astype(np.float32),
-                batched_colors=_bytes(rows[:, 10:13]),
+                batched_colors=_linear_bytes(rows[:, 10:13]),
                 batched_opacities=opacities,
                 cast_shadow=False,
                 receive_shadow=False,
@@ -136,7 +136,7 @@ class Canvas:
             self._nodes[name] = (node, len(rows))
             return
         _place(node, rows)
-        node.batched_colors = _bytes(rows[:, 10:13])
+        node.batched_colors = _linear_bytes(rows[:, 10:13])
         if opacities is not None:
             node.batched_opacities = opacities
 
@@ -160,7 +160,7 @@ class Canvas:
 
     def _show_lines(self, name: str, width: float, rows: Rows) -> str:
         ends = rows.stack(12).reshape(-1, 2, 6)
-        points, colors = ends[:, :, 0:3].astype(np.float32), _bytes(ends[:, :, 3:6])
+        points, colors = ends[:, :, 0:3].astype(np.float32), _linear_bytes(ends[:, :, 3:6])
         node = self._fitting(name, len(ends))
         if node is None:
             node = self._scene.add_line_segments(
@@ -248,6 +248,14 @@ def _place(node: Any, rows: Floats) -> None:
 
 def _bytes(colors: Floats) -> npt.NDArray[np.uint8]:
     return np.clip(np.rint(colors * 255.0), 0, 255).astype(np.uint8)
+
+
+def _linear_bytes(colors: Floats) -> npt.NDArray[np.uint8]:
+    """Colours for viser's batches and lines, which take numbers for amounts of light.
+
+    Its other nodes take them as screens do; sent alike, all but the purest colours would be pale.
+    """
+    return _bytes(linear_light(np.clip(colors, 0.0, 1.0)))
 
 
 def _node_name(shape: str) -> str:

@@ -17,6 +17,11 @@ _FLOAT, _SHORT = 5126, 5123
 _JSON, _NUMBERS = 0x4E4F534A, 0x004E4942
 
 
+def linear_light(shades: Floats) -> Floats:
+    """The amounts of light, from 0 to 1, of colours as screens have them (IEC 61966-2-1)."""
+    return np.where(shades <= 0.04045, shades / 12.92, ((shades + 0.055) / 1.055) ** 2.4)
+
+
 def surface_glb(corners: Floats, colors: Floats) -> bytes:
     """Write triangles that are seen from both sides, in their colours whatever the light.
 
@@ -29,9 +34,8 @@ def surface_glb(corners: Floats, colors: Floats) -> bytes:
     count = len(corners)
     positions = np.ascontiguousarray(corners, np.float32)
     shades = np.clip(np.broadcast_to(colors, (count, 4)), 0.0, 1.0)
-    # Colours of corners are linear in glTF, not as a screen shows them.
-    linear = np.where(shades <= 0.04045, shades / 12.92, ((shades + 0.055) / 1.055) ** 2.4)
-    linear[:, 3] = shades[:, 3]
+    # Colours of corners are amounts of light in glTF.
+    linear = np.hstack([linear_light(shades[:, :3]), shades[:, 3:]])
     painted = np.ascontiguousarray(np.rint(linear * 65535.0), np.uint16)
     numbers = positions.tobytes() + painted.tobytes()
     see_through = bool((shades[:, 3] < 1.0).any())

@@ -40,6 +40,14 @@ def path_through(*poses: Any) -> Any:
     return message("nav_msgs/msg/Path", poses=stamped)
 
 
+def light(*color: int) -> list[int]:
+    """What viser's batches and lines want for a colour: its amounts of light, by the standard."""
+    shades = [part / 255 for part in color]
+    return [
+        round(255 * (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)) for c in shades
+    ]
+
+
 def test_an_arrow_points_along_the_x_axis_of_its_pose(page: FakePage, draw: Draw, picture: Picture):
     draw("Pose")
     page.publish("/it", pose_stamped(1.0, 2.0, turn=QUARTER))
@@ -50,7 +58,7 @@ def test_an_arrow_points_along_the_x_axis_of_its_pose(page: FakePage, draw: Draw
     np.testing.assert_allclose(nodes["cylinder"].batched_positions, [[1.0, 2.5, 0.0]], atol=1e-6)
     np.testing.assert_allclose(nodes["cone"].batched_positions, [[1.0, 3.15, 0.0]], atol=1e-6)
     np.testing.assert_allclose(nodes["cone"].batched_scales, [[0.2, 0.2, 0.3]], atol=1e-6)
-    np.testing.assert_array_equal(nodes["cone"].batched_colors, [[255, 25, 0]])
+    np.testing.assert_array_equal(nodes["cone"].batched_colors, [light(255, 25, 0)])
 
 
 def test_a_pose_stands_where_its_frame_stood_at_its_time(
@@ -148,7 +156,7 @@ def test_a_path_is_a_line_through_its_poses(page: FakePage, draw: Draw, picture:
     (line,) = picture.nodes("/display1").values()
     assert line.points.tolist() == [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 2, 0]]]
     assert (line.thickness, line.thickness_units) == (pytest.approx(0.05), "world")
-    assert line.colors.reshape(-1, 3).tolist() == [[25, 255, 0]] * 4
+    assert line.colors.reshape(-1, 3).tolist() == [light(25, 255, 0)] * 4
     display.set("Line Style", "Lines")
     display.set("Pose Style", "Axes")
     look(page)
@@ -292,7 +300,7 @@ def test_a_wrench_is_a_force_and_a_torque_with_its_turn(
     np.testing.assert_allclose(
         nodes["cylinder"].batched_positions, [[0, 0, 1.0], [0.5, 0, 0]], atol=1e-6
     )
-    assert nodes["cone"].batched_colors.tolist() == [[204, 51, 51], [204, 204, 51]]
+    assert nodes["cone"].batched_colors.tolist() == [light(204, 51, 51), light(204, 204, 51)]
     assert (nodes["lines0"].points[:23, :, 0] == np.float32(0.65)).all()
 
 
