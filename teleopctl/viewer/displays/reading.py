@@ -31,9 +31,10 @@ def vector_of(message: Any) -> tuple[float, float, float]:
 def pose_of(pose: Any) -> Transform | None:
     """A ``geometry_msgs/msg/Pose``; None for one that cannot be drawn."""
     p, q = pose.position, pose.orientation
-    if not is_drawable((p.x, p.y, p.z, q.x, q.y, q.z, q.w)):
+    place, turn = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+    if not is_drawable((*place, *turn)):
         return None
-    return Transform((p.x, p.y, p.z), unit_rotation(q.x, q.y, q.z, q.w))
+    return Transform(place, unit_rotation(*turn))
 
 
 def points_of(points: Iterable[Any]) -> tuple[Floats, int]:

@@ -77,12 +77,11 @@ def draw_marker(marker: Any, pose: Transform) -> tuple[Drawing, str]:
 
 def _rgba(marker: Any) -> tuple[float, float, float, float]:
     color = marker.color
-    return (
-        min(max(color.r, 0.0), 1.0),
-        min(max(color.g, 0.0), 1.0),
-        min(max(color.b, 0.0), 1.0),
-        min(max(color.a, 0.0), 1.0),
-    )
+    rgba = (color.r, color.g, color.b, color.a)
+    if min(rgba) >= 0.0 and max(rgba) <= 1.0:
+        return rgba
+    red, green, blue, alpha = (min(max(part, 0.0), 1.0) for part in rgba)
+    return (red, green, blue, alpha)
 
 
 def _seen(marker: Any, *sizes: float) -> str:

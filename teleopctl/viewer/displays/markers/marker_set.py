@@ -30,6 +30,8 @@ MOST_MARKERS = 20_000
 # As many messages of one marker wait for their transforms as RViz's filter lets wait.
 _WAITING = 10
 
+_HERE = Transform()
+
 Key = tuple[str, int]
 
 
@@ -257,7 +259,8 @@ class MarkerSet:
                 if isinstance(place, str):
                     entry.fault = place
                     return False
-                pose = place @ pose
+                if place != _HERE:
+                    pose = place @ pose
             if marker.type == MESH and marker.mesh_resource:
                 self._meshes.want(marker)
             drawing, entry.fault = draw_marker(marker, pose)
