@@ -261,6 +261,7 @@ PANELS = Kind(
         "graph": f"{_PANELS}.graph:GraphPanel",
         "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "parameters": f"{_PANELS}.parameters:ParametersPanel",
+        "simulation": f"{_PANELS}.simulation:SimulationPanel",
         "log": f"{_PANELS}.log:LogPanel",
     },
     bases=("teleopctl.viewer.panels.base:Panel",),

@@ -1,0 +1,303 @@
+"""The simulation: its time and pace, and play, pause, step and reset."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from teleopctl.interfaces import to_nanoseconds
+from teleopctl.node import (
+    Parameter,
+    parameter_value_to_python,
+    qos_profile_parameter_events,
+    qos_profile_sensor_data,
+)
+from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.remote.service_calls import ServiceCalls
+
+_PACKAGE = "mujoco_ros2_control_msgs/srv"
+_PAUSE = "set_pause"
+_FACTOR = "real_time_factor"
+_FASTEST = "as fast as possible"
+_FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
+# The pace is that of the last second; time that has not moved for so long stands still.
+_MEASURED_S = 1.0
+_LEAST_S = 0.2
+_STANDS_S = 0.6
+# The simulator itself waits up to half a minute for many steps.
+_PATIENCE_S = 40.0
+_TICKS_PER_TEXT = 2
+_GREEN, _AMBER = "#2f9e44", "#e0a100"
+_NOBODY = "No simulation runs. Start one with <code>teleopctl launch sim.yaml</code>."
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class SimulationPanel(Panel):
+    """Time and pace of a simulator with mujoco_ros2_control's services, and buttons for them."""
+
+    title: ClassVar[str] = "Simulation"
+    icon = "player-play"
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self._calls = ServiceCalls(page)
+        self._simulator = ""
+        self._factor = 1.0
+        # Wall time and simulated time of the last messages of /clock, in seconds.
+        self._clock: deque[tuple[float, float]] = deque(maxlen=1000)
+        self._is_paused = False
+        self._paused_s = 0.0
+        self._is_watched = False
+        self._ticks = 0
+        self._ends: list[Callable[[], None]] = []
+
+    def build(self) -> None:
+        """Add the sentence for when nothing is simulated, and what there is otherwise."""
+        self._note = self.gui.add_html(_note(_NOBODY))
+        self._place = self.gui.add_folder(None, visible=False)
+        with self._place:
+            self._text = self.gui.add_html("")
+            self._time: Any = self.gui.add_button_group("Time", ("Play", "Pause", "Step"))
+            self._time.on_click(self.page.on(self._pressed))
+            self._steps: Any = self.gui.add_number(
+                "Steps", 10, min=1, max=1_000_000, step=1, hint="Physics steps of one Step"
+            )
+            self._pace: Any = self.gui.add_dropdown(
+                "Pace", (_label(1.0),), visible=False, hint="Simulated seconds in one second"
+            )
+            self._pace.on_update(self.page.on(self._choose_pace))
+            self._reset = self.gui.add_button("Reset the world")
+            self._reset.on_click(self.page.on(lambda _event: self._reset_world()))
+
+    def began(self) -> None:
+        """Look for a simulator."""
+        self._is_watched = True
+        self._look()
+
+    def ended(self) -> None:
+        """Listen to nothing."""
+        self._is_watched = False
+        self._follow("")
+
+    def graph_changed(self) -> None:
+        """Notice simulators that come and go."""
+        if self._is_watched:
+            self._look()
+
+    def _look(self) -> None:
+        node = self.page.node
+        simulators = sorted(
+            name.removesuffix(f"/{_PAUSE}")
+            for name, types in node.get_service_names_and_types()
+            if name.endswith(f"/{_PAUSE}")
+            and f"{_PACKAGE}/SetPause" in types
+            and node.count_services(name)
+        )
+        if self._simulator not in simulators:
+            self._follow(simulators[0] if simulators else "")
+
+    def _follow(self, simulator: str) -> None:
+        if simulator == self._simulator:
+            return
+        for end in self._ends:
+            end()
+        self._ends = []
+        self._calls.close()
+        self._clock.clear()
+        self._simulator, self._is_paused = simulator, False
+        self._note.visible, self._place.visible = not simulator, bool(simulator)
+        if not simulator:
+            return
+        stage = self.page.stage
+        self._ends = [
+            stage.subscribe(
+                "/clock", "rosgraph_msgs/msg/Clock", self._take_time, qos_profile_sensor_data
+            ),
+            stage.subscribe(
+                "/parameter_events",
+                "rcl_interfaces/msg/ParameterEvent",
+                self._take_event,
+                qos_profile_parameter_events,
+            ),
+        ]
+        self._offer_pace(None)
+        self._calls.call(
+            f"{simulator}/get_parameters",
+            "rcl_interfaces/srv/GetParameters",
+            lambda response: self._offer_pace(response.values[0] if response.values else None),
+            lambda _reason: None,
+            names=[_FACTOR],
+        )
+        self._show()
+
+    # --- time ---------------------------------------------------------------------------------
+
+    def _take_time(self, message: Any) -> None:
+        simulated_s = to_nanoseconds(message.clock) * 1e-9
+        if self._clock and simulated_s < self._clock[-1][1]:
+            self._clock.clear()
+        if not self._clock or simulated_s > self._clock[-1][1]:
+            if self._clock and time.monotonic() - self._clock[-1][0] > _STANDS_S:
+                # It stood still: that is no pace.
+                self._clock.clear()
+            self._clock.append((time.monotonic(), simulated_s))
+
+    @property
+    def is_running(self) -> bool:
+        """Whether time has moved lately."""
+        return len(self._clock) > 1 and time.monotonic() - self._clock[-1][0] < self._stands_s
+
+    @property
+    def _stands_s(self) -> float:
+        # A slow simulation's clock comes seldom.
+        if len(self._clock) < 2:
+            return _STANDS_S
+        return max(_STANDS_S, 3.0 * (self._clock[-1][0] - self._clock[-2][0]))
+
+    def measured_factor(self) -> float:
+        """Simulated seconds in a second, over the last one; 0 while time stands still."""
+        if not self.is_running:
+            return 0.0
+        last_s, last_simulated_s = self._clock[-1]
+        wall_s, simulated_s = self._clock[-2]
+        for entry in self._clock:
+            if last_s - entry[0] <= _MEASURED_S and entry[0] < wall_s:
+                wall_s, simulated_s = entry
+                break
+        # Messages that come in one go say nothing of the pace.
+        measured_s = last_s - wall_s
+        return (last_simulated_s - simulated_s) / measured_s if measured_s > _LEAST_S else 0.0
+
+    def tick(self) -> None:
+        """Show the time."""
+        self._ticks += 1
+        if self._simulator and self._ticks % _TICKS_PER_TEXT == 0:
+            self._show()
+
+    def _show(self) -> None:
+        if self.is_running and time.monotonic() - self._paused_s > _STANDS_S:
+            # Somebody else lets it run; what comes sooner was on its way.
+            self._is_paused = False
+        color = _GREEN if self.is_running else _AMBER
+        word = "running" if self.is_running else "paused" if self._is_paused else "standing still"
+        now = f"{self._clock[-1][1]:.2f} s" if self._clock else "-"
+        content = _note(
+            f'<span style="color:{color}">●</span> <b>{word}</b> '
+            f'<span style="opacity:.7">{escaped(self._simulator)}</span><br>'
+            f"Simulated time <b>{now}</b>, {self.measured_factor():.2f}x real time"
+        )
+        if content != self._text.content:
+            self._text.content = content
+
+    # --- what a person does -------------------------------------------------------------------
+
+    def _pressed(self, event: Any) -> None:
+        if event.target.value != "Step":
+            self._pause(event.target.value == "Pause", lambda: None)
+        elif self.is_running:
+            # Single steps are of a paused simulation.
+            self._pause(True, self._step)
+        else:
+            self._step()
+
+    def _pause(self, paused: bool, then: Callable[[], object]) -> None:
+        def done() -> None:
+            self._is_paused, self._paused_s = paused, time.monotonic()
+            if paused:
+                # What is left of the last second is no pace any more.
+                last = list(self._clock)[-1:]
+                self._clock.clear()
+                self._clock.extend(last)
+            then()
+
+        what = "Pause" if paused else "Play"
+        self._ask(what, _PAUSE, "SetPause", done, paused=paused)
+
+    def _step(self) -> None:
+        self._ask(
+            "Step",
+            "step_simulation",
+            "StepSimulation",
+            lambda: None,
+            steps=max(1, int(self._steps.value)),
+        )
+
+    def _reset_world(self) -> None:
+        self._ask("Reset the world", "reset_world", "ResetWorld", lambda: None)
+
+    def _ask(
+        self, what: str, service: str, type_name: str, then: Callable[[], object], **fields: Any
+    ) -> None:
+        def fail(reason: str) -> None:
+            self.page.notify(f"{what}: failed", reason, wrong=True)
+
+        def take(response: Any) -> None:
+            if response.success:
+                then()
+            else:
+                fail(response.message)
+
+        self._calls.call(
+            f"{self._simulator}/{service}",
+            f"{_PACKAGE}/{type_name}",
+            take,
+            fail,
+            patience_s=_PATIENCE_S,
+            **fields,
+        )
+
+    # --- pace ---------------------------------------------------------------------------------
+
+    def _take_event(self, event: Any) -> None:
+        if event.node == self._simulator:
+            for one in (*event.new_parameters, *event.changed_parameters):
+                if one.name == _FACTOR:
+                    self._offer_pace(one.value)
+
+    def _offer_pace(self, value: Any) -> None:
+        """Offer the usual factors and the present one; none where the simulator has none."""
+        number = None if value is None else parameter_value_to_python(value)
+        self._pace.visible = isinstance(number, int | float) and not isinstance(number, bool)
+        if isinstance(number, int | float) and self._pace.visible:
+            self._factor = float(number)
+            factors = sorted({*_FACTORS, self._factor} - {0.0})
+            self._pace.options = (*(_label(factor) for factor in factors), _FASTEST)
+            self._pace.value = _label(self._factor)
+
+    def _choose_pace(self, event: Any) -> None:
+        chosen = event.target.value
+        # A value that was set from here comes without a client.
+        if event.client is None or chosen == _label(self._factor):
+            return
+        factor = 0.0 if chosen == _FASTEST else float(chosen.removesuffix("x"))
+
+        def take(response: Any) -> None:
+            result = response.results[0]
+            if result.successful:
+                self._factor = factor
+            else:
+                fail(result.reason)
+
+        def fail(reason: str) -> None:
+            self._pace.value = _label(self._factor)
+            self.page.notify("The pace is not set", reason, wrong=True)
+
+        self._calls.call(
+            f"{self._simulator}/set_parameters",
+            "rcl_interfaces/srv/SetParameters",
+            take,
+            fail,
+            parameters=[Parameter(_FACTOR, value=factor).to_parameter_msg()],
+        )
+
+
+def _label(factor: float) -> str:
+    return f"{factor:g}x" if factor else _FASTEST
+
+
+def _note(content: str) -> str:
+    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.5">{content}</div>'
