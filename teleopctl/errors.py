@@ -165,17 +165,20 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     return f"Did you mean {' or '.join(matches)}?" if matches else None
 
 
-def what_there_is(missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> str:
+def what_there_is(
+    kind: str, missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()
+) -> str:
     """What exists where nothing has a name, on one line that ends with what is spelt alike.
 
     Args:
+        kind: What it is, in the plural: ``frames``.
         missing: What was asked for.
         known: What exists.
         others: What may have been meant besides.
     """
     names = sorted(known)
     more = len(names) - _MOST_NAMES
-    text = f"There are {', '.join(names[:_MOST_NAMES])}" if names else "There are none"
+    text = f"There are {', '.join(names[:_MOST_NAMES])}" if names else f"There are no {kind}"
     text += f" and {more} more." if more > 0 else "."
     hints = (did_you_mean(name, {*names, *others}) for name in missing)
     return " ".join([text, *filter(None, hints)])

@@ -29,23 +29,15 @@ _ROUNDING = 1e-9
 
 
 def describe(limits: JointLimits) -> str:
-    """The limits of a joint in the words that the resource manager logs."""
-    lines = [
-        _has(
-            "position",
-            math.isfinite(limits.lower) or math.isfinite(limits.upper),
-            f"[{limits.lower:g}, {limits.upper:g}]",
-        ),
-        _has("velocity", math.isfinite(limits.velocity), f"[{limits.velocity:g}]"),
-        _has("acceleration", math.isfinite(limits.acceleration), f"[{limits.acceleration:g}]"),
-        _has("deceleration", math.isfinite(limits.deceleration), f"[{limits.deceleration:g}]"),
-        _has("effort", math.isfinite(limits.effort), f"[{limits.effort:g}]"),
-    ]
-    return "\n".join(lines)
-
-
-def _has(quantity: str, present: bool, values: str) -> str:
-    return f"  has {quantity} limits: {str(present).lower()} {values if present else ''}".rstrip()
+    """The limits of a joint as the resource manager logs them, those that there are."""
+    parts = []
+    if math.isfinite(limits.lower) or math.isfinite(limits.upper):
+        parts.append(f"position [{limits.lower:g}, {limits.upper:g}]")
+    for quantity in ("velocity", "acceleration", "deceleration", "effort"):
+        value = getattr(limits, quantity)
+        if math.isfinite(value):
+            parts.append(f"{quantity} {value:g}")
+    return ", ".join(parts) or "no limits"
 
 
 class JointLimiter:

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 # Prepares or performs a change of command interfaces: names to start, names to stop.
 _ModeSwitch = Callable[[Sequence[str], Sequence[str]], ReturnType | None]
 
+_WITHOUT_HARDWARE = (
+    "Plug-ins in C++ are not loaded. Without the hardware: hardware:=mock where the description "
+    "has that argument, else mock_components/GenericSystem as its <plugin>."
+)
+
 
 class ClaimError(Exception):
     """A command interface cannot be claimed; the text says why."""
@@ -100,7 +105,7 @@ class ResourceManager:
         except UnknownPluginError as error:
             raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{plugin}' not found",
-                hint=str(error),
+                hint=f"{error} {_WITHOUT_HARDWARE}",
             ) from error
         except BrokenPluginError as error:
             raise HardwareError(
@@ -128,8 +133,8 @@ class ResourceManager:
             if limits is None or not self._enforce:
                 continue
             self._logger.info(
-                f"Using JointLimiter for joint '{joint}' in hardware '{component.name}' : "
-                f"'\n{describe(limits)}'"
+                f"Using JointLimiter for joint '{joint}' in hardware '{component.name}': "
+                f"{describe(limits)}"
             )
             limiter = JointLimiter(
                 joint,

@@ -5,6 +5,7 @@ was never built, or a plain file. It may import ``rclpy`` and message packages, 
 Python programs that it starts itself.
 """
 
+import errno
 import importlib
 import os
 import signal
@@ -114,6 +115,14 @@ def _is_python(file: Path) -> bool:
     return first_line.startswith(b"#!") and b"python" in first_line
 
 
+def _use_of(file: Path) -> str:
+    if file.suffix in (".urdf", ".xacro"):
+        return f"It describes a robot: `teleopctl launch display.yaml model:={file}` shows it."
+    if file.suffix in (".yaml", ".yml"):
+        return f"If it is a launch file: teleopctl launch {file}"
+    return f"If it is one, it may not be run, or its first line (#!) is missing: chmod +x {file}"
+
+
 def _run_program(file: Path, args: Sequence[str]) -> int:
     """Run a program that is not Python; Ctrl-C reaches it through the terminal, or from us."""
     import subprocess
@@ -122,6 +131,8 @@ def _run_program(file: Path, args: Sequence[str]) -> int:
         # Python ignores SIGPIPE; so it stays, since what a node says must not end it.
         process = subprocess.Popen([str(file), *args], restore_signals=False)
     except OSError as error:
+        if error.errno in (errno.EACCES, errno.ENOEXEC):
+            raise SystemFailureError(f"{file} is no program", hint=_use_of(file)) from error
         raise SystemFailureError(f"Cannot run {file}: {error.strerror}") from error
     signal.signal(signal.SIGINT, lambda number, _: process.send_signal(number))
     signal.signal(signal.SIGTERM, lambda number, _: process.send_signal(number))

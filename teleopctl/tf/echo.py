@@ -137,4 +137,4 @@ def _unknown_frames(buffer: Buffer, *names: str) -> str:
     if not unknown:
         return ""
     listed = " and ".join(f"'{name}'" for name in unknown)
-    return f"No frame {listed} yet. {what_there_is(unknown, known)}"
+    return f"No frame {listed} yet. {what_there_is('frames', unknown, known)}"

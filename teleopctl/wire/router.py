@@ -10,7 +10,9 @@ The daemon is the router that listens at `daemon_address`. Sessions look for it 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -28,6 +30,8 @@ from teleopctl.wire.session import RouterNotRunning, open_configured
 
 # The rest is imported where a router is started or stopped: most commands only find it running.
 if TYPE_CHECKING:
+    import psutil
+
     from teleopctl.background import ProcessRecord
 
 __all__ = [
@@ -41,6 +45,7 @@ __all__ = [
 ]
 
 _KIND = "router"
+_MODULE = "teleopctl.wire.router"
 _READY_WITHIN_S = 10.0
 
 
@@ -102,19 +107,19 @@ def start_router() -> bool:
 
     if config.is_stated:
         address = RouterAddress(_endpoints_here(address), address.origin)
-    _check_ports_are_free(address)
+    if _router_answers(address):
+        return False
     try:
         background.start(
             "router",
-            [sys.executable, "-P", "-m", "teleopctl.wire.router", *address.endpoints],
+            [sys.executable, "-P", "-m", _MODULE, *address.endpoints],
             kind=_KIND,
             ready_within_s=_READY_WITHIN_S,
         )
     except TeleopctlError:
         # Two commands may start it at once; the port lets one of them win, and both go on.
-        if router_is_running(address):
+        if _router_answers(address):
             return False
-        _check_ports_are_free(address)
         raise
     return True
 
@@ -198,22 +203,38 @@ def _listens_at(record: ProcessRecord) -> RouterAddress:
     return RouterAddress(record.command[module + 1 :])
 
 
-def _check_ports_are_free(address: RouterAddress) -> None:
-    """Raise when a program that is no router has a port of an address."""
+def _router_answers(address: RouterAddress) -> bool:
+    """Whether a router answers at an address; one of ours that just starts is given its time.
+
+    Raises:
+        UnavailableError: A program that is no router has a port of the address.
+    """
+    deadline = time.monotonic() + _READY_WITHIN_S
+    while not router_is_running(address):
+        taken = next(_taken_ports(address), None)
+        if taken is None:
+            return False
+        host, port = taken
+        holder = _holder(port)
+        if time.monotonic() >= deadline or not _is_our_router(holder):
+            name = f"{holder.name()} (pid {holder.pid})" if holder else "another program"
+            raise UnavailableError(
+                f"Port {port} is taken by {name}, which does not answer as a Zenoh router.",
+                hint="End that program, or use another port: "
+                f"TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
+            )
+    return True
+
+
+def _taken_ports(address: RouterAddress) -> Iterator[tuple[str, int]]:
     import socket
 
     for endpoint in address.to_connect().endpoints:
         host, port = tcp_address(endpoint)
-        if port is None:
-            continue
-        try:
-            socket.create_connection((host, port), timeout=1.0).close()
-        except OSError:
-            continue
-        raise UnavailableError(
-            f"Port {port} is taken by {_holder(port)}, which does not answer as a Zenoh router.",
-            hint=f"End that program, or use another port: TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
-        )
+        if port is not None:
+            with suppress(OSError):
+                socket.create_connection((host, port), timeout=1.0).close()
+                yield host, port
 
 
 def _endpoints_here(address: RouterAddress) -> tuple[str, ...]:
@@ -260,19 +281,25 @@ def _can_bind(family: int, address: Any) -> bool:
     return True
 
 
-def _holder(port: int) -> str:
-    """Name the program that listens on a port, as far as the system lets us know."""
+def _holder(port: int) -> psutil.Process | None:
+    """The program that listens on a port, as far as the system lets us know."""
     import psutil
 
-    try:
+    with suppress(psutil.Error):
         for connection in psutil.net_connections("tcp"):
             address = connection.laddr
             listens = connection.status == psutil.CONN_LISTEN and address and address.port == port
             if listens and connection.pid is not None:
-                return f"{psutil.Process(connection.pid).name()} (pid {connection.pid})"
-    except psutil.Error:
-        pass
-    return "another program"
+                return psutil.Process(connection.pid)
+    return None
+
+
+def _is_our_router(process: psutil.Process | None) -> bool:
+    import psutil
+
+    with suppress(psutil.Error):
+        return process is not None and _MODULE in process.cmdline()
+    return False
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -69,10 +69,11 @@ def open_session(mode: SessionMode) -> zenoh.Session:
             config = session_config("peer")
             # With a router on another machine it is a client again: peers there are out of reach.
             if config.mode == "peer":
-                from teleopctl.wire.introduction import hear_peers
+                from teleopctl.wire.introduction import hear_peers, meet_peers
 
                 session.close()
                 session = open_configured(config)
+                meet_peers(session)
                 hear_peers(session)
     return session
 

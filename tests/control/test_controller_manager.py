@@ -389,8 +389,9 @@ class TestUpdates:
 
 class TestHardwareLoading:
     def test_an_unknown_plugin_is_named(self):
-        with pytest.raises(TeleopctlError, match="plugin 'no/Such' not found"):
+        with pytest.raises(TeleopctlError, match="plugin 'no/Such' not found") as failure:
             ControlStack(serial_robot(plugin="no/Such"))
+        assert "mock_components/GenericSystem as its <plugin>" in str(failure.value.hint)
 
     def test_rates_and_threads_of_its_own_are_not_pretended(self):
         text = serial_robot().replace('type="system"', 'type="system" rw_rate="5" is_async="true"')

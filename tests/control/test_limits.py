@@ -5,7 +5,7 @@ import math
 import pytest
 
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.limits import JointLimiter
+from teleopctl.control.limits import JointLimiter, describe
 from teleopctl.robot.joint_rules import JointLimits
 
 PERIOD = 0.01
@@ -108,3 +108,9 @@ def test_a_new_owner_starts_from_the_measured_position():
     joint.state["position"].value = 0.5
     joint.limiter.reset("position")
     assert joint.limit("position", 0.55) == 0.55
+
+
+def test_the_limits_of_a_joint_are_told_on_one_line():
+    limits = JointLimits(lower=-1.0, upper=2.0, velocity=0.5)
+    assert describe(limits) == "position [-1, 2], velocity 0.5"
+    assert describe(JointLimits()) == "no limits"

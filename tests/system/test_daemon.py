@@ -51,6 +51,31 @@ def test_many_commands_starting_it_at_once_end_with_one_router(ros_without_route
     assert router_is_running()
 
 
+SLOW_ROUTER = """
+import os, socket, sys
+with socket.create_server(("127.0.0.1", int(sys.argv[3]))) as server:
+    print("listens", flush=True)
+    for _ in range(4):  # until after it was found that this does not answer
+        server.accept()[0].close()
+    print("asked", flush=True)
+    sys.stdin.readline()
+os.execv(sys.executable, [sys.executable, *sys.argv[1:3]])
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no exec")
+def test_a_router_that_does_not_answer_yet_is_waited_for(ros_without_router):
+    ros = ros_without_router
+    words = ["-c", SLOW_ROUTER, "-m", "teleopctl.wire.router", str(ros.port)]
+    slow = ros.spawn_command([sys.executable, *words])
+    slow.wait_for_line("listens")
+    starter = ros.spawn("daemon start")
+    slow.wait_for_line("asked")
+    slow.send("\n")
+    assert starter.wait() == 0, starter.report()
+    assert router_is_running()
+
+
 def test_a_port_held_by_another_program_is_reported_with_what_to_do(ros_without_router):
     ros = ros_without_router
     with socket.create_server(("127.0.0.1", ros.port)):

@@ -235,3 +235,23 @@ def test_a_prefix_stands_before_the_command_line(ros):
     missing = ros.run("run --prefix nosuchprogram ./show.py")
     assert missing.returncode == 1
     assert "nosuchprogram" in missing.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no file of Windows needs to be marked as a program")
+@pytest.mark.parametrize(
+    ("name", "mode", "hint"),
+    [
+        ("arm.urdf", 0o644, "teleopctl launch display.yaml model:="),
+        ("arm.urdf.xacro", 0o755, "teleopctl launch display.yaml model:="),
+        ("up.yaml", 0o644, "teleopctl launch "),
+        ("tool", 0o644, "chmod +x "),
+    ],
+)
+def test_a_file_that_is_no_program_is_told_what_it_is_for(ros, name, mode, hint):
+    file = ros.folder / name
+    file.write_text("<robot name='arm'/>\n")
+    file.chmod(mode)
+    done = ros.run(f"run ./{name}")
+    assert done.returncode == 1
+    assert f"{file} is no program" in done.stderr
+    assert f"{hint}{file}" in done.stderr

@@ -3,10 +3,12 @@
 import pytest
 import zenoh
 
-from teleopctl.wire.config import router_config
+from teleopctl.testing import LONGEST_WAIT_S, eventually
+from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.graph import query_graph
+from teleopctl.wire.introduction import meet_peers
 from teleopctl.wire.roll_call import listed_peers
-from teleopctl.wire.session import open_session
+from teleopctl.wire.session import open_configured, open_session
 
 
 @pytest.fixture
@@ -38,6 +40,7 @@ def announce(ros_without_router):
 
     def announce_one(names):
         session = open_session("peer")
+        assert meet_peers(session, LONGEST_WAIT_S, LONGEST_WAIT_S)
         sessions.append(session)
         for number, name in enumerate(names):
             place = f"{ros_without_router.domain}/{session.zid()}/{number}/{number}"
@@ -64,6 +67,8 @@ def test_a_command_sees_the_nodes_whose_tokens_the_router_lacks(open_router, ann
 def test_a_command_asks_the_router_alone_when_that_knows_all(open_router, announce):
     open_router("elsewhere")
     announce(["first", "second"])
+    with open_configured(session_config("client")) as session:
+        eventually(lambda: len(query_graph(session).nodes) == 2, what="the router's knowledge")
     assert seen_by_a_command() == (["/first", "/second"], 0)
 
 

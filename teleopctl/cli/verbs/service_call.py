@@ -86,7 +86,7 @@ def _explain(client: "Client[Any, Any]") -> str:
     kind = f" Services of {client.type_name}:" if fitting else ""
     return (
         f"No service '{client.service_name}' yet.{kind} "
-        f"{what_there_is([client.service_name], fitting or services, services)}"
+        f"{what_there_is('services', [client.service_name], fitting or services, services)}"
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
-from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, did_you_mean
+from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
 from teleopctl.node import AsyncParameterClient, ask_nodes
 from teleopctl.wire import query_graph
 
@@ -50,8 +50,10 @@ class Parameters:
         """
         name = absolute_name(node_name)
         if self._graph.find_node(name) is None:
-            known = self._graph.node_names(include_hidden=True)
-            raise NotFoundError("Node not found", hint=did_you_mean(name, known))
+            there_is = what_there_is(
+                "nodes", [name], self._graph.node_names(), self._graph.node_names(True)
+            )
+            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
         if not self._graph.servers(f"{name}/list_parameters"):
             raise NotFoundError(f"Node '{name}' offers no parameters")
         return name

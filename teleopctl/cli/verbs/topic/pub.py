@@ -150,7 +150,8 @@ def _wait_for_subscribers(
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
         heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
-        return f"Nobody subscribes '{topic}' yet. {what_there_is([topic], heard)}"
+        there_is = what_there_is("topics that anybody subscribes", [topic], heard)
+        return f"Nobody subscribes '{topic}' yet. {there_is}"
 
     if not wait_aloud(
         lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),
