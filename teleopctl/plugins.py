@@ -258,6 +258,7 @@ PANELS = Kind(
         "scene": f"{_PANELS}.scene:ScenePanel",
         "camera": f"{_PANELS}.camera:CameraPanel",
         "plot": f"{_PANELS}.plot:PlotPanel",
+        "topics": f"{_PANELS}.topics:TopicsPanel",
         "graph": f"{_PANELS}.graph:GraphPanel",
         "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "parameters": f"{_PANELS}.parameters:ParametersPanel",

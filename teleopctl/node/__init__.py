@@ -71,6 +71,7 @@ if TYPE_CHECKING:
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
     )
+    from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
     from teleopctl.node.values.callback_groups import (
         CallbackGroup as CallbackGroup,
         MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
@@ -188,6 +189,7 @@ else:
             "parameter_client": "AsyncParameterClient ask_nodes",
             "parameter_events": "ParameterCallbackHandle ParameterEventCallbackHandle "
             "ParameterEventHandler",
+            "topic_meter": "TopicMeter Traffic",
             "values.callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup "
             "ReentrantCallbackGroup",
             "values.endpoint_info": "TopicEndpointInfo TopicEndpointTypeEnum",

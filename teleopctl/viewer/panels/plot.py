@@ -36,6 +36,7 @@ class PlotPanel(Panel):
         self._fields: dict[str, NumericField] = {}
         self._paused = False
         self._watched = False
+        self._is_graph_new = False
         self._ticks = 0
 
     def build(self) -> None:
@@ -55,7 +56,7 @@ class PlotPanel(Panel):
         self._buttons: Any = self.gui.add_button_group("All plots", ("Pause", "Clear"))
         self._buttons.on_click(on(self._pressed))
         self._place = self.gui.add_folder(None)
-        self.graph_changed()
+        self._follow_graph()
 
     # --- listening ----------------------------------------------------------------------------
 
@@ -73,7 +74,12 @@ class PlotPanel(Panel):
             topic.end()
 
     def graph_changed(self) -> None:
+        """Offer the topics that there are, at the next tick for it: a launch changes it a lot."""
+        self._is_graph_new = True
+
+    def _follow_graph(self) -> None:
         """Offer the topics that there are, and listen as their publishers offer."""
+        self._is_graph_new = False
         options = (_CHOOSE, *sorted(self._published()))
         if options != tuple(self._topic.options):
             chosen = self._topic.value
@@ -227,6 +233,8 @@ class PlotPanel(Panel):
     def tick(self) -> None:
         """Draw what is new."""
         self._ticks += 1
+        if self._is_graph_new and self._ticks % _TICKS_PER_LIST == 0:
+            self._follow_graph()
         if self._ticks % _TICKS_PER_LIST == 0 or not self._fields:
             self._list_fields()
         for chart in self._charts[self._ticks % _TURNS :: _TURNS]:

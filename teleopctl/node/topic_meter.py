@@ -1,0 +1,110 @@
+"""Rate, bandwidth and age of topics, counted without reading their messages."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.node.any_topic import undecoded
+from teleopctl.node.values.qos import qos_profile_sensor_data
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.subscription import Subscription
+    from teleopctl.node.node import Node
+
+_SAMPLES = 6
+
+
+class Traffic(NamedTuple):
+    """What went over a topic lately.
+
+    Attributes:
+        rate_hz: Messages per second.
+        bytes_per_s: Their bytes per second.
+        age_s: Seconds since the last one; None if there was none.
+    """
+
+    rate_hz: float
+    bytes_per_s: float
+    age_s: float | None
+
+
+class TopicMeter:
+    """Counts what goes over topics.
+
+    Args:
+        node: Who listens.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._counts: dict[tuple[str, str, str], _Count] = {}
+
+    def follow(self, topics: Iterable[str]) -> None:
+        """Count the messages of these topics and of no others.
+
+        A topic is listened to once there are publishers, in the version of their type.
+        """
+        graph = self._node.graph()
+        wanted = {
+            (topic, publisher.type_name, publisher.type_hash)
+            for topic in topics
+            for publisher in graph.publishers(topic)
+        }
+        for gone in self._counts.keys() - wanted:
+            self._node.destroy_subscription(self._counts.pop(gone).subscription)
+        for new in wanted - self._counts.keys():
+            self._counts[new] = _Count(self._node, *new)
+
+    def sample(self) -> dict[str, Traffic]:
+        """Tell what was counted in the last five samples, to be taken about once a second."""
+        now_s = time.monotonic()
+        found: dict[str, Traffic] = {}
+        for (topic, _, _), count in self._counts.items():
+            traffic = count.sample(now_s)
+            other = found.get(topic)
+            found[topic] = traffic if other is None else _sum(traffic, other)
+        return found
+
+
+class _Count:
+    """Counts one type of one topic, on the transport's thread."""
+
+    def __init__(self, node: Node, topic: str, type_name: str, type_hash: str) -> None:
+        self.messages = 0
+        self.bytes = 0
+        self.last_s: float | None = None
+        self._samples: deque[tuple[float, int, int]] = deque(maxlen=_SAMPLES)
+        self._samples.append((time.monotonic(), 0, 0))
+        self.subscription: Subscription[Any] = node.create_subscription(
+            undecoded(type_name, type_hash),
+            topic,
+            self._take,
+            qos_profile_sensor_data,
+            raw=True,
+            immediate=True,
+        )
+
+    def _take(self, payload: bytes) -> None:
+        self.messages += 1
+        self.bytes += len(payload)
+        self.last_s = time.monotonic()
+
+    def sample(self, now_s: float) -> Traffic:
+        since_s, messages, count = self._samples[0]
+        self._samples.append((now_s, self.messages, self.bytes))
+        passed_s = max(now_s - since_s, 1e-3)
+        return Traffic(
+            (self.messages - messages) / passed_s,
+            (self.bytes - count) / passed_s,
+            None if self.last_s is None else max(0.0, now_s - self.last_s),
+        )
+
+
+def _sum(one: Traffic, other: Traffic) -> Traffic:
+    ages = [age for age in (one.age_s, other.age_s) if age is not None]
+    return Traffic(
+        one.rate_hz + other.rate_hz, one.bytes_per_s + other.bytes_per_s, min(ages, default=None)
+    )

@@ -1,0 +1,214 @@
+"""All topics, with their rates if asked for, and the messages of one of them as text."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import message_to_yaml
+from teleopctl.node import TopicMeter, Traffic
+from teleopctl.viewer.displays.topic_qos import topic_qos
+from teleopctl.viewer.page.html import escaped, escaped_lines
+from teleopctl.viewer.panels.base import Page, Panel
+
+MOST_ROWS = 200
+MOST_MEASURED = 100
+
+_NONE = "(none)"
+_TICKS_PER_TABLE = 10
+_TICKS_PER_ECHO = 2
+_LONGEST_LIST = 20
+_LONGEST_TEXT = 4000
+
+_ROW = (
+    '<tr style="border-top:1px solid #8a94a040"><td style="padding:3px 0;overflow-wrap:anywhere">'
+    '<b>{name}</b><br><span style="opacity:.6">{type}</span></td>'
+    '<td style="padding:3px 0 3px 8px;text-align:right;white-space:nowrap;vertical-align:top">'
+    "{ends}{traffic}</td></tr>"
+)
+_TABLE = (
+    '<table style="width:100%;padding:0 12px;font-size:12px;line-height:1.35;'
+    'border-collapse:separate;border-spacing:0"><tr style="opacity:.6"><td>{count}</td>'
+    '<td style="text-align:right">pub → sub</td></tr>{rows}</table>'
+)
+_ECHO = (
+    '<pre style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.35;overflow:auto;'
+    'max-height:45vh;border:1px solid #8a94a040;border-radius:4px">{text}</pre>'
+)
+
+
+class TopicsPanel(Panel):
+    """A table of topics, and an echo."""
+
+    title: ClassVar[str] = "Topics"
+    icon = "messages"
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self._meter: TopicMeter | None = None
+        self._traffic: dict[str, Traffic] = {}
+        self._is_graph_new = False
+        self._echoed = ""
+        self._end_echo: Any = None
+        self._message: Any = None
+        self._is_new = False
+        self._ticks = 0
+        self._watched = False
+
+    def build(self) -> None:
+        """Add the search, the switch, the table and the echo."""
+        on = self.page.on
+        self._search: Any = self.gui.add_text("Search", "", hint="A part of a name or a type")
+        self._search.on_update(on(lambda _event: self._show_table()))
+        self._measure: Any = self.gui.add_checkbox(
+            "Measure", False, hint="Listen to the topics of the table and count their messages"
+        )
+        self._measure.on_update(on(lambda _event: self._switch()))
+        self._echo: Any = self.gui.add_dropdown("Echo", (_NONE,))
+        self._echo.on_update(on(lambda _event: self._choose()))
+        self._text = self.gui.add_html("")
+        self._table = self.gui.add_html("")
+        self._follow_graph()
+        self._show_table()
+
+    # --- listening ----------------------------------------------------------------------------
+
+    def began(self) -> None:
+        """Listen to what is echoed and measured."""
+        self._watched = True
+        self._listen()
+        self._switch()
+
+    def ended(self) -> None:
+        """Listen to nothing."""
+        self._watched = False
+        self._hush()
+        self._switch()
+
+    def graph_changed(self) -> None:
+        """Show what has come or gone, at the next tick of the table: a launch changes it a lot."""
+        self._is_graph_new = True
+
+    def _follow_graph(self) -> None:
+        names = (_NONE, *self._topics())
+        if self._echo.value not in names:
+            # Whoever was echoed may come back.
+            names = (*names, self._echo.value)
+        if names != tuple(self._echo.options):
+            chosen = self._echo.value
+            self._echo.options = names
+            self._echo.value = chosen
+        if self._watched and self._echoed and self._end_echo is None:
+            self._listen()
+
+    def _topics(self) -> dict[str, list[str]]:
+        return dict(self.page.node.graph().topic_names_and_types())
+
+    # --- the table ----------------------------------------------------------------------------
+
+    def _switch(self) -> None:
+        measures = self._watched and self._measure.value
+        if measures and self._meter is None:
+            self._meter = TopicMeter(self.page.node)
+        elif not measures and self._meter is not None:
+            self._meter.follow(())
+            self._meter = None
+            self._traffic = {}
+        self._show_table()
+
+    def _show_table(self) -> None:
+        graph = self.page.node.graph()
+        part = self._search.value.strip().lower()
+        topics = [
+            (name, types)
+            for name, types in graph.topic_names_and_types()
+            if part in name.lower() or any(part in one.lower() for one in types)
+        ]
+        if self._meter is not None:
+            self._meter.follow(name for name, _ in topics[:MOST_MEASURED])
+        rows = [
+            _ROW.format(
+                name=escaped(name),
+                type=escaped(", ".join(types)),
+                ends=f"{len(graph.publishers(name))} → {len(graph.subscriptions(name))}",
+                traffic=_traffic_text(self._traffic[name]) if name in self._traffic else "",
+            )
+            for name, types in topics[:MOST_ROWS]
+        ]
+        count = f"{len(topics)} topics" if len(topics) != 1 else "1 topic"
+        if len(topics) > MOST_ROWS:
+            count += f", {MOST_ROWS} shown"
+        content = _TABLE.format(count=count, rows="".join(rows))
+        if content != self._table.content:
+            self._table.content = content
+
+    def _tick_table(self) -> None:
+        if self._is_graph_new:
+            self._follow_graph()
+        if self._meter is not None:
+            self._traffic = self._meter.sample()
+        if self._is_graph_new or self._meter is not None:
+            self._is_graph_new = False
+            self._show_table()
+
+    # --- the echo -----------------------------------------------------------------------------
+
+    def _choose(self) -> None:
+        self._hush()
+        self._echoed = "" if self._echo.value == _NONE else self._echo.value
+        self._message = None
+        self._is_new = False
+        self._text.content = ""
+        self._listen()
+
+    def _listen(self) -> None:
+        if not self._echoed or not self._watched:
+            return
+        types = self._topics().get(self._echoed)
+        if not types:
+            self._say(f"Nobody publishes {self._echoed}.")
+            return
+        try:
+            self._end_echo = self.page.stage.subscribe(
+                self._echoed, types[0], self._take, topic_qos(self.page.node, self._echoed, {})
+            )
+        except TeleopctlError as error:
+            self._say(error.message)
+            return
+        if self._message is None:
+            self._say("Waiting for a message…")
+
+    def _hush(self) -> None:
+        if self._end_echo is not None:
+            self._end_echo()
+            self._end_echo = None
+
+    def _take(self, message: Any) -> None:
+        self._message, self._is_new = message, True
+
+    def _say(self, text: str) -> None:
+        self._text.content = f'<div style="padding:0 12px;opacity:.6">{escaped(text)}</div>'
+
+    def tick(self) -> None:
+        """Show the newest message, and what was measured."""
+        self._ticks += 1
+        if self._ticks % _TICKS_PER_TABLE == 0:
+            self._tick_table()
+        if self._is_new and self._ticks % _TICKS_PER_ECHO == 0:
+            self._is_new = False
+            text = message_to_yaml(self._message, truncate=_LONGEST_LIST)
+            self._text.content = _ECHO.format(text=escaped_lines(text, _LONGEST_TEXT))
+
+
+def _traffic_text(traffic: Traffic) -> str:
+    if traffic.age_s is None:
+        return '<br><span style="opacity:.6">nothing yet</span>'
+    age = f"{traffic.age_s:.1f} s ago" if traffic.age_s < 100 else f"{traffic.age_s:.0f} s ago"
+    return f"<br>{traffic.rate_hz:.1f} Hz · {_bytes_text(traffic.bytes_per_s)}/s<br>{age}"
+
+
+def _bytes_text(count: float) -> str:
+    for unit, size in (("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.1f} {unit}"
+    return f"{count:.0f} B"
