@@ -108,7 +108,8 @@ class LogPanel(Panel):
         if self._wait_ticks:
             self._wait_ticks -= 1
         elif self._new and not self._paused:
-            new = tuple(self._new)
+            # Who looks anew is told by each node what it said before, one node after the other.
+            new = sorted(self._new, key=_stamp)
             self._new.clear()
             self._lines.extend(new)
             self._offer_nodes(new)
@@ -127,7 +128,7 @@ class LogPanel(Panel):
             self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
             self._say()
 
-    def _offer_nodes(self, lines: tuple[Line, ...]) -> None:
+    def _offer_nodes(self, lines: list[Line]) -> None:
         new = {line.node for line in lines} - self._nodes
         # A node that makes up names must not fill the list.
         if new and len(self._nodes) < MOST_LINES:
@@ -200,6 +201,10 @@ class _Block:
     def remove(self) -> None:
         """Take it out of the page."""
         self._handle.remove()
+
+
+def _stamp(line: Line) -> float:
+    return line.stamp_s
 
 
 def _shown(line: Line) -> str:

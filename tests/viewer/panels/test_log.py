@@ -51,6 +51,14 @@ def test_the_newest_line_stands_first(page, panel):
     assert texts(panel) == ["line 3", "line 2", "line 1", "line 0"]
 
 
+def test_what_nodes_said_before_is_shown_in_the_order_in_which_it_was_said(page, panel):
+    say(page, "third", node="a", sec=3)
+    say(page, "first", node="b", sec=1)
+    say(page, "second", node="b", sec=2)
+    panel.tick()
+    assert texts(panel) == ["third", "second", "first"]
+
+
 def test_a_new_line_changes_one_block_only(page, panel):
     for number in range(3 * LINES_OF_A_BLOCK):
         say(page, f"line {number}")

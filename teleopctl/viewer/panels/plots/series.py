@@ -117,6 +117,9 @@ def sampled(
         for window, lives in zip(windows, lively, strict=True)
     ]
     starts = [some[0] for some in values if np.isfinite(some[0])]
+    if not starts:
+        # Times that no clock tells apart.
+        return np.empty(0), [np.empty(0) for _ in series]
     for some in values:
         if not np.isfinite(some[0]):
             # It ended before the others began. One point is no line, and stands on another one.
