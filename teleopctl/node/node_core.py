@@ -57,11 +57,11 @@ class NodeCore(GraphView):
         if not self._context.ok():
             raise NotInitializedException
         self._arguments = tuple(self._arguments_of(cli_args, use_global_arguments))
-        name = node_name
-        space = namespace or ""
-        for arguments in self._arguments:
-            space = arguments.namespace(node_name, space)
-            name = arguments.node_name(name)
+        # A rule of the node's own counts before one of the process, as in rcl.
+        names = (arguments.node_name(node_name) for arguments in self._arguments)
+        spaces = (arguments.namespace(node_name) for arguments in self._arguments)
+        name = next((found for found in names if found is not None), node_name)
+        space = next((found for found in spaces if found is not None), namespace or "")
         validate_node_name(name)
         self._name = name
         self._namespace = absolute_namespace(space)

@@ -26,15 +26,12 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         PageError: It cannot be opened.
     """
-    from teleopctl.viewer import DEFAULT_PORT, Viewer, open_server, page_address
+    from teleopctl.viewer import Viewer, open_server, page_address
 
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
     parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
-    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
-    parser.add_argument("--token", help="what the page's address has to carry")
-    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    add_page_options(parser)
     options = parser.parse_args(parse_ros_arguments(words).program)
     progress.tell(progress.STARTING)
     if hasattr(os, "nice"):
@@ -53,3 +50,13 @@ def main(args: list[str] | None = None) -> int:
             webbrowser.open(address)
         spin(node)
     return 0
+
+
+def add_page_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of whoever serves a page."""
+    from teleopctl.viewer import DEFAULT_PORT
+
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
+    parser.add_argument("--token", help="what the page's address has to carry")
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")

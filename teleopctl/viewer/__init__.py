@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         page_address as page_address,
     )
     from teleopctl.viewer.panels.base import Page as Page, Panel as Panel
+    from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC as SLIDERS_TOPIC
     from teleopctl.viewer.viewer import Viewer as Viewer
 else:
     from teleopctl.lazy import attach
@@ -31,6 +32,7 @@ else:
             "displays.properties": "Property",
             "page.server": "DEFAULT_PORT PageError open_server page_address",
             "panels.base": "Page Panel",
+            "remote.joint_targets": "SLIDERS_TOPIC",
             "viewer": "Viewer",
         },
     )

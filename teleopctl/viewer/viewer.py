@@ -8,7 +8,7 @@ somebody looks. Nobody looks: the timer stands still, and displays and panels li
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -39,6 +39,7 @@ class Viewer(Node):
         server: The page.
         view: The ``.rviz`` file to begin with.
         panels: The panels by name, in their order; None is all that there are.
+        cli_args: The node's own ROS arguments; those of the process count besides.
     """
 
     def __init__(
@@ -46,8 +47,9 @@ class Viewer(Node):
         server: viser.ViserServer,
         view: Path | None = None,
         panels: list[str] | None = None,
+        cli_args: Sequence[str] | None = None,
     ) -> None:
-        super().__init__("rviz")
+        super().__init__("rviz", cli_args=cli_args)
         self.node = self
         self.stage = self
         self.server = server

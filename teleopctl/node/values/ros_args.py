@@ -64,19 +64,19 @@ class RosArguments(NamedTuple):
     # The command line without ROS's part.
     program: tuple[str, ...] = ()
 
-    def node_name(self, name: str) -> str:
-        """Return the name of a node after ``__node`` or ``__name`` rules."""
+    def node_name(self, name: str) -> str | None:
+        """Return the name that ``__node`` or ``__name`` gives a node; None without such a rule."""
         for rule in self.remaps:
             if rule.match in ("__node", "__name") and rule.applies_to(name):
                 return rule.replacement
-        return name
+        return None
 
-    def namespace(self, node_name: str, namespace: str) -> str:
-        """Return the namespace of a node after ``__ns`` rules."""
+    def namespace(self, node_name: str) -> str | None:
+        """Return the namespace that ``__ns`` gives a node; None without such a rule."""
         for rule in self.remaps:
             if rule.match == "__ns" and rule.applies_to(node_name):
                 return rule.replacement
-        return namespace
+        return None
 
     def remap(self, name: str, node_name: str, namespace: str, *, is_service: bool) -> str:
         """Return what an absolute name becomes; the first rule that matches counts."""

@@ -24,7 +24,7 @@ def test_a_node_is_renamed_and_moved():
         ["--ros-args", "-r", "__node:=other", "--remap", "__ns:=/deep/space"]
     )
     assert arguments.node_name("talker") == "other"
-    assert arguments.namespace("talker", "/") == "/deep/space"
+    assert arguments.namespace("talker") == "/deep/space"
 
 
 def test_a_rule_for_one_node_leaves_the_others_alone():

@@ -7,6 +7,7 @@ or where the topics of ``source_list`` put it.
 import argparse
 import contextlib
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,12 +35,20 @@ class JointStatePublisher(Node):
 
     Args:
         urdf: The description, or None.
+        name: The node's name.
+        sources: Topics to listen to besides those of ``source_list``.
     """
 
-    def __init__(self, urdf: str | None = None) -> None:
+    def __init__(
+        self,
+        urdf: str | None = None,
+        *,
+        name: str = "joint_state_publisher",
+        sources: Sequence[str] = (),
+    ) -> None:
         progress.tell(progress.STARTING)
         super().__init__(
-            "joint_state_publisher",
+            name,
             allow_undeclared_parameters=True,
             automatically_declare_parameters_from_overrides=True,
         )
@@ -70,7 +79,7 @@ class JointStatePublisher(Node):
             lambda message: self._take_description(message.data),
             qos_profile_latched,
         )
-        for topic in self._parameter("source_list", []) or []:
+        for topic in dict.fromkeys((*(self._parameter("source_list", []) or ()), *sources)):
             self.create_subscription(self._joint_state, topic, self._take_source, 10)
         rate = float(self._parameter("rate", 10))
         if rate <= 0:
@@ -156,17 +165,24 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="joint_state_publisher")
     parser.add_argument("urdf_file", nargs="?", help="URDF file, instead of the topic")
     options = parser.parse_args(parse_ros_arguments(words).program)
-    urdf = None if options.urdf_file is None else _read_description(Path(options.urdf_file))
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=words),
-        JointStatePublisher(urdf) as node,
+        JointStatePublisher(read_description(options.urdf_file)) as node,
     ):
         spin(node)
     return 0
 
 
-def _read_description(path: Path) -> str:
+def read_description(file: str | None) -> str | None:
+    """The description in a URDF or xacro file; None without one.
+
+    Raises:
+        TeleopctlError: It cannot be read.
+    """
+    if file is None:
+        return None
+    path = Path(file)
     if path.suffix == ".xacro":
         from teleopctl.robot import expand_xacro
 

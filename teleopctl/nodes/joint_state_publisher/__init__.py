@@ -1,0 +1,1 @@
+"""``joint_state_publisher``, and ``joint_state_publisher_gui`` with sliders on a page."""
