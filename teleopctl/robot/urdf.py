@@ -310,7 +310,10 @@ def _read_inertial(element: Element) -> Inertial:
 def _read_visual(element: Element, materials: dict[str, Material]) -> Visual:
     child = element.find("material")
     material = None if child is None else _read_material(child)
-    if material is not None and material.rgba is None and material.texture is None:
+    if material is not None and material.name:
+        # A name means one material: the robot's own, or else that of the first link that has it.
+        if material.rgba is not None or material.texture is not None:
+            materials.setdefault(material.name, material)
         material = materials.get(material.name, material)
     return Visual(
         _read_geometry(element), _read_origin(element), material, element.get("name") or ""

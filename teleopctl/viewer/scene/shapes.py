@@ -5,97 +5,160 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from teleopctl.robot import Box, Capsule, Cylinder, Geometry, Material, Mesh, Sphere
+from teleopctl.robot import Box, Capsule, Cylinder, Geometry, Material, Mesh, Pose, Sphere
 from teleopctl.tf import Vector3, quaternion_from_rpy
+from teleopctl.viewer.scene.drawing import Rgba, is_drawable
+from teleopctl.viewer.scene.glb import dressed
 
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.robot import Pose
     from teleopctl.viewer.scene.mesh_files import MeshFile
 
 # What RViz gives to a link without a material is red; an even grey tells shapes apart better.
-_DEFAULT_RGBA = (0.7, 0.7, 0.72, 1.0)
+_DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
 
 
-def draw_shape(
-    scene: viser.SceneApi,
-    path: str,
-    shape: Geometry,
-    origin: Pose,
-    material: Material | None,
-    meshes: Mapping[str, MeshFile],
-    alpha: float = 1.0,
-) -> viser.SceneNodeHandle | None:
-    """Draw one shape.
+class Shapes:
+    """Draws shapes; what several have in common is made once.
 
     Args:
         scene: Where to draw.
-        path: The name of its node.
-        shape: What to draw.
-        origin: Where it stands in the node above.
-        material: Its colour, where the URDF gives one.
         meshes: The files of meshes by URI.
-        alpha: From 0, invisible, to 1.
-
-    Returns:
-        The node; None for a mesh that is not among the files.
+        textures: The mean colours of textures by URI.
     """
-    x, y, z, w = quaternion_from_rpy(*origin.rpy)
-    wxyz, position = (w, x, y, z), origin.xyz
-    rgba = material.rgba if material is not None and material.rgba is not None else _DEFAULT_RGBA
-    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in rgba[:3])
-    color = (red, green, blue)
-    opacity = min(max(rgba[3] * alpha, 0.0), 1.0)
-    see_through = None if opacity >= 1.0 else opacity
-    if isinstance(shape, Box):
-        return scene.add_box(
-            path, color, shape.size, opacity=see_through, wxyz=wxyz, position=position
-        )
-    if isinstance(shape, Sphere):
-        return scene.add_icosphere(
-            path, shape.radius, color, opacity=see_through, wxyz=wxyz, position=position
-        )
-    if isinstance(shape, Cylinder):
-        return scene.add_cylinder(
-            path,
-            shape.radius,
-            shape.length,
-            color,
-            opacity=see_through,
-            wxyz=wxyz,
-            position=position,
-        )
-    if isinstance(shape, Capsule):
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        meshes: Mapping[str, MeshFile],
+        textures: Mapping[str, Rgba] | None = None,
+    ) -> None:
+        self._scene = scene
+        self._meshes = meshes
+        self._textures: Mapping[str, Rgba] = textures or {}
+        self._dressed: dict[tuple[str, Rgba, float], bytes] = {}
+
+    def draw(
+        self,
+        path: str,
+        shape: Geometry,
+        origin: Pose,
+        material: Material | None,
+        alpha: float = 1.0,
+    ) -> viser.SceneNodeHandle | None:
+        """Draw one shape.
+
+        Args:
+            path: The name of its node.
+            shape: What to draw.
+            origin: Where it stands in the node above.
+            material: Its colour, where the URDF gives one.
+            alpha: From 0, invisible, to 1.
+
+        Returns:
+            The node; None for what cannot be drawn: a mesh that is not among the files, or a shape
+            with impossible numbers.
+        """
+        if undrawable(shape) or not is_drawable((*origin.xyz, *origin.rpy)):
+            return None
+        x, y, z, w = quaternion_from_rpy(*origin.rpy)
+        wxyz, position = (w, x, y, z), origin.xyz
+        rgba = self._rgba(material)
+        red, green, blue = (round(255 * part) for part in rgba[:3])
+        scene, color = self._scene, (red, green, blue)
+        opacity = rgba[3] * alpha
+        see_through = None if opacity >= 1.0 else opacity
+        if isinstance(shape, Mesh):
+            mesh = self._meshes.get(shape.uri)
+            if mesh is None:
+                return None
+            if mesh.glb:
+                glb = self._dress(shape.uri, mesh, rgba, alpha)
+                return scene.add_glb(path, glb, scale=shape.scale, wxyz=wxyz, position=position)
+            assert mesh.vertices is not None
+            assert mesh.faces is not None
+            return scene.add_mesh_simple(
+                path,
+                mesh.vertices,
+                mesh.faces,
+                color=color,
+                opacity=see_through,
+                flat_shading=True,
+                side="double",
+                scale=shape.scale,
+                wxyz=wxyz,
+                position=position,
+            )
+        if isinstance(shape, Box):
+            return scene.add_box(
+                path, color, shape.size, opacity=see_through, wxyz=wxyz, position=position
+            )
+        if isinstance(shape, Sphere):
+            return scene.add_icosphere(
+                path, shape.radius, color, opacity=see_through, wxyz=wxyz, position=position
+            )
+        if isinstance(shape, Cylinder):
+            return scene.add_cylinder(
+                path,
+                shape.radius,
+                shape.length,
+                color,
+                opacity=see_through,
+                wxyz=wxyz,
+                position=position,
+            )
+        assert isinstance(shape, Capsule)
         import trimesh
 
         capsule = trimesh.creation.capsule(height=shape.length, radius=shape.radius)
+        # trimesh's stands on the origin, URDF's around it
         return scene.add_mesh_simple(
             path,
-            capsule.vertices,
+            capsule.vertices - capsule.bounds.mean(axis=0),
             capsule.faces,
             color=color,
             opacity=see_through,
             wxyz=wxyz,
             position=position,
         )
-    mesh = meshes.get(shape.uri)
-    if mesh is None:
-        return None
-    if mesh.vertices is None or mesh.faces is None:
-        return scene.add_glb(path, mesh.glb, scale=shape.scale, wxyz=wxyz, position=position)
-    return scene.add_mesh_simple(
-        path,
-        mesh.vertices,
-        mesh.faces,
-        color=color,
-        opacity=see_through,
-        flat_shading=True,
-        side="double",
-        scale=shape.scale,
-        wxyz=wxyz,
-        position=position,
-    )
+
+    def _rgba(self, material: Material | None) -> Rgba:
+        if material is None:
+            return _DEFAULT_RGBA
+        rgba = material.rgba
+        if rgba is None and material.texture is not None:
+            rgba = self._textures.get(material.texture)
+        if rgba is None:
+            return _DEFAULT_RGBA
+        red, green, blue, opacity = (min(max(part, 0.0), 1.0) for part in rgba)
+        return red, green, blue, opacity
+
+    def _dress(self, uri: str, mesh: MeshFile, rgba: Rgba, alpha: float) -> bytes:
+        """A mesh in its colours; links that share them share its bytes."""
+        key = (uri, rgba, alpha)
+        glb = self._dressed.get(key)
+        if glb is None:
+            glb = self._dressed[key] = dressed(mesh.glb, rgba, alpha)
+        return glb
+
+
+def _lengths(shape: Geometry) -> tuple[float, ...]:
+    if isinstance(shape, Box):
+        return shape.size
+    if isinstance(shape, Sphere):
+        return (shape.radius,)
+    if isinstance(shape, Mesh):
+        return shape.scale
+    return (shape.radius, shape.length)
+
+
+def undrawable(shape: Geometry) -> bool:
+    """Whether a shape has sizes that are no numbers, or no sizes."""
+    lengths = _lengths(shape)
+    if isinstance(shape, Mesh):
+        return not is_drawable(lengths)
+    return not is_drawable(lengths) or min(lengths) < 0.0
 
 
 def mesh_uris(shapes: list[Geometry]) -> list[str]:
@@ -104,7 +167,9 @@ def mesh_uris(shapes: list[Geometry]) -> list[str]:
 
 
 def box_around(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
-    """The lowest and highest corner of a shape in its own frame; None for a missing mesh."""
+    """The lowest and highest corner of a shape in its own frame; None for what is not drawn."""
+    if undrawable(shape):
+        return None
     match shape:
         case Box((x, y, z)):
             half = (x / 2, y / 2, z / 2)

@@ -1,0 +1,112 @@
+"""The files that a robot description names, read in the thread of work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import Geometry, RobotDescription
+from teleopctl.viewer.scene.drawing import Rgba
+from teleopctl.viewer.scene.mesh_files import MeshFile, load_mesh, stamp_of_file
+from teleopctl.viewer.scene.shapes import mesh_uris, undrawable
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What the files of a robot hold.
+
+    Attributes:
+        meshes: Meshes by URI.
+        textures: The mean colours of the URDF's textures by URI.
+        faults: What cannot be shown, one sentence each.
+    """
+
+    meshes: dict[str, MeshFile] = field(default_factory=dict)
+    textures: dict[str, Rgba] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        # Arrays have no truth of their own; the same file of the same time is the same mesh.
+        return (
+            isinstance(other, Parts)
+            and self.faults == other.faults
+            and self.textures == other.textures
+            and self.meshes.keys() == other.meshes.keys()
+            and all(self.meshes[uri] is other.meshes[uri] for uri in self.meshes)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def load_parts(description: RobotDescription, known: Parts) -> Parts:
+    """Read the files of a robot, each once; those that have not changed are taken over.
+
+    Args:
+        description: The robot.
+        known: What was read before.
+    """
+    meshes: dict[str, MeshFile] = {}
+    textures: dict[str, Rgba] = {}
+    faults: list[str] = []
+    shapes = _shapes(description)
+    for uri in mesh_uris(shapes):
+        old = known.meshes.get(uri)
+        if old is not None and _is_unchanged(old):
+            meshes[uri] = old
+        else:
+            try:
+                meshes[uri] = load_mesh(uri)
+            except TeleopctlError as error:
+                faults.append(error.message)
+                continue
+        faults += meshes[uri].faults
+    for uri in _texture_uris(description):
+        try:
+            textures[uri] = _mean_color(uri)
+        except (TeleopctlError, OSError, ValueError) as error:
+            faults.append(f"Texture '{uri}' cannot be read: {error}")
+    if strange := sum(map(undrawable, shapes)):
+        faults.append(f"{strange} shapes are not drawn: their sizes must be finite numbers")
+    return Parts(meshes, textures, tuple(dict.fromkeys(faults)))
+
+
+def _is_unchanged(mesh: MeshFile) -> bool:
+    try:
+        return stamp_of_file(mesh.path) == mesh.stamp
+    except OSError:
+        return False
+
+
+def _shapes(description: RobotDescription) -> list[Geometry]:
+    links = description.links.values()
+    return [visual.geometry for link in links for visual in link.visuals] + [
+        collision.geometry for link in links for collision in link.collisions
+    ]
+
+
+def _texture_uris(description: RobotDescription) -> list[str]:
+    found: dict[str, None] = {}
+    for link in description.links.values():
+        for visual in link.visuals:
+            if visual.material is not None and visual.material.texture is not None:
+                found[visual.material.texture] = None
+    return list(found)
+
+
+def _mean_color(uri: str) -> Rgba:
+    """The colour of a texture as a whole: shapes of a URDF say not where a picture goes.
+
+    Raises:
+        TeleopctlError: Its package is unknown.
+        OSError: It cannot be read.
+        ValueError: It is too large.
+    """
+    from PIL import Image
+
+    from teleopctl.viewer.scene.textures import fit_texture
+
+    with Image.open(resolve_uri(uri)) as image:
+        pixel = fit_texture(image).convert("RGBA").resize((1, 1), Image.Resampling.BOX)
+    red, green, blue, opacity = pixel.tobytes()
+    return red / 255, green / 255, blue / 255, opacity / 255

@@ -1,0 +1,104 @@
+"""Changes of binary glTF 2.0 that leave its numbers alone: colours, opacity, both sides.
+
+The format: a header of 12 bytes, then a chunk of JSON and one of numbers, each preceded by its
+length and kind and filled up to a multiple of four bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import Any
+
+from teleopctl.viewer.scene.drawing import Rgba
+
+_JSON = 0x4E4F534A
+_HEADER, _CHUNK_HEADER = 12, 8
+# By this name a material stands for the colour that is not the file's.
+_NOT_OF_THE_FILE = "of the description"
+_ROUGHNESS = 0.7
+
+
+def furnished(glb: bytes, *, metals: bool) -> bytes:
+    """Make a file one that looks as it does in RViz.
+
+    All is seen from both sides, what is partly opaque is seen through, and what has no material
+    gets one whose colour `dressed` sets.
+
+    Args:
+        glb: What trimesh wrote.
+        metals: Whether a material that does not say how metallic it is, is a metal. The standard
+            has it so, and other kinds of files do not.
+    """
+    described, rest = _split(glb)
+    materials: list[Any] = described.setdefault("materials", [])
+    for material in materials:
+        material["doubleSided"] = True
+        reflecting = material.setdefault("pbrMetallicRoughness", {})
+        if not metals:
+            reflecting["metallicFactor"] = 0.0
+        if reflecting.get("baseColorFactor", [1.0] * 4)[3] < 1.0:
+            material.setdefault("alphaMode", "BLEND")
+    bare: dict[bool, int] = {}
+    for mesh in described.get("meshes", []):
+        for primitive in mesh.get("primitives", []):
+            if "material" in primitive:
+                continue
+            painted = "COLOR_0" in primitive.get("attributes", {})
+            if painted not in bare:
+                bare[painted] = len(materials)
+                materials.append(
+                    {
+                        "name": "" if painted else _NOT_OF_THE_FILE,
+                        "doubleSided": True,
+                        "pbrMetallicRoughness": {
+                            "metallicFactor": 0.0,
+                            "roughnessFactor": _ROUGHNESS,
+                        },
+                    }
+                )
+            primitive["material"] = bare[painted]
+    if not materials:
+        del described["materials"]
+    return _joined(described, rest)
+
+
+def dressed(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
+    """Give a `furnished` file the colour of a description, where it has none of its own.
+
+    Args:
+        glb: The file.
+        rgba: As a screen shows it; glTF's colours are linear.
+        alpha: The opacity of the whole, also of what has its own colours.
+    """
+    described, rest = _split(glb)
+    for material in described.get("materials", []):
+        reflecting = material.setdefault("pbrMetallicRoughness", {})
+        if material.get("name") == _NOT_OF_THE_FILE:
+            reflecting["baseColorFactor"] = [*map(_linear, rgba[:3]), rgba[3]]
+        color = [float(part) for part in reflecting.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))]
+        color[3] *= alpha
+        reflecting["baseColorFactor"] = color
+        if color[3] < 1.0:
+            material["alphaMode"] = "BLEND"
+    return _joined(described, rest)
+
+
+def _linear(shade: float) -> float:
+    shade = min(max(shade, 0.0), 1.0)
+    return shade / 12.92 if shade <= 0.04045 else math.pow((shade + 0.055) / 1.055, 2.4)
+
+
+# Any stands for what JSON holds.
+def _split(glb: bytes) -> tuple[dict[str, Any], bytes]:
+    (length,) = struct.unpack_from("<I", glb, _HEADER)
+    begin = _HEADER + _CHUNK_HEADER
+    return json.loads(glb[begin : begin + length]), glb[begin + length :]
+
+
+def _joined(described: dict[str, Any], rest: bytes) -> bytes:
+    text = json.dumps(described, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunk = struct.pack("<II", len(text), _JSON) + text
+    return struct.pack("<4sII", b"glTF", 2, _HEADER + len(chunk) + len(rest)) + chunk + rest

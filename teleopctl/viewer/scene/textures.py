@@ -1,0 +1,153 @@
+"""The pictures on meshes: found where a mesh file names them, and made to fit a browser."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from PIL import Image
+from trimesh.resolvers import Resolver
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.packages import resolve_uri
+
+# Phones refuse larger textures, and they are sent whole.
+_LARGEST_SIDE = 2048
+_MOST_PIXELS = 64_000_000
+_MOST_BYTES = 100_000_000
+_PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
+_SLOTS = (
+    "image",
+    "baseColorTexture",
+    "emissiveTexture",
+    "normalTexture",
+    "occlusionTexture",
+    "metallicRoughnessTexture",
+)
+
+
+class Neighbours(Resolver):
+    """The files that a mesh file names: materials, textures, buffers.
+
+    Args:
+        path: The mesh file.
+
+    Attributes:
+        faults: Why files that were asked for are not used, by name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.faults: dict[str, str] = {}
+
+    def get(self, key: str) -> bytes:
+        """Read one; called by trimesh.
+
+        Raises:
+            FileNotFoundError: It cannot be had; so trimesh goes on without it.
+        """
+        name = key.strip()
+        try:
+            path = self._find(name)
+            if path.stat().st_size > _MOST_BYTES:
+                raise FileNotFoundError(f"is larger than {_MOST_BYTES / 1e6:.0f} MB")
+            content = path.read_bytes()
+            if path.suffix.lower() in _PICTURES:
+                _check_pixels(content)
+        except (OSError, ValueError, TeleopctlError) as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+            if isinstance(error, FileNotFoundError) and error.strerror:
+                reason = "is not there"
+            self.faults[name] = reason
+            raise FileNotFoundError(name) from error
+        return content
+
+    def _find(self, name: str) -> Path:
+        if "://" in name:
+            return resolve_uri(name)
+        # Names in COLLADA and glTF are parts of URIs; tools on Windows write backslashes.
+        names = dict.fromkeys((name, unquote(name), unquote(name).replace("\\", "/")))
+        places = [self._path.parent / one for one in names]
+        return next((place for place in places if place.is_file()), places[0])
+
+    def keys(self) -> list[str]:
+        """The names of all; trimesh asks for them where nothing names a material."""
+        return []
+
+    def write(self, name: str, data: object) -> None:
+        """Write one: nothing is written."""
+        raise NotImplementedError(name, data)
+
+    def namespaced(self, namespace: str) -> Neighbours:
+        """What is in a folder below."""
+        return Neighbours(self._path.parent / namespace / self._path.name)
+
+
+def _check_pixels(content: bytes) -> None:
+    """Refuse what cannot be shown before anybody unpacks it.
+
+    Raises:
+        ValueError: It is no picture, or has too many pixels.
+    """
+    try:
+        with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
+            image = Image.open(io.BytesIO(content))
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ValueError(f"is no picture that can be shown: {error}") from error
+    _check_size(image)
+
+
+def _check_size(image: Image.Image) -> None:
+    width, height = image.size
+    if width * height > _MOST_PIXELS:
+        raise ValueError(f"has {width} x {height} pixels")
+
+
+# Any stands for trimesh's meshes and materials.
+
+
+def fit_textures(meshes: Iterable[Any]) -> list[str]:
+    """Make the textures of meshes such that a browser shows them.
+
+    Returns:
+        What was left out, each as what follows the file's name in a sentence.
+    """
+    faults: list[str] = []
+    for mesh in meshes:
+        material = getattr(mesh.visual, "material", None)
+        for slot in _SLOTS:
+            image = getattr(material, slot, None)
+            if image is None:
+                continue
+            try:
+                fitting = fit_texture(image)
+            except (OSError, ValueError, SyntaxError) as error:
+                setattr(material, slot, None)
+                faults.append(f"has a texture that cannot be read: {error}")
+            else:
+                setattr(material, slot, fitting)
+    return list(dict.fromkeys(faults))
+
+
+def fit_texture(image: Image.Image) -> Image.Image:
+    """A picture that browsers can show, and no larger than they can.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is too large.
+    """
+    _check_size(image)
+    if image.format in ("PNG", "JPEG") and max(image.size) <= _LARGEST_SIDE:
+        image.load()
+        return image
+    small = image.convert(
+        "RGBA" if "A" in image.getbands() or "transparency" in image.info else "RGB"
+    )
+    small.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
+    stored = io.BytesIO()
+    small.save(stored, "PNG")
+    return Image.open(stored)
