@@ -242,6 +242,7 @@ DISPLAYS = Kind(
         "Range": f"{_DISPLAYS}.geometry.range:Range",
         "RobotModel": f"{_DISPLAYS}.robot_model:RobotModel",
         "TF": f"{_DISPLAYS}.tf_display:TfDisplay",
+        "Trace": f"{_DISPLAYS}.geometry.trace:Trace",
         "TwistStamped": f"{_DISPLAYS}.geometry.screw:TwistStamped",
         "Wrench": f"{_DISPLAYS}.geometry.screw:Wrench",
     },

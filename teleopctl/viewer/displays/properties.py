@@ -28,6 +28,7 @@ class Property:
         low: The least that a number may be.
         high: The most.
         hint: One sentence for whoever sets it.
+        is_frame: Whether a text is the name of a frame, to be chosen from those that there are.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Property:
     low: float | None = None
     high: float | None = None
     hint: str = ""
+    is_frame: bool = False
 
 
 class Properties:

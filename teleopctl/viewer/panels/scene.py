@@ -98,6 +98,8 @@ class _Row:
         self._folder = gui.add_folder(display.name, expand_by_default=False)
         self._topic: Any = None
         self._parts: dict[str, Any] = {}
+        # The dropdowns of frames, each with what may stand there besides.
+        self._frames: list[tuple[Any, str]] = []
         with self._folder:
             self._status = gui.add_markdown("", visible=False)
             enabled = gui.add_checkbox("Show", display.is_enabled)
@@ -127,6 +129,9 @@ class _Row:
             handle = gui.add_rgb(label, value, hint=hint)
         elif known.choices:
             handle = gui.add_dropdown(label, known.choices, initial_value=str(value), hint=hint)
+        elif known.is_frame:
+            handle = gui.add_dropdown(label, (str(value),), hint=hint)
+            self._frames.append((handle, str(known.default)))
         elif isinstance(value, str):
             handle = gui.add_text(label, value, hint=hint)
         elif known.low == 0.0 and known.high == 1.0:
@@ -162,8 +167,17 @@ class _Row:
         if content != self._status.content:
             self._status.content = content
             self._status.visible = bool(content)
-
+        self._offer_frames()
         self._offer_parts()
+
+    def _offer_frames(self) -> None:
+        """Offer the frames that there are, and the one that is chosen."""
+        for handle, besides in self._frames:
+            chosen = handle.value
+            options = (besides, *sorted({*self._page.frames.by_name, chosen} - {besides}))
+            if options != tuple(handle.options):
+                handle.options = options
+                handle.value = chosen
 
     def _offer_parts(self) -> None:
         """Offer to switch the display's parts on and off, as they come."""

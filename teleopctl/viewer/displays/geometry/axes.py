@@ -20,7 +20,7 @@ class Axes(Display):
 
     rviz_class = "Axes"
     properties: ClassVar[tuple[Property, ...]] = (
-        Property("Reference Frame", _FIXED_FRAME),
+        Property("Reference Frame", _FIXED_FRAME, is_frame=True),
         Property("Length", 1.0, low=0.001, high=1000.0),
         Property("Radius", 0.1, low=0.001, high=1000.0),
         Property("Alpha", 1.0, low=0.0, high=1.0),
