@@ -1,0 +1,67 @@
+"""``RobotState``: a robot in the state that a program shows."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from teleopctl.viewer.displays.base import OK
+from teleopctl.viewer.displays.moveit.base import MoveItDisplay
+from teleopctl.viewer.displays.moveit.ghost import Ghost
+from teleopctl.viewer.displays.moveit.states import Positions, positions_in
+from teleopctl.viewer.displays.properties import Property
+
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
+
+class RobotState(MoveItDisplay):
+    """The robot in the newest state."""
+
+    rviz_class = "RobotState"
+    message_type = "moveit_msgs/msg/DisplayRobotState"
+    topic_key = "Robot State Topic"
+    default_topic = "/display_robot_state"
+    latched = True
+    properties: ClassVar[tuple[Property, ...]] = (
+        Property("Robot Alpha", 1.0, low=0.0, high=1.0),
+        Property("Color Enabled", False, hint="Draw all links in one colour"),
+        Property("Robot Color", (150, 50, 150)),
+    )
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._ghost: Ghost | None = None
+        self._state: Positions | None = None
+
+    def received(self, message: Any) -> None:
+        """Take a state."""
+        state = positions_in(message.state.joint_state)
+        hidden = getattr(message, "hide", False)
+        self._state = None if hidden else {**(self._state or {}), **state}
+        self._stand()
+
+    def described(self) -> None:
+        """Draw the robot anew."""
+        self._remove()
+        self._stand()
+
+    def cleared(self) -> None:
+        """Take the robot out of the picture."""
+        self._remove()
+        self._state = None
+
+    def _stand(self) -> None:
+        if self._state is None:
+            if self._ghost is not None:
+                self._ghost.show(shown=False)
+            return
+        if self._ghost is None:
+            color = self.values.color("Robot Color") if self.values.flag("Color Enabled") else None
+            self._ghost = self.make_ghost("state", self.values.number("Robot Alpha"), color)
+        if self._ghost is not None:
+            self._ghost.stand(self._state)
+            self.say(OK, f"{len(self._state)} joints")
+
+    def _remove(self) -> None:
+        if self._ghost is not None:
+            self._ghost.remove()
+            self._ghost = None
