@@ -227,6 +227,7 @@ DISPLAYS = Kind(
         "Grid": f"{_DISPLAYS}.grid:Grid",
         "GridCells": f"{_DISPLAYS}.geometry.polygon:GridCells",
         "Image": f"{_DISPLAYS}.sensors.image:Image",
+        "InteractiveMarkers": f"{_DISPLAYS}.markers.interactive:InteractiveMarkers",
         "LaserScan": f"{_DISPLAYS}.sensors.laser_scan:LaserScan",
         "Map": f"{_DISPLAYS}.sensors.map_display:Map",
         "Marker": f"{_DISPLAYS}.markers.marker:Marker",
