@@ -66,6 +66,12 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
+@pytest.fixture(autouse=True)
+def _no_packages_of_other_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the packages of files that a test gives by path be found in that test alone."""
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", "")
+
+
 @pytest.fixture
 def ros_without_router(ros_graph_without_router: RosGraph) -> RosGraph:
     """The plug-in's graph under the tests' short name, without a router."""

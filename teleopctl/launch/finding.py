@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.packages import builtin_package, find_package
+from teleopctl.packages import builtin_package, find_package, include_package_of
 
 SUFFIXES = (".yaml", ".yml")
 """The endings of launch files."""
@@ -60,6 +60,7 @@ def find_launch_file(package: str | None, name: str) -> Path:
                     hint="teleopctl reads ROS 2's YAML launch files; built in are "
                     f"{', '.join(builtin_files())}.",
                 )
+            include_package_of(path)
             return path.absolute()
     where = f" in package '{package}'" if package is not None else ""
     known = {*builtin_files(), *(files_in_package(package) if package is not None else ())}

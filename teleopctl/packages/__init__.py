@@ -10,9 +10,10 @@ if TYPE_CHECKING:
         Executable as Executable,
         Package as Package,
         builtin_package as builtin_package,
-        faulty_packages as faulty_packages,
+        faults_of_search as faults_of_search,
         find_executable as find_executable,
         find_package as find_package,
+        include_package_of as include_package_of,
         is_path as is_path,
         list_packages as list_packages,
         lookup_package as lookup_package,
@@ -26,8 +27,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package faulty_packages "
-            "find_executable find_package is_path list_packages lookup_package package_layers "
-            "package_share resolve_uri",
+            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package faults_of_search "
+            "find_executable find_package include_package_of is_path list_packages "
+            "lookup_package package_layers package_share resolve_uri",
         },
     )

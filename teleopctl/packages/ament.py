@@ -7,7 +7,7 @@ Nothing is built and nothing is executed: ``package.xml``, ``setup.py``, ``setup
 import os
 import re
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from teleopctl.packages.setup_script import setup_arguments
@@ -32,7 +32,14 @@ def package_name(manifest: Path) -> str | None:
     return match.group(1) if match else None
 
 
-def find_package_folders(root: Path) -> Iterator[tuple[str | None, Path]]:
+def enclosing_package(folder: Path) -> Path | None:
+    """Return the nearest folder with a ``package.xml``: the given one, or one that it lies in."""
+    return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
+
+
+def find_package_folders(
+    root: Path, on_cut: Callable[[int], object] = lambda _: None
+) -> Iterator[tuple[str | None, Path]]:
     """Yield (package name, folder) of the packages at and below a folder, nearest first.
 
     The name is None where `package_name` finds none.
@@ -40,6 +47,10 @@ def find_package_folders(root: Path) -> Iterator[tuple[str | None, Path]]:
     The search goes breadth first and is bounded in the number of folders, so that a command given
     in a home folder stays quick. Hidden folders, virtual environments, colcon's
     outputs and folders marked ``COLCON_IGNORE`` are skipped, and so is what lies inside a package.
+
+    Args:
+        root: The folder.
+        on_cut: Called with the bound when it ends the search.
     """
     pending = deque([str(root)])
     seen = 0
@@ -64,6 +75,8 @@ def find_package_folders(root: Path) -> Iterator[tuple[str | None, Path]]:
             and entry.name not in _SKIPPED_FOLDERS
             and entry.is_dir(follow_symlinks=False)
         )
+    if pending:
+        on_cut(_MAX_FOLDERS)
 
 
 def console_scripts(folder: Path) -> dict[str, str]:

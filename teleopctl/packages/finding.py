@@ -3,8 +3,9 @@
 A package is a name that ``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve.
 Three sources form one overlay, the first one that knows a name wins:
 
-1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH`` and below the current folder,
-   ordinary ROS 2 source packages that need no build,
+1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH``, below the current folder, and the
+   one that the current folder or a file given by path lies in: ordinary ROS 2 source packages that
+   need no build,
 2. the packages that teleopctl brings itself,
 3. installed distributions with the entry-point groups ``teleopctl.packages``, whose values are the
    module in whose folder the package's files lie, and ``teleopctl.nodes``, whose entries are named
@@ -100,12 +101,12 @@ def find_package(name: str) -> Package:
     """
     package = lookup_package(name)
     if package is None:
+        guess = did_you_mean(name, (package.name for package in list_packages()))
         raise NotFoundError(
             f"Package '{name}' not found",
-            hint=did_you_mean(name, (package.name for package in list_packages()))
-            or " ".join(faulty_packages())
-            or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below the current folder "
-            "and among the installed distributions.",
+            hint=" ".join(filter(None, [guess, *faults_of_search()]))
+            or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below and above the current "
+            "folder and among the installed distributions.",
         )
     return package
 
@@ -145,20 +146,42 @@ def list_packages() -> list[Package]:
     return listed
 
 
-def faulty_packages() -> list[str]:
-    """Say of each folder with a ``package.xml`` that is no package for all that, why."""
+def faults_of_search() -> list[str]:
+    """Say which folders with a ``package.xml`` are no packages, and which searches were cut off."""
     from teleopctl.packages import ament
 
-    faulty = [
-        folder / "package.xml"
-        for root in _roots()
-        for name, folder in ament.find_package_folders(Path(root))
-        if name is None
-    ]
-    return [
-        f"{file} has no readable <name>: its folder is no package."
-        for file in dict.fromkeys(faulty)
-    ]
+    faults: list[str] = []
+    for root in _roots():
+        cuts: list[int] = []
+        faults += [
+            f"{folder / 'package.xml'} has no readable <name>: its folder is no package."
+            for name, folder in ament.find_package_folders(Path(root), cuts.append)
+            if name is None
+        ]
+        faults += [
+            f"Below {root} there are more than the {bound} folders that are searched: name the "
+            f"folder of the package in {PACKAGE_PATH_VARIABLE}."
+            for bound in cuts
+        ]
+    return list(dict.fromkeys(faults))
+
+
+def include_package_of(file: Path) -> None:
+    """Let the package that a file lies in be found, here and by the processes started from here.
+
+    It comes before one of its name around the current folder, which is only met there, and behind
+    one on ``TELEOPCTL_PACKAGE_PATH``.
+    """
+    from teleopctl.packages import ament
+
+    folder = ament.enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
+    name = folder and ament.package_name(folder / "package.xml")
+    if not name or name in _packages_below(_named_roots()):
+        return
+    own = builtin_package(name)
+    if own is None or own.folder != folder:
+        named = filter(None, (os.environ.get(PACKAGE_PATH_VARIABLE), str(folder)))
+        os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join(named)
 
 
 def package_share(name: str) -> Path:
@@ -213,6 +236,7 @@ def _executable_file(path: str) -> Executable:
     file = Path(path).expanduser().absolute()
     if not file.is_file():
         raise NotFoundError("No executable found", hint=f"There is no file {file}.")
+    include_package_of(file)
     return Executable(name=file.name, file=file, import_root=file.parent)
 
 
@@ -298,12 +322,19 @@ def _folder_packages() -> dict[str, Package]:
 
 def _roots() -> tuple[str, ...]:
     """Where folders with a ``package.xml`` are looked for."""
-    named = [
+    from teleopctl.packages import ament
+
+    here = os.getcwd()  # noqa: PTH109 -- a string is the key of a cache
+    around = ament.enclosing_package(Path(here).parent)
+    return (*_named_roots(), here, *([str(around)] if around else []))
+
+
+def _named_roots() -> tuple[str, ...]:
+    return tuple(
         os.path.abspath(os.path.expanduser(folder))  # noqa: PTH100, PTH111 -- os.path needs no Path
         for folder in os.environ.get(PACKAGE_PATH_VARIABLE, "").split(os.pathsep)
         if folder
-    ]
-    return (*named, os.getcwd())  # noqa: PTH109 -- a string is the key of a cache
+    )
 
 
 @lru_cache(maxsize=16)

@@ -23,7 +23,7 @@ from xml.parsers.expat import ExpatError, errors
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
 from teleopctl.expression import ExpressionError, compute
-from teleopctl.packages import package_share
+from teleopctl.packages import include_package_of, package_share
 from teleopctl.printable import shortened
 
 SAFE = "TELEOPCTL_SAFE"
@@ -75,6 +75,7 @@ def expand_xacro(
     # $(find PACKAGE), which xacro itself resolves only where ament_index_python is installed; it
     # has no other way in.
     substitution_args._eval_find = _find_package  # noqa: SLF001
+    include_package_of(Path(path))
     arguments = {name: str(value) for name, value in (mappings or {}).items()}
     printed = io.StringIO()
     if safe is None:

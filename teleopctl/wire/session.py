@@ -17,6 +17,9 @@ from teleopctl.wire.config import (
 )
 from teleopctl.wire.keys import decimal
 
+# That the router answers is known where this counts: only the machine may be busy.
+_BUSY_ROUTER_S = 5.0
+
 
 class RouterNotRunning(UnavailableError):
     """No router answers where one is expected.
@@ -73,7 +76,7 @@ def open_session(mode: SessionMode) -> zenoh.Session:
 
                 session.close()
                 session = open_configured(config)
-                meet_peers(session)
+                meet_peers(session, _BUSY_ROUTER_S)
                 hear_peers(session)
     return session
 

@@ -265,3 +265,59 @@ def test_an_installed_distribution_brings_messages(site):
 def test_packages_are_found_however_deep_they_lie(empty_folder):
     make_package(empty_folder / "src/examples/rclpy/topics/minimal_publisher", "minimal")
     assert packages.package_share("minimal").name == "minimal_publisher"
+
+
+def test_a_package_is_found_from_inside_its_own_folder(tmp_path, monkeypatch):
+    folder = make_package(tmp_path / "head", "head")
+    inside = folder / "launch" / "sim"
+    inside.mkdir(parents=True)
+    monkeypatch.chdir(inside)
+    assert packages.package_share("head") == folder
+
+
+def test_a_package_below_comes_before_the_one_around(tmp_path, monkeypatch):
+    make_package(tmp_path / "around", "head")
+    below = make_package(tmp_path / "around" / "src" / "head", "head")
+    monkeypatch.chdir(below.parent)
+    assert packages.package_share("head") == below
+
+
+def test_the_package_of_a_file_given_by_path_is_found_also_by_processes_started(
+    tmp_path, monkeypatch
+):
+    folder = make_package(tmp_path / "away" / "arm", "arm")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", "")
+    packages.include_package_of(Path("../away/arm/urdf/arm.urdf.xacro"))
+    assert packages.resolve_uri("package://arm/meshes/a.stl") == folder / "meshes/a.stl"
+    assert os.environ["TELEOPCTL_PACKAGE_PATH"] == str(folder)
+
+
+def test_the_package_of_a_file_is_meant_whatever_lies_below_the_current_folder(
+    tmp_path, monkeypatch
+):
+    folder = make_package(tmp_path / "away" / "arm", "arm")
+    make_package(tmp_path / "here" / "arm", "arm")
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", "")
+    packages.include_package_of(folder / "launch" / "up.yaml")
+    assert packages.package_share("arm") == folder
+
+
+def test_the_package_of_a_file_hides_none_of_the_folders_named(tmp_path, monkeypatch):
+    named = make_package(tmp_path / "named", "arm")
+    make_package(tmp_path / "away", "arm")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(named))
+    packages.include_package_of(tmp_path / "away" / "arm.urdf")
+    assert packages.package_share("arm") == named
+
+
+def test_a_search_that_was_cut_off_says_so_where_a_package_is_missing(tmp_path):
+    for number in range(ament._MAX_FOLDERS):
+        (tmp_path / f"{number:03}").mkdir()
+    make_package(tmp_path / "zzz", "unseen_thing")
+    with pytest.raises(TeleopctlError) as failure:
+        packages.find_package("unseen_thing")
+    assert "more than the 500 folders that are searched" in str(failure.value.hint)
+    assert "TELEOPCTL_PACKAGE_PATH" in str(failure.value.hint)

@@ -31,9 +31,9 @@ def stubs(
     Those of the packages that come with teleopctl are installed with it. Run it again when a
     definition has changed.
     """
-    from teleopctl.packages import faulty_packages
+    from teleopctl.packages import faults_of_search
 
-    for fault in faulty_packages():
+    for fault in faults_of_search():
         console.warn(fault)
     known = known_types()
     names = known.names() if every else known.user_names()
