@@ -58,6 +58,9 @@ class FakeNode:
     def count_publishers(self, topic: str) -> int:
         return len(self.topics.get(topic, ()))
 
+    def count_services(self, service: str) -> int:
+        return len(self.topics.get(service, ()))
+
     def get_logger(self) -> Any:
         return SimpleNamespace(warning=lambda text, **_: self.warnings.append(text))
 

@@ -1,6 +1,7 @@
 """MoveIt's states, paths and scenes: the robot drawn again, objects where messages put them."""
 
 import math
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import given, settings, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, transform_stamped
+from teleopctl.viewer.displays.moveit import scene_request
 from teleopctl.viewer.displays.moveit.motion_planning import MotionPlanning
 from teleopctl.viewer.displays.moveit.planning_scene import PlanningScene
 from teleopctl.viewer.displays.moveit.robot_state import RobotState
@@ -317,6 +319,39 @@ def test_the_scenes_robot_stands_as_moveit_knows_it(stage):
     assert stands(display._robot, "tip")[:3] == pytest.approx([3, 0, 1])
     display.set("Scene Robot/Show Robot Visual", False)
     assert display._robot is None
+
+
+def test_the_whole_scene_is_asked_for_until_it_is_there(stage, monkeypatch):
+    asked: list[int] = []
+    destroyed: list[object] = []
+
+    class Client:
+        answer: Future[object]
+
+        def call_async(self, request):
+            asked.append(request.components.components)
+            self.answer = Future()
+            return self.answer
+
+    client = Client()
+    stage.node.create_client = lambda kind, service: client
+    stage.node.destroy_client = destroyed.append
+    request = SimpleNamespace(components=SimpleNamespace(components=0))
+    kind = SimpleNamespace(Request=lambda: request)
+    monkeypatch.setattr(scene_request, "get_service", lambda name: kind)
+    display = made(stage, PlanningScene, {"Move Group Namespace": "left"})
+    display.tick()
+    assert not asked
+    stage.node.topics["/left/get_planning_scene"] = ["moveit_msgs/srv/GetPlanningScene"]
+    for _ in range(2):
+        display._request._due = 0.0
+        display.tick()
+    assert len(asked) == 2
+    client.answer.set_result(SimpleNamespace(scene=scene(box("a"))))
+    assert len(solids(display, stage)) == 1
+    display._request._due = 0.0
+    display.tick()
+    assert len(asked) == len(destroyed) == 2
 
 
 def test_what_cannot_be_drawn_of_a_scene_is_told(stage):

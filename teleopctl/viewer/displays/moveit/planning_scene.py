@@ -8,6 +8,7 @@ from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.collision_objects import SceneObjects
 from teleopctl.viewer.displays.moveit.ghost import Ghost
+from teleopctl.viewer.displays.moveit.scene_request import SceneRequest
 from teleopctl.viewer.displays.moveit.states import Positions, positions_in
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import rgba_of
@@ -16,6 +17,7 @@ from teleopctl.viewer.scene.canvas import Canvas
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
 SCENE_PROPERTIES = (
+    Property("Move Group Namespace", "", hint="Of the node that knows the whole scene"),
     Property("Scene Geometry/Show Scene Geometry", True),
     Property("Scene Geometry/Scene Alpha", 0.9, low=0.0, high=1.0),
     Property("Scene Geometry/Scene Color", (50, 230, 50)),
@@ -43,12 +45,24 @@ class PlanningScene(MoveItDisplay):
         self._state: Positions = {}
         self._octomap = False
         self._stale = False
+        self._request = SceneRequest(self.stage, self._take)
+
+    def started(self) -> None:
+        """Ask for the whole scene, since what is published is what changes."""
+        super().started()
+        self._request.begin()
+
+    def stopped(self) -> None:
+        """Take everything out of the picture."""
+        self._request.end()
+        super().stopped()
 
     def received(self, message: Any) -> None:
         """Take a scene, or what has changed of it."""
         objects = self._objects
         objects.left_out = 0
         if not message.is_diff:
+            self._request.end()
             objects.clear()
             self._state = {}
         self._octomap = bool(len(message.world.octomap.octomap.data)) or (
@@ -67,6 +81,8 @@ class PlanningScene(MoveItDisplay):
 
     def tick(self) -> None:
         """Draw what has changed."""
+        namespace = self.values.text("Move Group Namespace").strip("/")
+        self._request.tick(f"/{namespace}/get_planning_scene".replace("//", "/"))
         if self._stale:
             self._stale = False
             self._draw()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from teleopctl.viewer.scene.surface_glb import linear_light
 from teleopctl.viewer.scene.unit_shapes import unit_shape
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ class PointsNode:
             faces,
             unturned,
             points,
-            batched_colors=colors,
+            batched_colors=_as_light(colors),
             opacity=None if alpha >= 1.0 else alpha,
             lod="off",
             flat_shading=True,
@@ -122,3 +123,8 @@ class PointsNode:
         if self._handle is not None:
             self._handle.remove()
         self._handle, self._kind = None, ()
+
+
+def _as_light(colors: Colors) -> Colors:
+    """Colours for viser's batches, which take numbers for amounts of light."""
+    return np.rint(255.0 * linear_light(colors / 255.0)).astype(np.uint8)
