@@ -29,7 +29,11 @@ if TYPE_CHECKING:
         Pose as Pose,
         Sphere as Sphere,
     )
-    from teleopctl.robot.xacro_file import expand_xacro as expand_xacro
+    from teleopctl.robot.xacro_file import (
+        ExpandedXacro as ExpandedXacro,
+        expand_xacro as expand_xacro,
+        read_xacro as read_xacro,
+    )
 else:
     from teleopctl.lazy import attach
 
@@ -44,6 +48,6 @@ else:
             "kinematics": "SegmentTree",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
-            "xacro_file": "expand_xacro",
+            "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

@@ -18,7 +18,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 from xml.parsers.expat import ExpatError, errors
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlError
@@ -51,6 +51,18 @@ _EXPRESSION_ERRORS = (
 )
 
 
+class ExpandedXacro(NamedTuple):
+    """A xacro file, expanded.
+
+    Attributes:
+        text: URDF.
+        files: The files that it was made from, the file itself first.
+    """
+
+    text: str
+    files: tuple[Path, ...]
+
+
 def expand_xacro(
     path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
 ) -> str:
@@ -69,6 +81,17 @@ def expand_xacro(
         InvalidDescriptionError: When the file is missing, is not XML, cannot be expanded, or in
             safe mode asks for more than that.
     """
+    return read_xacro(path, mappings, safe=safe).text
+
+
+def read_xacro(
+    path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
+) -> ExpandedXacro:
+    """Expand a xacro file as `expand_xacro` does, and tell the files that it includes.
+
+    Raises:
+        InvalidDescriptionError: As `expand_xacro`.
+    """
     import xacro
     from xacro import substitution_args
 
@@ -86,9 +109,12 @@ def expand_xacro(
         contextlib.redirect_stdout(printed),
         _only_arithmetic(xacro) if safe else contextlib.nullcontext(),
     ):
+        # xacro notes what it includes, and never forgets.
+        xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
             text: str = document.toprettyxml(indent="  ")
+            included = dict.fromkeys(Path(name).absolute() for name in xacro.all_includes)
         except ExpatError as error:
             raise _syntax_error(xacro, error) from error
         except OSError as error:
@@ -101,7 +127,7 @@ def expand_xacro(
             raise _expansion_error(xacro, Path(path), error) from error
     for line in printed.getvalue().splitlines():
         _log.warning("%s: %s", path, line)
-    return text
+    return ExpandedXacro(text, (Path(path).absolute(), *included))
 
 
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:

@@ -21,6 +21,7 @@ from teleopctl.tf import Buffer, TransformListener
 from teleopctl.viewer.page.server import close_server
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.picture import Picture
+from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.scene.frames import Frames
 from teleopctl.viewer.unknown_types import UnknownTypes
 
@@ -70,6 +71,7 @@ class Viewer(Node):
         )
         self._timer.cancel()
         self.picture = Picture(server, self, view)
+        self.robot_file = RobotFile(self)
         self.panels = self._make_panels(panels)
         self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
         server.on_client_connect(self.on(lambda _client: self._look()))
@@ -109,6 +111,12 @@ class Viewer(Node):
     def knows(self, type_name: str) -> bool:
         """Whether a type is known on this machine; see `Stage.knows`."""
         return known_types().find(type_name) is not None
+
+    @property
+    def robot_folder(self) -> Path | None:
+        """Where the robot's description is from, as far as that is known."""
+        path = self.robot_file.path
+        return None if path is None else path.parent
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         """Do something that takes long, in another thread; see `Stage.work`."""
@@ -198,6 +206,7 @@ class Viewer(Node):
         """Close the page, then the node."""
         for panel in self.panels:
             panel.close()
+        self.robot_file.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         close_server(self.server)
         super().destroy_node()

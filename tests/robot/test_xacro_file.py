@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.packages import package_share
-from teleopctl.robot.xacro_file import expand_xacro
+from teleopctl.robot.xacro_file import expand_xacro, read_xacro
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -206,3 +206,18 @@ def test_safe_mode_refuses_everything_else_and_leaves_xacro_as_it_was(write, tex
     assert str(path) in refused.value.message
     monkeypatch.setenv("TELEOPCTL_SAFE", "0")
     assert "built-in function" in expand_xacro(write('<link name="${math.sin}"/>'))
+
+
+def test_the_files_that_are_included_are_told_each_time_anew(tmp_path):
+    xacro = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    (tmp_path / "values.yaml").write_text("a: 1")
+    inner, outer = tmp_path / "inner.xacro", tmp_path / "outer.xacro"
+    inner.write_text(f"<robot {xacro}><link name='a'/></robot>")
+    include = '<xacro:include filename="inner.xacro"/>'
+    values = '<xacro:property name="v" value="${xacro.load_yaml(\'values.yaml\')}"/>'
+    outer.write_text(
+        f"<robot {xacro}>{include}{values}<link name='${{v[&quot;a&quot;]}}'/></robot>"
+    )
+    assert set(read_xacro(outer).files) == {outer, inner, tmp_path / "values.yaml"}
+    assert read_xacro(inner).files == (inner,)
+    assert read_xacro(outer).text == expand_xacro(outer)

@@ -87,6 +87,7 @@ class FakePage:
         self.scene = server.scene
         self.gui = server.gui
         self.frames = Frames(server.scene, Buffer())
+        self.robot_folder: Any = None
         self.displays: list[Any] = []
         self.picture: Any = None
         self.client = FakeClient()

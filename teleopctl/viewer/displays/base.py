@@ -10,6 +10,7 @@ reading files, is given to `Stage.work` in another thread.
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from teleopctl.viewer.displays.properties import Properties, Property
@@ -43,6 +44,10 @@ class Stage(Protocol):
     @property
     def frames(self) -> Frames:
         """Where frames stand."""
+
+    @property
+    def robot_folder(self) -> Path | None:
+        """Where the robot's description is from, as far as that is known."""
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
         """Make a function that viser calls one that runs on the node's thread instead."""

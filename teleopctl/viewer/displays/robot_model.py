@@ -91,10 +91,13 @@ class RobotModel(Display):
     def _take_text(self, read: Callable[[], str]) -> None:
         self._turn += 1
         turn, known = self._turn, self._parts
+        folder = self.stage.robot_folder
+        if self.values.text("Description Source") == "File":
+            folder = Path(self.values.text("Description File")).expanduser().parent
 
         def task() -> tuple[RobotDescription, Parts]:
             description = RobotDescription.from_urdf(read())
-            return description, load_parts(description, known)
+            return description, load_parts(description, known, folder)
 
         if self._description is None:
             self.say(OK, "Reading the robot")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.packages import resolve_uri
 from teleopctl.robot import Geometry, RobotDescription
 from teleopctl.viewer.scene.drawing import Rgba
-from teleopctl.viewer.scene.mesh_files import MeshFile, load_mesh, stamp_of_file
+from teleopctl.viewer.scene.mesh_files import MeshFile, file_of, load_mesh, stamp_of_file
 from teleopctl.viewer.scene.shapes import mesh_uris, undrawable
 
 
@@ -39,31 +39,32 @@ class Parts:
     __hash__ = None  # type: ignore[assignment]
 
 
-def load_parts(description: RobotDescription, known: Parts) -> Parts:
+def load_parts(description: RobotDescription, known: Parts, folder: Path | None = None) -> Parts:
     """Read the files of a robot, each once; those that have not changed are taken over.
 
     Args:
         description: The robot.
         known: What was read before.
+        folder: Where the description is from, for paths that are relative to it.
     """
     meshes: dict[str, MeshFile] = {}
     textures: dict[str, Rgba] = {}
     faults: list[str] = []
-    shapes = _shapes(description)
+    shapes = shapes_of(description)
     for uri in mesh_uris(shapes):
         old = known.meshes.get(uri)
         if old is not None and _is_unchanged(old):
             meshes[uri] = old
         else:
             try:
-                meshes[uri] = load_mesh(uri)
+                meshes[uri] = load_mesh(uri, folder)
             except TeleopctlError as error:
                 faults.append(error.message)
                 continue
         faults += meshes[uri].faults
     for uri in _texture_uris(description):
         try:
-            textures[uri] = _mean_color(uri)
+            textures[uri] = _mean_color(file_of(uri, folder))
         except (TeleopctlError, OSError, ValueError) as error:
             faults.append(f"Texture '{uri}' cannot be read: {error}")
     if strange := sum(map(undrawable, shapes)):
@@ -78,7 +79,8 @@ def _is_unchanged(mesh: MeshFile) -> bool:
         return False
 
 
-def _shapes(description: RobotDescription) -> list[Geometry]:
+def shapes_of(description: RobotDescription) -> list[Geometry]:
+    """All shapes of a robot, those that are seen first."""
     links = description.links.values()
     return [visual.geometry for link in links for visual in link.visuals] + [
         collision.geometry for link in links for collision in link.collisions
@@ -94,11 +96,10 @@ def _texture_uris(description: RobotDescription) -> list[str]:
     return list(found)
 
 
-def _mean_color(uri: str) -> Rgba:
+def _mean_color(path: Path) -> Rgba:
     """The colour of a texture as a whole: shapes of a URDF say not where a picture goes.
 
     Raises:
-        TeleopctlError: Its package is unknown.
         OSError: It cannot be read.
         ValueError: It is too large.
     """
@@ -106,7 +107,7 @@ def _mean_color(uri: str) -> Rgba:
 
     from teleopctl.viewer.scene.textures import fit_texture
 
-    with Image.open(resolve_uri(uri)) as image:
+    with Image.open(path) as image:
         pixel = fit_texture(image).convert("RGBA").resize((1, 1), Image.Resampling.BOX)
     red, green, blue, opacity = pixel.tobytes()
     return red / 255, green / 255, blue / 255, opacity / 255

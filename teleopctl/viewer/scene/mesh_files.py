@@ -53,18 +53,19 @@ class MeshFile:
     stamp: tuple[int, int] = (0, 0)
 
 
-def load_mesh(uri: str, *, bare: bool = False) -> MeshFile:
+def load_mesh(uri: str, folder: Path | None = None, *, bare: bool = False) -> MeshFile:
     """Read a mesh.
 
     Args:
         uri: ``package://``, ``file://`` or a path.
+        folder: Where the description that names it is from; see `file_of`.
         bare: Whether to leave its materials out.
 
     Raises:
         MeshError: There is none, or it cannot be read.
     """
     try:
-        path = resolve_uri(uri)
+        path = file_of(uri, folder)
     except (TeleopctlError, ValueError, RuntimeError) as error:
         raise MeshError(f"Mesh '{uri}': {error}") from error
     named = f"Mesh {path}" if str(path) == uri else f"Mesh '{uri}': {path}"
@@ -120,6 +121,23 @@ def _read(
         raise MeshError(f"{named} cannot be read: {reason}") from error
     faults = tuple(f"{named} {fault}" for fault in content.faults)
     return MeshFile(path, content.glb, content.vertices, content.faces, content.box, faults, stamp)
+
+
+def file_of(uri: str, folder: Path | None = None) -> Path:
+    """The file that a description names.
+
+    Args:
+        uri: ``package://``, ``file://`` or a path.
+        folder: Where the description is from. What is sent over the wire is from nowhere, so that
+            RViz finds no relative path; many descriptions of small robots have them.
+
+    Raises:
+        NotFoundError: Its package is unknown.
+    """
+    path = resolve_uri(uri)
+    if folder is None or path.is_absolute() or path.exists():
+        return path
+    return folder / path
 
 
 def stamp_of_file(path: Path) -> tuple[int, int]:

@@ -1,0 +1,159 @@
+"""Reloads the robot when its description or one of its meshes is saved.
+
+Whoever launches the page tells it the file that the description was made from. When that file,
+one that it includes or a mesh is saved, the description is expanded anew and given to the node
+that publishes it, so that everybody sees the new robot. A description with a mistake is told on
+the page, and the old robot stays.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node import Parameter
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import RobotDescription, read_xacro
+from teleopctl.viewer.displays.robot_model import RobotModel
+from teleopctl.viewer.displays.robot_parts import shapes_of
+from teleopctl.viewer.file_watch import FileWatch
+from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.remote.service_calls import ServiceCalls
+from teleopctl.viewer.scene.mesh_files import file_of
+from teleopctl.viewer.scene.shapes import mesh_uris
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.panels.base import Page
+
+FILE_PARAMETER = "robot_description_file"
+ARGUMENTS_PARAMETER = "robot_description_arguments"
+_TOPIC = "robot_description"
+
+
+class _Read(NamedTuple):
+    """A description, and the files that it was made from and names."""
+
+    text: str
+    files: tuple[Path, ...]
+
+
+class RobotFile:
+    """Watches the file that the robot's description is made from.
+
+    Args:
+        page: The viewer; its parameters name the file and the values of its arguments.
+
+    Attributes:
+        path: The file; None where nobody told it.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        node = page.node
+        file = str(node.declare_parameter(FILE_PARAMETER, "").value)
+        arguments = node.declare_parameter(ARGUMENTS_PARAMETER, [""]).value
+        self.path = resolve_uri(file).absolute() if file else None
+        self._arguments = _mappings(arguments)
+        self._text = ""
+        self._files: tuple[Path, ...] = ()
+        self._told = ""
+        self._turn = 0
+        self._calls = ServiceCalls(page)
+        self._watch = FileWatch(page.on(self._read))
+        self._note: Any = page.gui.add_html("", visible=False)
+        if self.path is not None:
+            self._read()
+
+    def close(self) -> None:
+        """Watch nothing any more."""
+        self._watch.close()
+        self._calls.close()
+
+    def _read(self) -> None:
+        path = self.path
+        assert path is not None
+        self._turn += 1
+        turn = self._turn
+        self._page.stage.work(
+            lambda: _read(path, self._arguments), lambda result: self._have(turn, result)
+        )
+
+    # Any: a task's result, or its exception.
+    def _have(self, turn: int, result: Any) -> None:
+        if turn != self._turn:
+            return
+        if isinstance(result, TeleopctlError):
+            # what it includes is as it was known before
+            self._watch.watch(self._files or ((self.path,) if self.path else ()))
+            self._tell(f"The robot is not reloaded: {result.message}")
+            return
+        if isinstance(result, BaseException):
+            raise result
+        first, before = not self._files, self._text
+        self._text, self._files = result
+        self._watch.watch(self._files)
+        if first or result.text == before:
+            self._tell("")
+            if not first:
+                self._reload_meshes()
+        elif self._page.node.get_parameter("use_sim_time").value:
+            self._tell("The description has changed; the simulation keeps its robot until the end.")
+        else:
+            self._publish()
+
+    def _reload_meshes(self) -> None:
+        for display in self._page.picture.displays:
+            if isinstance(display, RobotModel):
+                display.reload()
+
+    def _publish(self) -> None:
+        """Give the new description to whoever publishes the robot's."""
+        node = self._page.node
+        publishers = node.get_publishers_info_by_topic(node.resolve_topic_name(_TOPIC))
+        if not publishers:
+            self._tell("The robot is not reloaded: nobody publishes robot_description")
+            return
+        owner = f"{publishers[0].node_namespace.rstrip('/')}/{publishers[0].node_name}"
+        parameter = Parameter(_TOPIC, Parameter.Type.STRING, self._text)
+        self._calls.call(
+            f"{owner}/set_parameters",
+            "rcl_interfaces/srv/SetParameters",
+            lambda response: self._answered(owner, response),
+            lambda why: self._tell(f"The robot is not reloaded: {why}"),
+            parameters=[parameter.to_parameter_msg()],
+        )
+
+    # Any: a message.
+    def _answered(self, owner: str, response: Any) -> None:
+        result = response.results[0] if response.results else None
+        if result is not None and result.successful:
+            self._tell("")
+            self._reload_meshes()
+        else:
+            why = result.reason if result is not None else "no answer"
+            self._tell(f"The robot is not reloaded: {owner} refuses it: {why}")
+
+    def _tell(self, text: str) -> None:
+        """Show a sentence above the tabs until the next save; nothing for none."""
+        if text and text != self._told:
+            self._page.node.get_logger().warning(text)
+        self._told = text
+        self._note.content = f'<div style="color:#fa5252;padding:0.5em 1em">{escaped(text)}</div>'
+        self._note.visible = bool(text)
+
+
+def _mappings(arguments: Any) -> dict[str, str]:
+    pairs = (str(argument).partition(":=") for argument in arguments)
+    return {name: value for name, separator, value in pairs if separator}
+
+
+def _read(path: Path, arguments: dict[str, str]) -> _Read:
+    expanded = read_xacro(path, arguments)
+    description = RobotDescription.from_urdf(expanded.text)
+    files = list(expanded.files)
+    for uri in mesh_uris(shapes_of(description)):
+        with contextlib.suppress(TeleopctlError):  # the display says so
+            files.append(file_of(uri, path.parent))
+    return _Read(expanded.text, tuple(dict.fromkeys(files)))
