@@ -38,6 +38,10 @@ READY = "ready"
 LAUNCH = "launch"
 """The kind of a process that starts and watches others."""
 
+FOREGROUND_LAUNCH = "foreground launch"
+"""The kind of a launch that somebody watches; it counts only once it has been killed."""
+LAUNCHES = (LAUNCH, FOREGROUND_LAUNCH)
+
 _ANNOUNCE = "TELEOPCTL_ANNOUNCE"
 _RECORDS = "processes"
 # A process that is no child cannot be waited for on every system: it is looked at this often.
@@ -75,7 +79,7 @@ class ProcessRecord(NamedTuple):
         start: When it started.
         command: Program and arguments.
         log_file: Its output.
-        kind: ``router``, ``node`` or ``launch``.
+        kind: ``router``, ``node``, ``launch`` or ``foreground launch``.
         file: The record itself; None for what a launch started, of which the launch keeps book.
     """
 
@@ -151,6 +155,17 @@ def start(
     return record
 
 
+def record_this_process(name: str, command: Sequence[str], log_file: Path, *, kind: str) -> Path:
+    """Write a record of this process and return its file, to be removed when it ends.
+
+    Raises:
+        SystemFailureError: It cannot be written.
+    """
+    file = runtime_dir() / _RECORDS / f"{(pid := os.getpid())}.json"
+    _write(ProcessRecord(name, pid, start_of(pid), tuple(command), log_file, kind), file)
+    return file
+
+
 def announce_ready(failure: str | None = None) -> None:
     """Tell whoever started this process in the background that it is up, or why it is not.
 
@@ -185,7 +200,7 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
     alive = []
     for path, record in _all_records(folder):
         if record is not None and is_alive(record):
-            alive.append(record)
+            alive += [record] if record.kind != FOREGROUND_LAUNCH else []
         elif record is None or not _is_kept(record):
             path.unlink(missing_ok=True)
     return sorted(alive, key=lambda record: record.start.time)
@@ -247,7 +262,7 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
 
 def _is_kept(record: ProcessRecord) -> bool:
     """Whether a record outlives its process."""
-    return record.kind == LAUNCH or progress.died(record.log_file)
+    return record.kind in LAUNCHES or progress.died(record.log_file)
 
 
 def _await_ready(

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
-from teleopctl.errors import LaunchError
+from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.execution.running import died, forget_died, stopped_by_ctrl_c
 from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
@@ -61,9 +62,15 @@ def run_here(plan: LaunchPlan, *, on_terminal: bool = False, coloured: bool = Fa
 
     _prepare(plan)
     outlive_output()
-    if not on_terminal:
-        return Supervisor(plan).run()
+    with _findable_if_killed(plan):
+        if not on_terminal:
+            return Supervisor(plan).run()
+        return _run_on_terminal(plan, coloured=coloured)
+
+
+def _run_on_terminal(plan: LaunchPlan, *, coloured: bool) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
+    from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.launch.execution.terminal import Terminal
 
     terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
@@ -117,6 +124,25 @@ def free_name(name: str) -> str:
         for number in range(2, len(taken) + 3)
         if (candidate := f"{name}-{number}") not in taken
     )
+
+
+@contextlib.contextmanager
+def _findable_if_killed(plan: LaunchPlan) -> Iterator[None]:
+    """While the block runs, keep the record by which ``ps`` and ``stop`` find what it leaves."""
+    record = None
+    # Who cannot have one is only not found.
+    with contextlib.suppress(TeleopctlError):
+        record = background.record_this_process(
+            "launch",
+            ["teleopctl", "launch", str(plan.log_directory / PLAN_FILE)],
+            plan.log_directory / "launch.log",
+            kind=background.FOREGROUND_LAUNCH,
+        )
+    try:
+        yield
+    finally:
+        if record is not None:
+            record.unlink(missing_ok=True)
 
 
 def _prepare(plan: LaunchPlan) -> None:

@@ -135,6 +135,37 @@ def test_what_a_killed_launch_leaves_behind_is_listed_and_can_be_stopped(ros):
     assert list(processes(ros)) == ["router"]
 
 
+def test_what_a_killed_launch_in_the_foreground_leaves_behind_can_be_stopped(ros):
+    (ros.folder / "two.yaml").write_text(TWO_NODES)
+    launch = ros.spawn("launch two.yaml")
+    launch.wait_for_line("Publishing")
+    # As long as somebody watches it, it is not in the background.
+    assert list(processes(ros)) == ["router"]
+    psutil.Process(launch.pid).kill()
+    eventually(
+        lambda: list(processes(ros)) == ["router", "simple_publisher-1", "simple_subscriber-2"]
+    )
+    left = [entry["pid"] for name, entry in processes(ros).items() if name != "router"]
+    told = ros.run("stop")
+    assert "simple_publisher-1 has been stopped" in told.stdout
+    assert told.stderr == ""
+    assert not any(runs(pid) for pid in left)
+    assert list(processes(ros)) == ["router"]
+    assert "Nothing runs" in ros.run("stop").stderr
+
+
+def test_a_launch_in_the_foreground_that_ends_leaves_no_record(ros):
+    (ros.folder / "two.yaml").write_text(TWO_NODES)
+    launch = ros.spawn("launch two.yaml")
+    launch.wait_for_line("Publishing")
+    folder = ros.folder / "runtime" / "processes"
+    before = set(folder.iterdir())
+    assert any(file.stem == str(launch.pid) for file in before)
+    launch.interrupt()
+    launch.wait()
+    assert {file.stem for file in before - set(folder.iterdir())} == {str(launch.pid)}
+
+
 def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
     (ros.folder / "dies.yaml").write_text(
         "launch:\n"

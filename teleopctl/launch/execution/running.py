@@ -70,7 +70,7 @@ def died(folder: Path | None = None) -> list[Running]:
     found = [
         Running(record, is_alive=False, ending=_ending_of(record))
         for record in background.ended(folder)
-        if record.kind != background.LAUNCH
+        if record.kind not in background.LAUNCHES
     ]
     launches = [r for r in background.records(folder) if r.kind == background.LAUNCH]
     launches += [r for r in background.ended(folder) if r.kind == background.LAUNCH]
@@ -119,7 +119,7 @@ def _orphans(folder: Path | None) -> list[Running]:
     """Return what still runs of launches that were killed."""
     found: list[Running] = []
     for launch in background.ended(folder):
-        if launch.kind != background.LAUNCH:
+        if launch.kind not in background.LAUNCHES:
             continue
         statuses = status.read(status.folder_of(launch)) or ()
         alive = [
@@ -127,7 +127,9 @@ def _orphans(folder: Path | None) -> list[Running]:
             for process in statuses
             if process.state == "running" and background.is_alive(process.record())
         ]
-        if not alive and not any(process.state == "died" for process in statuses):
+        # Whoever watched a launch has seen what died in it.
+        is_told = launch.kind == background.FOREGROUND_LAUNCH
+        if not alive and (is_told or not any(process.state == "died" for process in statuses)):
             background.forget(launch)
         found.extend(alive)
     return found

@@ -40,8 +40,8 @@ class Supervisor:
 
     Args:
         plan: What to start; its log folder and files have been written.
-        in_background: Whether to keep the status file that ``ps`` reads. The launch's own lines
-            then go to the log of the background process alone.
+        in_background: Whether the launch's own lines go to the log of the background process
+            alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
     """
 
@@ -53,7 +53,6 @@ class Supervisor:
         terminal: Terminal | None = None,
     ) -> None:
         self._plan = plan
-        self._in_background = in_background
         # SimpleQueue may be filled from a signal handler, other queues may not.
         self._events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
@@ -131,14 +130,14 @@ class Supervisor:
             self._say("WARNING", warning)
         for level, message in self._plan.messages:
             self._screen.say(level, "launch.user", message)
+        self._publish_status()  # of a launch that starts nothing, too
         for index, child in enumerate(self._children):
             if child.plan.start_delay > 0:
                 self._after(child.plan.start_delay, partial(self._start_child, index))
             else:
-                self._start_child(index, publish=False)
-        self._publish_status()
+                self._start_child(index)
 
-    def _start_child(self, index: int, *, publish: bool = True) -> None:
+    def _start_child(self, index: int) -> None:
         child = self._children[index]
         if self._shutting_down:
             self._expected.discard(index)
@@ -159,10 +158,9 @@ class Supervisor:
             self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
             child.attend()
             self._live.add(index)
-            if self._in_background and child.pid is not None:
+            if child.pid is not None:
                 self._starts[index] = start_of(child.pid)
-        if publish:
-            self._publish_status()
+        self._publish_status()
 
     def _exited(self, child: Child) -> None:
         index = self._children.index(child)
@@ -194,9 +192,7 @@ class Supervisor:
             return False
         if 0 <= plan.respawn_max_retries <= child.retries:
             return False
-        return not (
-            self._in_background and status.is_marked_stopped(self._plan.log_directory, plan.name)
-        )
+        return not status.is_marked_stopped(self._plan.log_directory, plan.name)
 
     def _required_ended(self, child: Child) -> None:
         self._say("INFO", f"process[{child.plan.name}] was required: shutting down launched system")
@@ -273,8 +269,6 @@ class Supervisor:
         self._screen.say(level, _LAUNCH, text)
 
     def _publish_status(self) -> None:
-        if not self._in_background:
-            return
         try:
             status.write(self._plan.log_directory, self.statuses())
         except OSError:
