@@ -30,6 +30,7 @@ _VERBS = {
     "ps": ("ps:VERB", "List what runs in the background."),
     "logs": ("logs:VERB", "Show the output of a background process."),
     "stop": ("stop:VERB", "Stop background processes."),
+    "top": ("top:VERB", "Watch processes, topics, controllers and the log."),
     "topic": ("topic:GROUP", "List, watch, measure and publish topics."),
     "node": ("node:GROUP", "List nodes and what they offer."),
     "graph": ("graph:VERB", "Draw the graph of nodes and topics."),

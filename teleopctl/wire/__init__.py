@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         transport_callback as transport_callback,
     )
     from teleopctl.wire.config import session_config as session_config
+    from teleopctl.wire.connections import session_ports as session_ports
     from teleopctl.wire.graph import (
         Graph as Graph,
         GraphWatcher as GraphWatcher,
@@ -57,6 +58,7 @@ else:
             "attachment": "Attachment decode_attachment encode_attachment",
             "callbacks": "in_transport_callback transport_callback",
             "config": "session_config",
+            "connections": "session_ports",
             "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
             "keys": "topic_key",
             "qos": "INFINITE_NS EndpointQos",

@@ -1,0 +1,293 @@
+"""The screen of ``teleopctl top``: four tables, and keys for what can be done with a row."""
+
+from __future__ import annotations
+
+import time
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable, Footer, Static, TabbedContent, TabPane
+
+from teleopctl.cli.verbs.top.controllers import ControllerRow, Controllers
+from teleopctl.cli.verbs.top.log import Log
+from teleopctl.cli.verbs.top.parameter_screen import ParameterScreen
+from teleopctl.cli.verbs.top.processes import NodeRow, Processes
+from teleopctl.cli.verbs.top.questions import Ask, Confirm
+from teleopctl.cli.verbs.top.stopping import stop_process, what_stops
+from teleopctl.cli.verbs.top.table import LiveTable
+from teleopctl.cli.verbs.top.tables import (
+    COLUMNS,
+    LEVELS,
+    TITLES,
+    controller_rows,
+    log_rows,
+    node_rows,
+    topic_rows,
+)
+from teleopctl.cli.verbs.top.topic_screens import EchoScreen, PlotScreen
+from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow, Topics
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import get_message, numeric_fields
+from teleopctl.node import Node
+
+_CONTROLLERS_EVERY_S = 2.0
+
+
+class Top(App[None]):
+    """Looks at the graph again and again.
+
+    Args:
+        node: Asks and subscribes; it needs no executor.
+        period_s: Seconds between two looks.
+    """
+
+    TITLE = "teleopctl top"
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    #summary { height: 1; padding: 0 1; background: $panel; }
+    #headline { height: 1; padding: 0 1; background: $panel; }
+    #tabs { height: 1fr; }
+    TabPane { padding: 0; }
+    LiveTable { height: 1fr; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("1", "tab('nodes')", "Nodes", show=False),
+        Binding("2", "tab('topics')", "Topics", show=False),
+        Binding("3", "tab('controllers')", "Controllers", show=False),
+        Binding("4", "tab('log')", "Log", show=False),
+        Binding("tab", "next_tab", "Next", priority=True, key_display="1-4"),
+        Binding("e", "echo", "Echo"),
+        Binding("g", "plot", "Plot"),
+        Binding("m", "measure", "Measure"),
+        Binding("p", "parameters", "Parameters"),
+        Binding("s", "stop", "Stop"),
+        Binding("o", "order", "Order"),
+        Binding("l", "level", "Level"),
+        Binding("slash", "filter", "Filter", key_display="/"),
+        Binding("q", "quit", "Quit"),
+        Binding("ctrl+c", "quit", "Quit", show=False, priority=True),
+    ]
+
+    def __init__(self, node: Node, period_s: float) -> None:
+        super().__init__()
+        self._node = node
+        self._period_s = period_s
+        self._processes = Processes(node)
+        self._topics = Topics(node)
+        self._controllers = Controllers(node)
+        self._log_lines = Log(node)
+        self._node_rows: dict[str, NodeRow] = {}
+        self._topic_rows: dict[str, TopicRow] = {}
+        self._controller_rows: list[ControllerRow] = []
+        self._asked_s = 0.0
+        self._chosen_heavy: set[str] = set()
+        self._by_load = False
+        self._filter = ""
+        self._level = 1
+
+    def compose(self) -> ComposeResult:
+        """A line of sums, the four tables, the keys."""
+        yield Static(id="summary")
+        with TabbedContent(id="tabs"):
+            for tab, title in TITLES.items():
+                with TabPane(title, id=tab):
+                    name, columns = COLUMNS[tab]
+                    yield LiveTable(name, columns, id=f"{tab}-table", is_text=tab == "log")
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Look, and go on looking."""
+        self.action_tab("nodes")
+        self.look()
+        self.set_interval(self._period_s, self.look)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether a key does something where one is; the last line shows only those that do."""
+        del parameters
+        places = {
+            "echo": "topics",
+            "plot": "topics",
+            "measure": "topics",
+            "parameters": "nodes",
+            "stop": "nodes",
+            "level": "log",
+        }
+        if len(self.screen_stack) > 1 and action in {*places, "tab", "next_tab", "order", "filter"}:
+            return False
+        return action not in places or places[action] == self._tab
+
+    @property
+    def _tab(self) -> str:
+        return str(self.query_one("#tabs", TabbedContent).active)
+
+    @property
+    def table(self) -> LiveTable:
+        """The table on the screen."""
+        return self.query_one(f"#{self._tab}-table", LiveTable)
+
+    def look(self) -> None:
+        """Take the numbers anew and fill the table on the screen."""
+        if len(self.screen_stack) != 1 or not self.query("#summary"):
+            return  # nobody sees it, or the screen is being taken down
+        graph = self._node.graph()
+        nodes = self._processes.look(graph)
+        topics = self._topics.look(graph)
+        self._node_rows = {f"{row.name} {row.pid}": row for row in nodes}
+        self._topic_rows = {row.name: row for row in topics}
+        load = sum({r.pid: r.cpu_percent for r in nodes if r.cpu_percent is not None}.values())
+        count = sum(row.is_node for row in nodes)
+        self.query_one("#summary", Static).update(
+            Text(f"{count} nodes  {len(topics)} topics  processor {load:.0f} %{self._narrowed()}")
+        )
+        now_s = time.monotonic()
+        if self._tab == "controllers" and now_s - self._asked_s >= _CONTROLLERS_EVERY_S:
+            self._asked_s = now_s
+            self.run_worker(lambda: self._ask_controllers(), thread=True, group="controllers")
+        self._fill()
+        self._listen()
+
+    def on_tabbed_content_tab_activated(self) -> None:
+        """Another table is on the screen."""
+        self.table.focus()
+        self._asked_s = 0.0
+        self.refresh_bindings()
+        self.call_after_refresh(self.look)
+
+    def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
+        """Enter on a row: what is asked for most."""
+        event.stop()
+        if self._tab == "topics":
+            self.action_echo()
+        elif self._tab == "nodes":
+            self.action_parameters()
+        elif self._tab == "log":
+            self.notify(self._log_lines.text(int(self.table.chosen or 0)), markup=False)
+
+    def action_tab(self, tab: str) -> None:
+        """Show another table."""
+        self.query_one("#tabs", TabbedContent).active = tab
+
+    def action_next_tab(self) -> None:
+        """Show the next table."""
+        names = list(TITLES)
+        self.action_tab(names[(names.index(self._tab) + 1) % len(names)])
+
+    def action_order(self) -> None:
+        """Order by load, or by name again."""
+        self._by_load = not self._by_load
+        self._fill()
+
+    def action_level(self) -> None:
+        """Show the next more serious lines only, or all again."""
+        self._level = (self._level + 1) % len(LEVELS)
+        self.notify(f"Lines from {LEVELS[self._level][1]} on")
+        self._fill()
+
+    def action_filter(self) -> None:
+        """Show only rows with a text in them."""
+
+        def apply(text: str | None) -> None:
+            if text is not None:
+                self._filter = text.strip()
+                self.look()
+
+        self.push_screen(Ask("Show only names with:", self._filter), apply)
+
+    def action_measure(self) -> None:
+        """Listen to a topic of large messages, or no more."""
+        row = self._topic_rows.get(self.table.chosen or "")
+        if row is not None:
+            self._chosen_heavy ^= {row.name}
+            self.look()
+
+    def action_echo(self) -> None:
+        """Show the messages of the topic under the cursor."""
+        row = self._topic_rows.get(self.table.chosen or "")
+        if row is not None:
+            self._open(EchoScreen(self._node, row.name, row.type_name))
+
+    def action_plot(self) -> None:
+        """Draw fields of the topic under the cursor."""
+        row = self._topic_rows.get(self.table.chosen or "")
+        if row is None:
+            return
+        try:
+            fields = tuple(f.path for f in numeric_fields(get_message(row.type_name)()))
+        except TeleopctlError:
+            fields = ()  # a type that is learnt when it is listened to
+
+        def draw(text: str | None) -> None:
+            paths = [path.strip() for path in (text or "").split(",") if path.strip()]
+            if not paths:
+                return
+            try:
+                self._open(PlotScreen(self._node, row.name, row.type_name, paths))
+            except TeleopctlError as error:
+                self.notify(error.message, severity="error", markup=False)
+
+        question = "Fields to draw, with commas between them, such as position[0]:"
+        self.push_screen(Ask(question, "", fields), draw)
+
+    def action_parameters(self) -> None:
+        """Show the parameters of the node under the cursor."""
+        row = self._node_rows.get(self.table.chosen or "")
+        if row is not None and row.is_node:
+            self._open(ParameterScreen(self._node, row.name))
+
+    def action_stop(self) -> None:
+        """Stop the process of the node under the cursor, after a question."""
+        row = self._node_rows.get(self.table.chosen or "")
+        if row is None:
+            return
+        if row.pid is None:
+            text = f"{row.name} runs on another machine or belongs to another user"
+            self.notify(text, severity="warning", markup=False)
+            return
+
+        def stop(answer: bool | None) -> None:
+            if answer:
+                self.run_worker(lambda: stop_process(row), thread=True)
+
+        self.push_screen(Confirm(f"Stop {what_stops(row)}?"), stop)
+
+    def _open(self, screen: EchoScreen | PlotScreen | ParameterScreen) -> None:
+        self._topics.listen_to(set())
+        self.push_screen(screen, lambda _: self.look())
+
+    def _narrowed(self) -> str:
+        return f"  only '{self._filter}'" if self._filter else ""
+
+    def _ask_controllers(self) -> None:
+        rows = self._controllers.look(self._node.graph())
+        self.call_from_thread(self._take_controllers, rows)
+
+    def _take_controllers(self, rows: list[ControllerRow]) -> None:
+        self._controller_rows = rows
+        if len(self.screen_stack) == 1 and self._tab == "controllers":
+            self._fill()
+
+    def _fill(self) -> None:
+        match self._tab:
+            case "nodes":
+                rows = node_rows(self._node_rows, by_load=self._by_load)
+            case "topics":
+                rows = topic_rows(self._topic_rows.values(), by_load=self._by_load)
+            case "controllers":
+                rows = controller_rows(self._controller_rows)
+            case _:
+                rows = log_rows(self._log_lines.lines(LEVELS[self._level][0]))
+        wanted = self._filter.lower()
+        self.table.fill([r for r in rows if not wanted or wanted in f"{r.name} {r.cells}".lower()])
+
+    def _listen(self) -> None:
+        """Measure the topics that are on the screen."""
+        seen = self.table.visible_keys() if self._tab == "topics" else set()
+        wanted = {
+            (row.name, row.type_name)
+            for row in self._topic_rows.values()
+            if (row.name in seen and row.type_name not in HEAVY_TYPES)
+            or (seen and row.name in self._chosen_heavy)
+        }
+        self._topics.listen_to(wanted)

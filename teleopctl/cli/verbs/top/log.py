@@ -1,0 +1,69 @@
+"""What nodes say on ``/rosout``."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from datetime import datetime
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.interfaces import get_message, to_nanoseconds
+from teleopctl.node import LoggingSeverity, qos_profile_rosout_default
+from teleopctl.printable import printable_text
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+MOST_LINES = 1000
+_LONGEST_TEXT = 2000
+
+
+class LogLine(NamedTuple):
+    """What a node said once; the time is local."""
+
+    time: str
+    level: int
+    node: str
+    text: str
+
+
+class Log:
+    """Keeps the newest lines.
+
+    Args:
+        node: Subscribes.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._lock = threading.Lock()
+        self._lines: deque[tuple[int, LogLine]] = deque(maxlen=MOST_LINES)
+        self._count = 0
+        node.create_subscription(
+            get_message("rcl_interfaces/msg/Log"),
+            "/rosout",
+            self._hear,
+            qos_profile_rosout_default,
+            immediate=True,
+        )
+
+    def lines(self, level: int = LoggingSeverity.INFO) -> list[tuple[int, LogLine]]:
+        """The lines that are as serious as that, with their numbers, the oldest first."""
+        with self._lock:
+            return [pair for pair in self._lines if pair[1].level >= level]
+
+    def text(self, number: int) -> str:
+        """The whole text of a line; empty if it is gone."""
+        with self._lock:
+            return next((line.text for count, line in self._lines if count == number), "")
+
+    def _hear(self, message: Any) -> None:
+        stamp_s = to_nanoseconds(message.stamp) / 1e9
+        line = LogLine(
+            datetime.fromtimestamp(stamp_s).strftime("%H:%M:%S.%f")[:-3],
+            message.level,
+            message.name,
+            printable_text(message.msg[:_LONGEST_TEXT]),
+        )
+        with self._lock:
+            self._count += 1
+            self._lines.append((self._count, line))

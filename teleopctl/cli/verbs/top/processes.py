@@ -1,0 +1,115 @@
+"""Nodes with the processor and memory of the processes that they are in."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING, NamedTuple
+
+import psutil
+
+from teleopctl.launch import Running, running
+from teleopctl.wire import session_ports
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.wire import Graph
+
+
+class NodeRow(NamedTuple):
+    """A node, or a background process without one.
+
+    Attributes:
+        name: Full name of the node, or the process's name.
+        pid: Its process, None where it is unknown: on another machine, or another user's.
+        cpu_percent: Share of one core since the last look.
+        memory: Resident memory in bytes.
+        running: What `teleopctl ps` knows of the process, or None.
+        is_node: Whether it is a node.
+    """
+
+    name: str
+    pid: int | None = None
+    cpu_percent: float | None = None
+    memory: int | None = None
+    running: Running | None = None
+    is_node: bool = True
+
+
+class Processes:
+    """Finds the processes of nodes, and what they use.
+
+    The router knows from which port each session came, the operating system which process has that
+    port. So nodes of a launch, of another terminal and of ROS 2 itself are found alike, as long as
+    they run on this machine and belong to the same user.
+
+    Args:
+        node: Its session asks the router.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._pids: dict[str, int | None] = {}
+        self._processes: dict[int, psutil.Process] = {}
+
+    def look(self, graph: Graph) -> list[NodeRow]:
+        """The nodes that are not hidden, and the background processes without any."""
+        nodes = [node for node in graph.nodes if not node.is_hidden]
+        self._find({node.zid for node in nodes})
+        background = {entry.record.pid: entry for entry in running()}
+        used = {pid: self._use(pid) for pid in {*self._pids.values(), *background} if pid}
+        for pid in self._processes.keys() - used.keys():
+            del self._processes[pid]
+        rows = []
+        for node in nodes:
+            pid = self._pids.get(node.zid) or 0
+            use = used.get(pid, (None, None))
+            rows.append(NodeRow(node.full_name, pid or None, *use, background.get(pid)))
+        shown = {row.pid for row in rows}
+        rows += [
+            NodeRow(entry.record.name, entry.record.pid, *used[pid], entry, is_node=False)
+            for pid, entry in background.items()
+            if pid not in shown
+        ]
+        return rows
+
+    def _find(self, sessions: set[str]) -> None:
+        for session in self._pids.keys() - sessions:
+            del self._pids[session]
+        new = sessions - self._pids.keys()
+        if not new:
+            return
+        ports = session_ports(self._node.context.session)
+        if not new & ports.keys():
+            return  # the router lists them in a moment
+        pid_by_port = _pid_by_port()
+        for session in new & ports.keys():
+            pids = [pid_by_port[port] for port in ports[session] if port in pid_by_port]
+            self._pids[session] = pids[0] if pids else None
+
+    def _use(self, pid: int) -> tuple[float | None, int | None]:
+        try:
+            process = self._processes.get(pid)
+            is_new = process is None
+            if process is None:
+                process = self._processes[pid] = psutil.Process(pid)
+            percent = process.cpu_percent()
+            return None if is_new else percent, process.memory_info().rss
+        except psutil.Error:
+            self._processes.pop(pid, None)
+            return None, None
+
+
+def _pid_by_port() -> dict[int, int]:
+    """The processes that have connections, by the local ports of these."""
+    pids: dict[int, int] = {}
+    try:
+        for connection in psutil.net_connections(kind="tcp"):
+            if connection.laddr and connection.raddr and connection.pid:
+                pids[connection.laddr.port] = connection.pid
+    except psutil.AccessDenied:  # macOS tells only of one's own processes, one by one
+        for process in psutil.process_iter():
+            with contextlib.suppress(psutil.Error):
+                for own in process.net_connections(kind="tcp"):
+                    if own.laddr and own.raddr:
+                        pids[own.laddr.port] = process.pid
+    return pids

@@ -1,0 +1,155 @@
+"""A table that is filled anew every second: the cursor stays on its row, columns fit the width."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple, TypeVar
+
+from rich.text import Text
+from textual.binding import Binding, BindingType
+from textual.coordinate import Coordinate
+from textual.widgets import DataTable
+
+from teleopctl.cli.verbs.top.text import shortened
+
+_Entry = TypeVar("_Entry")
+_PADDING = 2
+_SCROLLBAR = 2
+_LEAST_NAME = 12
+
+
+class Column(NamedTuple):
+    """A column besides the name's.
+
+    Attributes:
+        title: What stands above it.
+        width: In characters.
+        least_width: The narrowest screen that it is shown on, in characters.
+        is_number: Whether it is aligned to the right.
+    """
+
+    title: str
+    width: int
+    least_width: int = 0
+    is_number: bool = True
+
+
+class Row(NamedTuple):
+    """A row: its key, the name and the other cells, and a Rich style, "" for none."""
+
+    key: str
+    name: str
+    cells: Sequence[str]
+    style: str = ""
+
+
+class LiveTable(DataTable[Text]):
+    """Rows by key, with a name that takes what room is left.
+
+    Args:
+        title: What stands above the names.
+        columns: The others.
+        id: Of the widget.
+        is_text: The names are texts: they stand last, and lose their end where they are too long.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j", "cursor_down", "Down", show=False),
+        Binding("k", "cursor_up", "Up", show=False),
+    ]
+
+    def __init__(
+        self,
+        title: str,
+        columns: Sequence[Column],
+        *,
+        id: str,  # noqa: A002
+        is_text: bool = False,
+    ) -> None:
+        super().__init__(cursor_type="row", zebra_stripes=True, id=id)
+        self._is_text = is_text
+        self._title = title
+        self._all_columns = columns
+        self._name_width = 0
+        self._rows: list[Row] = []
+        self._keys: list[str] = []
+
+    @property
+    def chosen(self) -> str | None:
+        """The key of the row under the cursor."""
+        return self._keys[self.cursor_row] if 0 <= self.cursor_row < len(self._keys) else None
+
+    def visible_keys(self) -> set[str]:
+        """The keys of the rows that are on the screen."""
+        first = max(0, int(self.scroll_y))
+        return set(self._keys[first : first + max(1, self.size.height)])
+
+    def fill(self, rows: Sequence[Row]) -> None:
+        """Show these rows."""
+        self._rows = list(rows)
+        shown = self._shown_columns()
+        width = self.size.width - _SCROLLBAR - _PADDING
+        width -= sum(self._all_columns[index].width + _PADDING for index in shown)
+        width = max(_LEAST_NAME, width)
+        keys = [row.key for row in rows]
+        if (width, len(shown) + 1) != (self._name_width, len(self.columns)):
+            self._name_width = width
+            self._rebuild(shown)
+        elif keys != self._keys:
+            self._refill(shown)
+        else:
+            self._update(shown)
+
+    def on_resize(self) -> None:
+        """Fit the columns to the new width."""
+        self.fill(self._rows)
+
+    def _shown_columns(self) -> list[int]:
+        width = self.app.size.width
+        return [i for i, column in enumerate(self._all_columns) if width >= column.least_width]
+
+    def _rebuild(self, shown: list[int]) -> None:
+        chosen = self.chosen
+        self.clear(columns=True)
+        columns = [(Text(self._title), self._name_width)]
+        for index in shown:
+            column = self._all_columns[index]
+            title = Text(column.title, justify="right" if column.is_number else "left")
+            columns.append((title, column.width))
+        for title, width in self._in_order(columns):
+            self.add_column(title, width=width)
+        self._add_rows(shown, chosen)
+
+    def _refill(self, shown: list[int]) -> None:
+        chosen, scroll = self.chosen, self.scroll_y
+        self.clear()
+        self._add_rows(shown, chosen)
+        self.scroll_to(y=scroll, animate=False)
+
+    def _add_rows(self, shown: list[int], chosen: str | None) -> None:
+        for row in self._rows:
+            self.add_row(*self._cells(row, shown), key=row.key)
+        self._keys = [row.key for row in self._rows]
+        if chosen in self._keys:
+            self.move_cursor(row=self._keys.index(chosen), scroll=False)
+
+    def _update(self, shown: list[int]) -> None:
+        for line, row in enumerate(self._rows):
+            for place, cell in enumerate(self._cells(row, shown)):
+                coordinate = Coordinate(line, place)
+                if self.get_cell_at(coordinate) != cell:
+                    self.update_cell_at(coordinate, cell)
+
+    def _cells(self, row: Row, shown: list[int]) -> list[Text]:
+        name = row.name if self._is_text else shortened(row.name, self._name_width)
+        cells = [Text(name, style=row.style, overflow="ellipsis", no_wrap=True)]
+        for index in shown:
+            column = self._all_columns[index]
+            text = shortened(row.cells[index], column.width)
+            cells.append(
+                Text(text, style=row.style, justify="right" if column.is_number else "left")
+            )
+        return self._in_order(cells)
+
+    def _in_order(self, entries: list[_Entry]) -> list[_Entry]:
+        return [*entries[1:], entries[0]] if self._is_text else entries

@@ -1,0 +1,130 @@
+"""What stands in the four tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from teleopctl.cli.verbs.top import text
+from teleopctl.cli.verbs.top.controllers import ControllerRow
+from teleopctl.cli.verbs.top.log import LogLine
+from teleopctl.cli.verbs.top.processes import NodeRow
+from teleopctl.cli.verbs.top.table import Column, Row
+from teleopctl.cli.verbs.top.topics import HEAVY_TYPES, TopicRow
+
+TITLES = {"nodes": "1 Nodes", "topics": "2 Topics", "controllers": "3 Controllers", "log": "4 Log"}
+
+LEVELS = ((10, "DEBUG"), (20, "INFO"), (30, "WARN"), (40, "ERROR"))
+
+_WIDE, _MIDDLE = 100, 70
+
+COLUMNS: Mapping[str, tuple[str, Sequence[Column]]] = {
+    "nodes": (
+        "NODE",
+        (
+            Column("CPU %", 6),
+            Column("MEMORY", 9),
+            Column("PID", 8, 60),
+            Column("PROCESS", 24, _WIDE, is_number=False),
+        ),
+    ),
+    "topics": (
+        "TOPIC",
+        (
+            Column("HZ", 7),
+            Column("BANDWIDTH", 10, 48),
+            Column("AGE", 8),
+            Column("PUB", 3, _MIDDLE),
+            Column("SUB", 3, _MIDDLE),
+            Column("TYPE", 30, _WIDE, is_number=False),
+        ),
+    ),
+    "controllers": (
+        "CONTROLLER",
+        (
+            Column("STATE", 12, is_number=False),
+            Column("HZ", 5, 50),
+            Column("TYPE", 34, _WIDE, is_number=False),
+            Column("MANAGER", 20, _MIDDLE, is_number=False),
+        ),
+    ),
+    "log": (
+        "MESSAGE",
+        (
+            Column("TIME", 12, 80, is_number=False),
+            Column("LEVEL", 5, is_number=False),
+            Column("NODE", 20, 60, is_number=False),
+        ),
+    ),
+}
+
+_STATE_STYLES = {"active": "green", "inactive": "cyan", "unconfigured": "yellow"}
+_LEVEL_STYLES = {10: "dim", 20: "", 30: "yellow", 40: "red", 50: "bold red"}
+_LEVEL_NAMES = {**dict(LEVELS), 50: "FATAL"}
+
+
+def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
+    """Nodes by name, or the busiest first; background processes without a node come last."""
+
+    def place(item: tuple[str, NodeRow]) -> tuple[object, ...]:
+        row = item[1]
+        return (-(row.cpu_percent or 0.0) if by_load else not row.is_node, row.name, row.pid or 0)
+
+    return [
+        Row(
+            key,
+            row.name if row.is_node else f"({row.name})",
+            (
+                text.percent(row.cpu_percent),
+                text.size(row.memory),
+                str(row.pid or ""),
+                row.running.qualified_name if row.running else "",
+            ),
+        )
+        for key, row in sorted(nodes.items(), key=place)
+    ]
+
+
+def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
+    """Topics by name, or those of the largest bandwidth first."""
+    ordered = sorted(topics, key=lambda t: (-t.bandwidth if by_load else 0.0, t.name))
+    return [
+        Row(
+            topic.name,
+            topic.name,
+            (*_numbers(topic), str(topic.publishers), str(topic.subscriptions), topic.type_name),
+            "" if topic.publishers else "dim",
+        )
+        for topic in ordered
+    ]
+
+
+def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
+    """Controllers as their managers list them."""
+    return [
+        Row(
+            f"{c.manager} {c.name}",
+            c.name,
+            (c.state, str(c.update_rate or ""), c.type_name, c.manager),
+            _STATE_STYLES.get(c.state, ""),
+        )
+        for c in controllers
+    ]
+
+
+def log_rows(lines: Sequence[tuple[int, LogLine]]) -> list[Row]:
+    """Lines by their numbers, the newest first; what a node says in several lines is one row."""
+    return [
+        Row(
+            str(number),
+            " ".join(line.text.split()),
+            (line.time, _LEVEL_NAMES.get(line.level, str(line.level)), line.node),
+            _LEVEL_STYLES.get(line.level, ""),
+        )
+        for number, line in reversed(lines)
+    ]
+
+
+def _numbers(topic: TopicRow) -> tuple[str, str, str]:
+    if not topic.is_measured:
+        return ("m: look", "", "") if topic.type_name in HEAVY_TYPES else ("", "", "")
+    return text.rate(topic.rate), text.size(topic.bandwidth, "/s"), text.age(topic.age_s)

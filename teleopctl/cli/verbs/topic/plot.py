@@ -1,0 +1,169 @@
+"""Numbers of a topic over time, drawn with the characters of a terminal."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+from teleopctl.errors import InvalidMessageError, UsageError
+from teleopctl.interfaces import field_reader, numeric_fields
+from teleopctl.printable import printable_line
+
+MOST_TRACES = 12
+# Of one trace: ten minutes at 100 Hz.
+_MOST_POINTS = 60_000
+_LEAST_WIDTH, _LEAST_HEIGHT = 20, 6
+# Lines of a drawing besides its canvas: frame, labels of the axis and the legend.
+_OTHER_LINES = 5
+_OTHER_COLUMNS = 14
+_COLOURS = ("blue", "red", "green", "yellow", "cyan", "magenta")
+# Numbers of the axis between these powers of ten are written as they are.
+_SMALLEST_EXPONENT, _LARGEST_EXPONENT = -3, 5
+
+
+class _Trace:
+    """The newest numbers of one field."""
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self.points: deque[tuple[float, float]] = deque(maxlen=_MOST_POINTS)
+
+
+class Traces:
+    """The numbers of some fields in a window of time; any thread may add, another one draw.
+
+    Args:
+        fields: Paths of fields; each element of an array is a trace of its own.
+        window_s: How far back is drawn, in seconds.
+
+    Raises:
+        UsageError: A path is malformed.
+    """
+
+    def __init__(self, fields: Sequence[str], window_s: float) -> None:
+        self.window_s = window_s
+        self._readers = [(path, field_reader(path)) for path in fields]
+        self._labels: dict[str, str] = {}
+        self._traces: dict[str, _Trace] = {}
+        self._lock = threading.Lock()
+        self.count = 0
+
+    # Any: a message of any type.
+    def add(self, time_s: float, message: Any) -> None:
+        """Take the fields of a message that came at a time in seconds of a steady clock.
+
+        Raises:
+            InvalidMessageError: It has no such field, or the field is no number.
+        """
+        if not self._labels:
+            self._labels = {field.path: field.label for field in numeric_fields(message)}
+        numbers = [pair for path, read in self._readers for pair in _numbers(path, read(message))]
+        with self._lock:
+            self.count += 1
+            for path, number in numbers:
+                trace = self._traces.get(path)
+                if trace is None:
+                    if len(self._traces) >= MOST_TRACES:
+                        raise UsageError(
+                            f"More than {MOST_TRACES} lines in one drawing cannot be told apart",
+                            hint=f"Name single elements, such as {path}",
+                        )
+                    label = printable_line(f"{path} {self._labels.get(path, '')}".rstrip())
+                    trace = self._traces[path] = _Trace(label)
+                trace.points.append((time_s, number))
+
+    def drawing(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
+        """Draw what came in the window before ``now_s``, in so many characters and lines."""
+        from uniplot import plot_to_string
+
+        width = max(_LEAST_WIDTH, width - _OTHER_COLUMNS)
+        since_s = now_s - self.window_s
+        with self._lock:
+            reduced = [
+                (trace.label, *_reduced(trace.points, since_s, now_s, width))
+                for trace in self._traces.values()
+            ]
+        columns = [(xs, ys) for _, xs, ys in reduced if xs]
+        labels = [label for label, xs, _ in reduced if xs]
+        if not columns:
+            return f"No message in the last {self.window_s:g} s"
+        low, high = _range([y for _, ys in columns for y in ys])
+        scale, unit = _scale(max(abs(low), abs(high)))
+        legend = len(labels) if sum(map(len, labels)) > width else 1
+        text: str = plot_to_string(
+            ys=[[y / scale for y in ys] for _, ys in columns],
+            xs=[xs for xs, _ in columns],
+            lines=True,
+            x_min=-self.window_s,
+            x_max=0.0,
+            y_min=low / scale,
+            y_max=high / scale,
+            y_unit=unit,
+            width=width,
+            height=max(_LEAST_HEIGHT, height - _OTHER_LINES - legend),
+            legend_labels=labels,
+            x_unit=" s",
+            character_set="braille",
+            color=[_COLOURS[i % len(_COLOURS)] for i in range(len(labels))] if colour else False,
+        )
+        return text
+
+
+def _numbers(path: str, value: Any) -> list[tuple[str, float]]:
+    if isinstance(value, bool | int | float):
+        return [(path, float(value))]
+    if hasattr(value, "__len__") and not isinstance(value, str | bytes):
+        return [pair for i, one in enumerate(value) for pair in _numbers(f"{path}[{i}]", one)]
+    try:
+        return [(path, float(value))]  # what numpy has for a number
+    except (TypeError, ValueError):
+        pass
+    kind = getattr(value, "TYPE_NAME", type(value).__name__)
+    raise InvalidMessageError(f"'{path}' is no number but {kind}")
+
+
+def _reduced(
+    points: Sequence[tuple[float, float]], since_s: float, now_s: float, width: int
+) -> tuple[list[float], list[float]]:
+    """The points of a window, of each half column the lowest and the highest.
+
+    So no peak is lost, and the cost of a drawing does not grow with the rate of the topic. What is
+    no number (NaN, infinite) is left out.
+    """
+    column_s = (now_s - since_s) / (2 * width)
+    xs: list[float] = []
+    ys: list[float] = []
+    bins: dict[int, list[tuple[float, float]]] = {}
+    for time_s, value in points:
+        if since_s <= time_s <= now_s and math.isfinite(value):
+            bins.setdefault(int((time_s - since_s) / column_s), []).append((time_s, value))
+    for inside in bins.values():
+        if len(inside) > 2:
+            lowest = min(inside, key=lambda point: point[1])
+            highest = max(inside, key=lambda point: point[1])
+            inside = sorted({lowest, highest})
+        for time_s, value in inside:
+            xs.append(time_s - now_s)
+            ys.append(value)
+    return xs, ys
+
+
+def _scale(largest: float) -> tuple[float, str]:
+    """What numbers are divided by, and the power of ten that stands behind those of the axis.
+
+    Such as 5e-13 would take more room than the axis has.
+    """
+    exponent = math.floor(math.log10(largest))
+    if _SMALLEST_EXPONENT <= exponent < _LARGEST_EXPONENT:
+        return 1.0, ""
+    return 10.0**exponent, f"e{exponent:+d}"
+
+
+def _range(values: Sequence[float]) -> tuple[float, float]:
+    """The lowest and highest value with a little room; never nothing."""
+    low, high = min(values), max(values)
+    room = (high - low) * 0.05 or max(abs(low) * 0.05, 1e-3)
+    return low - room, high + room
