@@ -125,7 +125,8 @@ class Top(App[None]):
     @property
     def table(self) -> LiveTable:
         """The table on the screen."""
-        return self.query_one(f"#{self._tab}-table", LiveTable)
+        table: LiveTable = self.query_one(f"#{self._tab}-table", LiveTable)
+        return table
 
     def look(self) -> None:
         """Take the numbers anew and fill the table on the screen."""

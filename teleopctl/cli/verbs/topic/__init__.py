@@ -15,6 +15,7 @@ GROUP = Group(
             examples=(
                 "teleopctl topic echo /joint_states --field position",
                 "teleopctl topic echo --once --full-length /robot_description",
+                "teleopctl topic echo /joint_states --plot position",
             ),
         ),
         "pub": Verb(
@@ -26,12 +27,16 @@ GROUP = Group(
             ),
         ),
         "hz": Verb(
-            f"{__name__}.hz:measure_rate",
+            f"{__name__}.measuring.hz:measure_rate",
             "Measure the rate of topics.",
             examples=("teleopctl topic hz /image_raw /joint_states",),
         ),
-        "bw": Verb(f"{__name__}.bw:measure_bandwidth", "Measure the bandwidth of a topic."),
-        "delay": Verb(f"{__name__}.delay:measure_delay", "Measure the age of stamped messages."),
+        "bw": Verb(
+            f"{__name__}.measuring.bw:measure_bandwidth", "Measure the bandwidth of topics."
+        ),
+        "delay": Verb(
+            f"{__name__}.measuring.delay:measure_delay", "Measure the age of stamped messages."
+        ),
         "type": Verb(f"{__name__}.type_find:topic_type", "Print the type of a topic."),
         "find": Verb(f"{__name__}.type_find:topics_of_type", "List the topics of a type."),
     },

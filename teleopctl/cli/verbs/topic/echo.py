@@ -64,6 +64,13 @@ def echo(
     include_message_info: Annotated[
         bool, Option("--include-message-info", help="Print times and numbers of each message.")
     ] = False,
+    plot: Annotated[
+        str | None,
+        Option("--plot", help="Draw fields over time instead.", metavar="FIELD[,FIELD]..."),
+    ] = None,
+    window: Annotated[
+        float, Option("--window", help="With --plot: how far back.", metavar="SECONDS")
+    ] = 10.0,
     no_lost_messages: Annotated[
         bool, Option("--no-lost-messages", help="Do not report lost messages.")
     ] = False,
@@ -81,6 +88,11 @@ def echo(
     source = find_source(absolute_name(topic_name), message_type, takes_type=True, raw=raw)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
     qos = wishes.applied_to(source.suited_qos(_DEPTH))
+    if plot is not None:
+        from teleopctl.cli.verbs.topic.live_plot import live_plot
+
+        live_plot(source, plot, window, qos, timeout)
+        return
     select = field_reader(field) if field else None
     wanted = filter_predicate(filter_expression) if filter_expression else None
     style = TextStyle(

@@ -88,11 +88,12 @@ class Traces:
             ]
         columns = [(xs, ys) for _, xs, ys in reduced if xs]
         labels = [label for label, xs, _ in reduced if xs]
+        missing = ", ".join(label for label, xs, _ in reduced if not xs)
         if not columns:
             return f"No message in the last {self.window_s:g} s"
         low, high = _range([y for _, ys in columns for y in ys])
         scale, unit = _scale(max(abs(low), abs(high)))
-        legend = len(labels) if sum(map(len, labels)) > width else 1
+        below = bool(missing) + (len(labels) if sum(map(len, labels)) > width else 1)
         text: str = plot_to_string(
             ys=[[y / scale for y in ys] for _, ys in columns],
             xs=[xs for xs, _ in columns],
@@ -103,13 +104,13 @@ class Traces:
             y_max=high / scale,
             y_unit=unit,
             width=width,
-            height=max(_LEAST_HEIGHT, height - _OTHER_LINES - legend),
+            height=max(_LEAST_HEIGHT, height - _OTHER_LINES - below),
             legend_labels=labels,
             x_unit=" s",
             character_set="braille",
             color=[_COLOURS[i % len(_COLOURS)] for i in range(len(labels))] if colour else False,
         )
-        return text
+        return f"{text}\nNo numbers: {missing}" if missing else text
 
 
 def _numbers(path: str, value: Any) -> list[tuple[str, float]]:

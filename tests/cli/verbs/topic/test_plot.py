@@ -63,6 +63,12 @@ def test_what_is_no_number_leaves_a_gap_and_what_is_old_is_gone():
     assert traces.drawing(100.0, 60, 20, colour=False) == "No message in the last 10 s"
 
 
+def test_a_field_without_numbers_is_named():
+    traces = Traces(["position"], 10.0)
+    traces.add(1.0, joints(0.1, math.nan))
+    assert traces.drawing(2.0, 60, 20, colour=False).endswith("No numbers: position[1]")
+
+
 @pytest.mark.parametrize("values", [[0.0] * 5, [1e300] * 5, [-1e300, 1e300], [5e-324] * 3])
 def test_absurd_numbers_are_drawn(values):
     assert "position[0]" in filled(["position[0]"], values).drawing(1.0, 60, 20, colour=False)

@@ -8,9 +8,9 @@ from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.topic.listening import listen
+from teleopctl.cli.verbs.topic.measuring.listening import listen
+from teleopctl.cli.verbs.topic.measuring.statistics import Window, delay_text
 from teleopctl.cli.verbs.topic.source import TopicSource, find_source
-from teleopctl.cli.verbs.topic.statistics import Window, delay_text
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import to_nanoseconds, to_seconds
 

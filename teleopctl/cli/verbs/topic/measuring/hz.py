@@ -4,13 +4,13 @@ import threading
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.listening import listen
+from teleopctl.cli.verbs.topic.measuring.listening import listen
+from teleopctl.cli.verbs.topic.measuring.statistics import RateWindow, Summary, rate, rate_text
+from teleopctl.cli.verbs.topic.measuring.table import Rows, chosen_sources, table_of_topics
 from teleopctl.cli.verbs.topic.selection import filter_predicate
-from teleopctl.cli.verbs.topic.source import TopicSource, find_sources
-from teleopctl.cli.verbs.topic.statistics import RateWindow, Summary, rate, rate_text
-from teleopctl.errors import UsageError
+from teleopctl.cli.verbs.topic.source import TopicSource
 
 _COLUMNS = ("rate", "min_delta", "max_delta", "std_dev", "window")
 
@@ -36,11 +36,7 @@ def measure_rate(
     """Measure the rate of topics."""
     del wall_time
     names = [absolute_name(name) for name in topic_names or []]
-    if all_topics:
-        names = [name for name, _ in live_graph().topic_names_and_types()]
-    if not names:
-        raise UsageError("Name a topic, or measure all of them with --all")
-    sources = find_sources(names, raw=filter_expression is None)
+    sources = chosen_sources(names, every=all_topics, raw=filter_expression is None)
     rates = _Rates(sources, window)
     wanted = filter_predicate(filter_expression) if filter_expression else None
 
@@ -56,12 +52,13 @@ def measure_rate(
                 compact=True,
             )
         elif len(sources) > 1:
-            console.out_lines(_table(summaries))
+            show(_table(summaries))
         else:
             for summary in summaries.values():
                 console.out_text(rate_text(summary))
 
-    listen(sources, arrive, report, raw=wanted is None)
+    with table_of_topics(sources, as_json=as_json) as show:
+        listen(sources, arrive, report, raw=wanted is None)
 
 
 class _Rates:
@@ -88,16 +85,9 @@ class _Rates:
         return found
 
 
-def _table(summaries: dict[str, Summary]) -> list[str]:
-    if not summaries:
-        return []
+def _table(summaries: dict[str, Summary]) -> Rows:
     rows: list[tuple[str, ...]] = [("topic", *_COLUMNS)]
     for topic, s in summaries.items():
         times = (f"{value:.3f}" for value in (rate(s), s.minimum, s.maximum))
         rows.append((topic, *times, f"{s.deviation:.5f}", str(s.window)))
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = [
-        "   ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    ]
-    return [lines[0], "=" * len(lines[0]), *lines[1:], ""]
+    return rows

@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.cli.verbs.topic.statistics import (
+from teleopctl.cli.verbs.topic.measuring.statistics import (
     Bandwidth,
     BandwidthWindow,
     RateWindow,

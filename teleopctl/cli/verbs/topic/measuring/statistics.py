@@ -138,6 +138,13 @@ def bandwidth_text(bandwidth: Bandwidth) -> str:
     )
 
 
+def bandwidth_cells(bandwidth: Bandwidth) -> tuple[str, ...]:
+    """The same as cells of a table, each number in the unit that suits it."""
+    sizes = (bandwidth.bytes_per_s, bandwidth.mean, bandwidth.minimum, bandwidth.maximum)
+    per_s, *others = (_with_unit((size,))[0] for size in sizes)
+    return f"{per_s}/s", *others, str(bandwidth.window)
+
+
 def _spread(summary: Summary) -> str:
     return (
         f"min: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
