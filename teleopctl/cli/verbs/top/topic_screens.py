@@ -71,7 +71,7 @@ class TopicScreen(Screen[None]):
         """Let what is shown stand, or go on."""
         self._paused = not self._paused
 
-    def take(self, message: Any) -> None:
+    def take(self, message: Any) -> None:  # Any: of the type of the topic
         """A message has come, on the transport's thread."""
 
     def content(self) -> Text | None:
@@ -114,7 +114,7 @@ class EchoScreen(TopicScreen):
         self._latest: Any = None
         self._shown = 0
 
-    def take(self, message: Any) -> None:
+    def take(self, message: Any) -> None:  # Any: of the type of the topic
         """Keep the latest message."""
         self._latest = message
 
@@ -146,7 +146,7 @@ class PlotScreen(TopicScreen):
         self._traces = Traces(fields, _WINDOW_S)
         self._failure: TeleopctlError | None = None
 
-    def take(self, message: Any) -> None:
+    def take(self, message: Any) -> None:  # Any: of the type of the topic
         """Keep the numbers."""
         try:
             self._traces.add(time.monotonic(), message)
