@@ -37,7 +37,7 @@ class Trace(Display):
         Property("Frame", "", is_frame=True, hint="Whose way is drawn"),
         Property("Seconds", 10.0, low=0.1, high=3600.0, hint="How far back"),
         Property("Color", (255, 170, 0)),
-        Property("Line Width", 0.004, low=0.0, high=1.0, hint="Metres; 0 is as thin as can be"),
+        Property("Line Width", 0.004, low=0.0, high=10.0, hint="Metres; 0 is as thin as can be"),
     )
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:

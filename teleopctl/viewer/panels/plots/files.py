@@ -20,6 +20,8 @@ _LEFT, _TOP, _RIGHT, _LINE_HEIGHT = 110, 30, 30, 34
 _FONT_SIZE = 22
 _INK, _GRID, _PAPER = "#202428", "#dde1e6", "#ffffff"
 _TICKS = 8
+# Above and below the curves, of their height.
+_ROOM = 0.05
 
 
 def to_csv(names: Sequence[str], samples: Sequence[tuple[Floats, Floats]]) -> bytes:
@@ -67,6 +69,8 @@ def to_png(times: Floats, curves: Sequence[Curve]) -> bytes:
     bottom = height - line_height * (2 + len(curves))
     x_low, x_high = _range(times)
     y_low, y_high = _range(np.concatenate([np.empty(0), *(curve.values for curve in curves)]))
+    room = (y_high - y_low) * _ROOM
+    y_low, y_high = y_low - room, y_high + room
 
     def x_of(value: float) -> float:
         return left + (value - x_low) / (x_high - x_low) * (right - left)
