@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 # A letter is a node of its own: more of them than this no browser draws fluently.
 MOST_TEXTS = 500
 MOST_SURFACES = 500
+_MOST_PICKED = 1000
 _HAIR_PIXELS = 2.0
 
 
@@ -35,12 +36,20 @@ class Canvas:
         scene: Where to draw.
         path: The name below which it draws; nobody else draws there.
         meshes: The triangles of shapes that are not of `unit_shapes`, by name.
+        picked: Whether people click on what is drawn. Then each solid is a node of its own, since
+            viser finds what lies under the mouse by the size of a batch's shape, not of the solid.
     """
 
     def __init__(
-        self, scene: viser.SceneApi, path: str, meshes: Mapping[str, MeshFile] | None = None
+        self,
+        scene: viser.SceneApi,
+        path: str,
+        meshes: Mapping[str, MeshFile] | None = None,
+        *,
+        picked: bool = False,
     ) -> None:
         self.path = path
+        self._picked = picked
         self._scene = scene
         self._meshes: Mapping[str, MeshFile] = meshes if meshes is not None else {}
         # The node and the number of its rows. Any stands for viser's kinds of handles.
@@ -100,6 +109,12 @@ class Canvas:
             vertices, faces = mesh.vertices, mesh.faces
         else:
             return {self._show_glb(shape, rows, mesh.glb)} if len(rows) else set()
+        if self._picked:
+            name = _node_name(shape)
+            return {
+                self._show_mesh(f"{name}{number}", row, vertices, faces)
+                for number, row in enumerate(rows[:_MOST_PICKED])
+            }
         clear = rows[:, 13] < 1.0
         kept = set()
         for suffix, part in (("", rows[~clear]), ("_clear", rows[clear])):
@@ -108,6 +123,28 @@ class Canvas:
                 self._show_batch(name, part, vertices, faces, see_through=bool(suffix))
                 kept.add(name)
         return kept
+
+    def _show_mesh(
+        self,
+        name: str,
+        row: Floats,
+        vertices: npt.NDArray[np.float32],
+        faces: npt.NDArray[np.uint32],
+    ) -> str:
+        red, green, blue = _bytes(row[10:13]).tolist()
+        node = self._scene.add_mesh_simple(
+            f"{self.path}/{name}",
+            vertices * row[7:10].astype(np.float32),
+            faces,
+            color=(red, green, blue),
+            opacity=float(row[13]) if row[13] < 1.0 else None,
+            position=row[0:3],
+            wxyz=row[3:7],
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self._nodes[name] = (node, 1)
+        return name
 
     def _show_batch(
         self,

@@ -241,16 +241,17 @@ def test_a_click_on_a_button_and_a_choice_of_a_menu_are_told(
 
     def click(node: Any) -> None:
         for entry in node._impl.click_cb:
-            entry.callback(SimpleNamespace(target=node))
+            client = SimpleNamespace(gui=page.gui)
+            entry.callback(SimpleNamespace(target=node, client=client))
 
-    click(nodes["body/control0/box"])
+    click(nodes["body/control0/box0"])
     assert server.said() == [
         (Feedback.MOUSE_DOWN, "press"),
         (Feedback.BUTTON_CLICK, "press"),
         (Feedback.MOUSE_UP, "press"),
     ]
     server.feedback.clear()
-    click(nodes["body/control1/sphere"])
+    click(nodes["body/control1/sphere0"])
     container = display.markers["m"]._menu
     choice, close = container._children.values()
     assert (choice.label, close.label) == ("Tools > Open", "Close")

@@ -123,7 +123,9 @@ class InteractiveMarker:
                 fault = str(error)
             self.fault = self.fault or fault
         if drawings:
-            canvas = Canvas(self._stage.scene, f"{self._body.name}/control{number}", meshes.ready)
+            path, mode = f"{self._body.name}/control{number}", control.interaction_mode
+            picked = mode in (BUTTON, MENU) or bool(self.message.menu_entries)
+            canvas = Canvas(self._stage.scene, path, meshes.ready, picked=picked)
             self._canvases.append((control, canvas, merged(drawings)))
 
     def refresh(self) -> None:
@@ -139,7 +141,9 @@ class InteractiveMarker:
         if control.interaction_mode == BUTTON:
             node.on_click(self._stage.on(lambda _event: self._press(str(control.name))))
         elif control.interaction_mode == MENU or self.message.menu_entries:
-            node.on_click(self._stage.on(lambda _event: self._open_menu(str(control.name))))
+            node.on_click(
+                self._stage.on(lambda event: self._open_menu(event.client.gui, str(control.name)))
+            )
 
     def follow(self) -> None:
         """Stand where its frame stands, or stood at its time.
@@ -211,14 +215,15 @@ class InteractiveMarker:
         for event in (MOUSE_DOWN, BUTTON_CLICK, MOUSE_UP):
             self._tell(event, control, 0)
 
-    def _open_menu(self, control: str) -> None:
+    # Any stands for the GuiApi of the browser in which the marker was clicked.
+    def _open_menu(self, gui: Any, control: str) -> None:
         self._close_menu()
-        self._menu = self._stage.scene.add_3d_gui_container(f"{self._body.name}/menu")
+        self._menu = gui.add_modal(printable_line(self.message.description or self.message.name))
         with self._menu:
             for number, title in menu_lines(self.message.menu_entries):
-                button = self._stage.gui.add_button(title)
+                button = gui.add_button(title)
                 button.on_click(self._stage.on(self._chooser(control, number)))
-            close = self._stage.gui.add_button("Close", color="gray")
+            close = gui.add_button("Close", color="gray")
             close.on_click(self._stage.on(lambda _event: self._close_menu()))
 
     def _chooser(self, control: str, number: int) -> Callable[[Any], None]:
@@ -230,9 +235,8 @@ class InteractiveMarker:
 
     def _close_menu(self) -> None:
         if self._menu is not None:
-            menu, self._menu = self._menu, None
-            if self._stage.scene.get_handle_by_name(menu.name) is not None:
-                menu.remove()
+            self._menu.close()
+            self._menu = None
 
 
 def menu_lines(entries: list[Any]) -> list[tuple[int, str]]:
