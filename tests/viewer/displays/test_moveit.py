@@ -386,6 +386,21 @@ def test_the_goal_stands_where_the_planned_path_ends(stage):
     assert not left
 
 
+def test_links_of_the_goal_that_stand_where_the_robot_does_are_not_drawn_twice(stage):
+    display = made(stage, MotionPlanning)
+    stage.publish("/monitored_planning_scene", scene(robot=state(shoulder=1.0)))
+    stage.publish("/display_planned_path", path((1, 0), (1, 1)))
+    display.tick()
+    visible = {name: link.visible for name, link in display._goal._links.items()}
+    assert visible == {"base": False, "upper": False, "tip": True}
+    stage.publish("/monitored_planning_scene", scene(diff=True, robot=state(shoulder=0.0)))
+    display.tick()
+    assert display._goal._links["upper"].visible
+    display.set("Scene Robot/Show Robot Visual", False)
+    display.tick()
+    assert display._goal._links["base"].visible
+
+
 numbers = strategies.floats(width=32)
 stamps = strategies.integers(-(2**31), 2**31 - 1)
 

@@ -5,6 +5,7 @@ Its description is drawn again, and its links stand where its own forward kinema
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     import viser
 
 # Any stands for viser's handles.
+
+# Differences that can be seen: 1 mm, and 2 mrad.
+_SEEN_M = 1e-3
+_SEEN_COSINE = math.cos(1e-3)
 
 Color = tuple[int, int, int]
 
@@ -116,25 +121,35 @@ class Ghost:
                 material = tint or visual.material
                 shapes.draw(f"{name}/{index}", visual.geometry, visual.origin, material, alpha)
 
-    def stand(self, positions: Mapping[str, float]) -> None:
+    def stand(
+        self, positions: Mapping[str, float], besides: Mapping[str, Transform] | None = None
+    ) -> None:
         """Bring the joints into a state.
 
         Args:
             positions: Of joints, by name; the others rest.
+            besides: Where the links of another robot stand in the root. A link that stands in the
+                same place is not drawn: of two surfaces in one place a browser draws stripes.
         """
         poses = self._model.poses(positions)
         for name, node in self._links.items():
             pose = poses.get(name)
-            if pose is None or pose == self._poses.get(name):
+            if pose is None:
                 continue
-            x, y, z, w = pose.rotation
-            node.position, node.wxyz = pose.translation, (w, x, y, z)
+            if pose != self._poses.get(name):
+                x, y, z, w = pose.rotation
+                node.position, node.wxyz = pose.translation, (w, x, y, z)
+            other = besides.get(name) if besides else None
+            apart = other is None or _are_apart(pose, other)
+            if node.visible != apart:
+                node.visible = apart
         self._poses = poses
         self.show(shown=True)
 
-    def pose_of(self, link: str) -> Transform | None:
-        """Where a link stands in the robot's root; None for one that there is not."""
-        return self._poses.get(link)
+    @property
+    def poses(self) -> Mapping[str, Transform]:
+        """Where its links stand in the robot's root."""
+        return self._poses
 
     def show(self, *, shown: bool) -> None:
         """Show it, or do not."""
@@ -144,3 +159,9 @@ class Ghost:
     def remove(self) -> None:
         """Take it out of the picture."""
         self._root.remove()
+
+
+def _are_apart(one: Transform, other: Transform) -> bool:
+    """Whether two poses differ so much that it can be seen."""
+    step = one.inverse() @ other
+    return math.hypot(*step.translation) > _SEEN_M or abs(step.rotation[3]) < _SEEN_COSINE

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK
 from teleopctl.viewer.displays.moveit.ghost import Ghost
 from teleopctl.viewer.displays.moveit.planning_scene import SCENE_PROPERTIES, PlanningScene
@@ -41,6 +43,7 @@ class MotionPlanning(PlanningScene):
         self._planned = Trajectory(self.stage, self.name, f"{self.root}_path", dict(given))
         self._goal: Ghost | None = None
         self._goal_path: Path | None = None
+        self._goal_besides: Mapping[str, Transform] = {}
 
     def begin(self) -> None:
         """Listen to the planned path as well."""
@@ -61,9 +64,10 @@ class MotionPlanning(PlanningScene):
     def tick(self) -> None:
         """Move on along the path, and stand at its end."""
         super().tick()
+        self._planned.besides = self.robot_poses
         self._planned.follow(jumped_back=False)
-        if self._planned.last_path is not self._goal_path:
-            self._goal_path = self._planned.last_path
+        if (self._planned.last_path, self.robot_poses) != (self._goal_path, self._goal_besides):
+            self._goal_path, self._goal_besides = self._planned.last_path, self.robot_poses
             self._stand_at_goal()
         if self.status[0] == OK and self._planned.status[0] != OK:
             self.say(*self._planned.status)
@@ -92,7 +96,7 @@ class MotionPlanning(PlanningScene):
                 self.values.color(f"{_GOAL}/Goal State Color"),
             )
         if self._goal is not None:
-            self._goal.stand(path.states[-1])
+            self._goal.stand(path.states[-1], self._goal_besides)
 
     def _remove_goal(self) -> None:
         if self._goal is not None:

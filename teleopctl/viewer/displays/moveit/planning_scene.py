@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.collision_objects import SceneObjects
@@ -46,6 +48,11 @@ class PlanningScene(MoveItDisplay):
         self._octomap = False
         self._stale = False
         self._request = SceneRequest(self.stage, self._take)
+
+    @property
+    def robot_poses(self) -> Mapping[str, Transform]:
+        """Where the links of the scene's robot stand in its root; none while it is not drawn."""
+        return {} if self._robot is None else self._robot.poses
 
     def started(self) -> None:
         """Ask for the whole scene, since what is published is what changes."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.ghost import Ghost
@@ -28,7 +30,11 @@ PATH_PROPERTIES = (
 
 
 class Trajectory(MoveItDisplay):
-    """The newest path, played once or over and over."""
+    """The newest path, played once or over and over.
+
+    Attributes:
+        besides: Where the links of a robot stand that is drawn besides; see `Ghost.stand`.
+    """
 
     rviz_class = "Trajectory"
     message_type = "moveit_msgs/msg/DisplayTrajectory"
@@ -44,6 +50,7 @@ class Trajectory(MoveItDisplay):
         self._playing = False
         self._ghost: Ghost | None = None
         self._trail: list[Ghost] = []
+        self.besides: Mapping[str, Transform] = {}
 
     @property
     def last_path(self) -> Path | None:
@@ -84,7 +91,7 @@ class Trajectory(MoveItDisplay):
         elapsed = time.monotonic() - self._began
         display_time = self.values.text("State Display Time")
         if elapsed <= self._path.duration(display_time):
-            self._ghost.stand(self._path.at(elapsed, display_time))
+            self._ghost.stand(self._path.at(elapsed, display_time), self.besides)
         elif self._next is not None:
             self._begin()
         elif self.values.flag("Loop Animation"):
