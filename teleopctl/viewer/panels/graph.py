@@ -21,7 +21,7 @@ _PICTURE = """<style>
 .graph-large:checked ~ .graph-picture {{ position: fixed; inset: 12px; max-height: none;
   z-index: 1000; cursor: zoom-out; padding: 12px; border-radius: 6px;
   background: var(--mantine-color-body); border: 1px solid #8a94a0 }}
-.graph-large:checked ~ .graph-picture svg {{ width: 100%; height: 100% }}
+.graph-large:checked ~ .graph-picture svg {{ min-width: 100%; height: auto }}
 </style>
 <input type="checkbox" class="graph-large" id="graph-large">
 <label class="graph-picture" for="graph-large">{svg}</label>
