@@ -78,6 +78,7 @@ class ControllersPanel(Panel):
         with self._load:
             self._name: Any = self.gui.add_dropdown("Controller", ("",))
             self.gui.add_button("Load").on_click(self.page.on(lambda _event: self._load_chosen()))
+        self._space = self.gui.add_html('<div style="height:.75em"></div>', visible=False)
         self._hardware = self.gui.add_folder("Hardware", visible=False)
 
     def began(self) -> None:
@@ -151,7 +152,7 @@ class ControllersPanel(Panel):
     def _show(self, controllers: list[Any], components: list[Any]) -> None:
         self._fill(self._place, self._controllers, {one.name: one for one in controllers})
         self._fill(self._hardware, self._components, {one.name: one for one in components})
-        self._hardware.visible = bool(components)
+        self._hardware.visible = self._space.visible = bool(components)
         self._load.visible = self._watch is not None
 
     def _fill(self, place: Any, rows: dict[str, _Row], found: dict[str, Any]) -> None:

@@ -17,13 +17,19 @@ from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
 from teleopctl.robot import Joints, JointSet, RobotDescription
 from teleopctl.viewer.page.html import escaped
 from teleopctl.viewer.panels.base import Page, Panel
-from teleopctl.viewer.remote.joint_movers import JointMover
+from teleopctl.viewer.remote.joint_movers import Controllers, JointMover
 from teleopctl.viewer.remote.joint_targets import STATES_TOPIC, JointTargets
 
 # A step is a power of ten, so that typed values and steps have the same few digits.
 _STEPS = 1000
 # How long after a movement's end a joint may still be under way, in seconds.
 _LATE_S = 1.0
+# Slow simulations tell their joints seldom; seconds of wall time.
+_SILENCE_S = 3.0
+_SILENCE = (
+    "<br>But no joint states arrive: the simulation stands still, or the joint state broadcaster "
+    "is not active."
+)
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
@@ -62,7 +68,7 @@ class JointsPanel(Panel):
         self._shown: dict[str, float] = {}
         self._measured: dict[str, float] = {}
         self._goals: dict[str, _Goal] = {}
-        self._robot_s = 0.0
+        self._robot_s = self._heard_s = 0.0
         self._is_immediate = False
         self._targets = JointTargets(page, self._take_mover)
         self._ends: list[Any] = []
@@ -178,9 +184,24 @@ class JointsPanel(Panel):
             # Where sliders have put a picture is no measurement of a robot.
             self._is_immediate = mover.is_immediate
             self._measured.clear()
-        self._note.content = _note(mover.description)
+        self._heard_s = time.monotonic()
+        self._say_who_moves()
         self._take_over.visible = self._targets.can_take_over
         self._disable()
+
+    def _say_who_moves(self) -> None:
+        mover = self._targets.mover
+        if mover is None:
+            return
+        content = _note(mover.description + (_SILENCE if self._is_silent else ""))
+        if content != self._note.content:
+            self._note.content = content
+
+    @property
+    def _is_silent(self) -> bool:
+        """Whether nobody has said for a while where the joints are that controllers move."""
+        is_late = time.monotonic() - self._heard_s > _SILENCE_S
+        return is_late and isinstance(self._targets.mover, Controllers)
 
     def _disable(self) -> None:
         """Let those sliders be moved that move something."""
@@ -255,13 +276,18 @@ class JointsPanel(Panel):
         stamp_s = to_nanoseconds(state.header.stamp) * 1e-9 or time.monotonic()
         if stamp_s < self._robot_s - _LATE_S:
             self._goals.clear()
-        self._robot_s = stamp_s
+        self._robot_s, self._heard_s = stamp_s, time.monotonic()
         for name, position in zip(state.name, state.position, strict=False):
             if math.isfinite(position):
                 self._measured[name] = position
 
     def tick(self) -> None:
         """Show where the joints stand, or where they are sent."""
+        if self._is_silent:
+            # A joint that is not moved would be sent to where it stood long ago.
+            self._measured.clear()
+            self._goals.clear()
+        self._say_who_moves()
         self._disable()
         for spec in self._specs:
             slider, shown = self._sliders[spec.name], self._shown[spec.name]

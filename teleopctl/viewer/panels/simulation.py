@@ -70,7 +70,7 @@ class SimulationPanel(Panel):
                 "Pace", (_label(1.0),), visible=False, hint="Simulated seconds in one second"
             )
             self._pace.on_update(self.page.on(self._choose_pace))
-            self._reset = self.gui.add_button("Reset the world")
+            self._reset: Any = self.gui.add_button_group("World", ("Reset",))
             self._reset.on_click(self.page.on(lambda _event: self._reset_world()))
 
     def began(self) -> None:
