@@ -252,7 +252,13 @@ class Canvas:
 
     def _show_surface(self, name: str, surface: Surface) -> str:
         node = self._fitting(name, 1)
-        if node is not None and self._shown_surfaces.get(name) is surface:
+        shown = self._shown_surfaces.get(name)
+        if (
+            node is not None
+            and shown is not None
+            and np.array_equal(shown.corners, surface.corners)
+            and np.array_equal(shown.colors, surface.colors)
+        ):
             return name
         self._nodes[name] = (self._add_surface(f"{self.path}/{name}", surface), 1)
         self._shown_surfaces[name] = surface

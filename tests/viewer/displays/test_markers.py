@@ -354,6 +354,10 @@ def test_nothing_is_sent_while_nothing_changes(
 ):
     draw("MarkerArray")
     cubes = [marker(Marker.CUBE, i, pose=pose(i, 0.0)) for i in range(10)]
+    corners = points((0, 0), (1, 0), (0, 1))
+    cubes.append(marker(Marker.TRIANGLE_LIST, 20, points=corners))
+    cubes.append(marker(Marker.LINE_STRIP, 21, points=corners))
+    cubes.append(marker(Marker.TEXT_VIEW_FACING, 22, text="same"))
     show(page, *cubes)
     sent: list[object] = []
     monkeypatch.setattr(page.scene, "_queue_scene_message", sent.append)
