@@ -100,8 +100,9 @@ NODES = Kind(
             "teleop_robot_py_pkg/simple_parameter": "simple_parameter",
             "teleop_robot_py_pkg/simple_publisher": "simple_publisher",
             "teleop_robot_py_pkg/simple_subscriber": "simple_subscriber",
-            "tf2_ros/static_transform_publisher": "static_transform_publisher",
-            "tf2_ros/tf2_echo": "tf2_echo",
+            "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
+            "tf2_ros/tf2_echo": "tf2.tf2_echo",
+            "tf2_tools/view_frames": "tf2.view_frames",
         }.items()
     }
     | {"xacro/xacro": "xacro:main"},  # the library's own program

@@ -45,8 +45,8 @@ ALLOWED = {
     "compat": {"interfaces", "node", "tf"},
     "viewer": {"diagram", "interfaces", "node", "robot", "tf"},
     "nodes": {
-        *("compat", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf"),
-        *("viewer", "wire"),
+        *("compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot", "sim"),
+        *("tf", "viewer", "wire"),
     },
     "testing": {
         *("compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot", "sim"),

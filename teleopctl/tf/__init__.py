@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         TimeoutException as TimeoutException,
         TransformException as TransformException,
     )
+    from teleopctl.tf.frame_texts import KnownFrame as KnownFrame
     from teleopctl.tf.geometry import (
         do_transform_point as do_transform_point,
         do_transform_polygon_stamped as do_transform_polygon_stamped,
@@ -71,6 +72,7 @@ else:
             "echo": "echo_text echo_transforms",
             "errors": "ConnectivityException ExtrapolationException InvalidArgumentException "
             "LookupException TimeoutException TransformException",
+            "frame_texts": "KnownFrame",
             "geometry": "do_transform_point do_transform_polygon_stamped do_transform_pose "
             "do_transform_pose_stamped do_transform_pose_with_covariance_stamped "
             "do_transform_vector3 register transform_covariance",

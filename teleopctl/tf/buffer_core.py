@@ -210,6 +210,16 @@ class BufferCore:
         with self._changed:
             return frame_texts.as_dot(self._tree, 0 if time is None else stamp_of(time))
 
+    def all_frames_as_dot(self, now_ns: int) -> str:
+        """Return the frames as a graph for Graphviz, with their ages at a time (ours)."""
+        with self._changed:
+            return frame_texts.as_dot(self._tree, now_ns)
+
+    def known_frames(self) -> list[frame_texts.KnownFrame]:
+        """Return what is known of each frame that has a parent (ours)."""
+        with self._changed:
+            return frame_texts.known_frames(self._tree)
+
     def _chain(
         self,
         target_frame: str,

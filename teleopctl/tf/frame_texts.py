@@ -10,12 +10,24 @@ _SHORTEST_NS = 100_000
 _NOBODY = "default_authority"
 
 
-class _Known(NamedTuple):
-    """What a tree knows of a frame over time, in seconds."""
+class KnownFrame(NamedTuple):
+    """What is known of a frame that has a parent; the rate in Hz, times in seconds.
 
+    ``broadcaster`` is empty where it is unknown.
+    """
+
+    parent: str
+    name: str
+    broadcaster: str
     rate: float
-    newest: float
-    oldest: float
+    newest_s: float
+    oldest_s: float
+    is_static: bool
+
+
+def known_frames(tree: FrameTree) -> list[KnownFrame]:
+    """Return the frames that have a parent, in the order in which they were heard of."""
+    return [_known(tree, child, parent) for child, parent in tree.parents()]
 
 
 def as_string(tree: FrameTree) -> str:
@@ -27,19 +39,16 @@ def as_string(tree: FrameTree) -> str:
 
 def as_yaml(tree: FrameTree) -> str:
     """Return the frames that have a parent and what is known of each."""
-    lines = []
-    for child, parent in tree.parents():
-        known = _known(tree, child)
-        _, is_static = tree.span(child) or (0, True)
-        lines.append(
-            f"{child}: \n  parent: '{parent}'\n"
-            f"  broadcaster: '{tree.authority(child) or _NOBODY}'\n"
-            f"  rate: {known.rate:.3f}\n"
-            f"  most_recent_transform: {known.newest:.6f}\n"
-            f"  oldest_transform: {known.oldest:.6f}\n"
-            f"  buffer_length: {known.newest - known.oldest:.3f}\n"
-            f"  is_static: {str(is_static).lower()}\n"
-        )
+    lines = [
+        f"{known.name}: \n  parent: '{known.parent}'\n"
+        f"  broadcaster: '{known.broadcaster or _NOBODY}'\n"
+        f"  rate: {known.rate:.3f}\n"
+        f"  most_recent_transform: {known.newest_s:.6f}\n"
+        f"  oldest_transform: {known.oldest_s:.6f}\n"
+        f"  buffer_length: {known.newest_s - known.oldest_s:.3f}\n"
+        f"  is_static: {str(known.is_static).lower()}\n"
+        for known in known_frames(tree)
+    ]
     return "".join(lines) or "[]"
 
 
@@ -50,31 +59,46 @@ def as_dot(tree: FrameTree, now: int = 0) -> str:
         tree: The frames.
         now: The time from which ages are counted, in nanoseconds; 0 to leave them out.
     """
-    parents = dict(tree.parents())
+    frames = known_frames(tree)
     lines = ["digraph G {"]
     if not tree.frames():
         lines.append('"no tf data recieved"')  # tf2's word
-    for child, parent in parents.items():
-        known = _known(tree, child)
-        age = f"( {to_seconds(now) - known.newest:.3f} sec old)" if now else ""
+    for known in frames:
+        age = f"( {to_seconds(now) - known.newest_s:.3f} sec old)" if now else ""
         label = "".join(
             f"{line}\\n"
             for line in (
-                f"Broadcaster: {tree.authority(child) or _NOBODY}",
+                f"Broadcaster: {_escaped(known.broadcaster or _NOBODY)}",
                 f"Average rate: {known.rate:.3f} Hz",
-                f"Most recent transform: {known.newest:.6f} {age}",
-                f"Buffer length: {known.newest - known.oldest:.3f} sec",
+                f"Most recent transform: {known.newest_s:.6f} {age}",
+                f"Buffer length: {known.newest_s - known.oldest_s:.3f} sec",
             )
         )
-        lines.append(f'"{parent}" -> "{child}"[label="{label}"];')
+        ends = f'"{_escaped(known.parent)}" -> "{_escaped(known.name)}"'
+        lines.append(f'{ends}[label="{label}"];')
     told = f'"Recorded at time: {to_seconds(now):.6f}"[ shape=plaintext ] ;\n ' if now else ""
     legend = ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
-    roots = [frame for frame in tree.frames() if frame not in parents]
+    children = {known.name for known in frames}
+    roots = [_escaped(frame) for frame in tree.frames() if frame not in children]
     lines += [f'edge [style=invis];\n{legend}{told}}}->"{root}";' for root in roots]
     return "\n".join([*lines, "}"])
 
 
-def _known(tree: FrameTree, frame: str) -> _Known:
+def _escaped(name: str) -> str:
+    """A name of somebody else's inside the quotes of dot."""
+    return name.replace("\\", "\\\\").replace('"', '\\"')
+
+
+def _known(tree: FrameTree, frame: str, parent: str) -> KnownFrame:
     stamps = tree.stamps(frame) or [0]
     rate = len(stamps) * 1e9 / max(stamps[-1] - stamps[0], _SHORTEST_NS)
-    return _Known(rate, to_seconds(stamps[-1]), to_seconds(stamps[0]))
+    _, is_static = tree.span(frame) or (0, True)
+    return KnownFrame(
+        parent,
+        frame,
+        tree.authority(frame),
+        rate,
+        to_seconds(stamps[-1]),
+        to_seconds(stamps[0]),
+        is_static,
+    )

@@ -1,0 +1,131 @@
+"""What ``view_frames`` does: listens to tf for a while, and draws the tree of frames."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from teleopctl.diagram import Box, Diagram, Edge, to_svg
+from teleopctl.errors import SystemFailureError, UnavailableError, UsageError
+from teleopctl.node import Node
+from teleopctl.printable import printable_line
+from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, Buffer, KnownFrame, TransformListener
+
+WAIT_S = 5.0
+"""How long tf is listened to, in seconds: as long as tf2_tools does."""
+
+_DOT_PATIENCE_S = 30.0
+
+
+def view_frames(
+    node: Node,
+    output: str | None,
+    say: Callable[[str], object],
+    *,
+    wait_s: float = WAIT_S,
+    tf_topic: str = TF_TOPIC,
+    tf_static_topic: str = TF_STATIC_TOPIC,
+) -> list[Path]:
+    """Listen to tf, and write what is known of the frames then.
+
+    Args:
+        node: Who listens; it need not be spun.
+        output: Path of the files without their endings; None for ``frames_`` and the time, here.
+        say: Called with what goes on.
+        wait_s: How long to listen, in seconds of wall time.
+        tf_topic: The topic of moving frames.
+        tf_static_topic: The topic of those that stand still.
+
+    Returns:
+        The files: ``.gv`` and ``.svg``, and ``.pdf`` where Graphviz's ``dot`` is installed.
+
+    Raises:
+        UsageError: The time is no time.
+        UnavailableError: No frame was heard of.
+        SystemFailureError: A file cannot be written, or ``dot`` fails.
+    """
+    if not 0.0 < wait_s < float("inf"):
+        raise UsageError(f"The time to listen must be positive, got {wait_s:g}")
+    buffer = Buffer(node=node)
+    listener = TransformListener(buffer, node, tf_topic=tf_topic, tf_static_topic=tf_static_topic)
+    ended = threading.Event()
+    node.context.on_shutdown(ended.set)
+    try:
+        say(f"Listening to tf data for {wait_s:g} seconds...")
+        ended.wait(wait_s)
+    finally:
+        node.context.forget_on_shutdown(ended.set)
+        listener.unregister()
+    frames = buffer.known_frames()
+    if not frames:
+        raise UnavailableError(
+            f"No transform on {tf_topic} or {tf_static_topic} within {wait_s:g} s",
+            hint="`teleopctl topic info` tells who publishes there.",
+        )
+    base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
+    dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
+    graph = _written(base, ".gv", dot)
+    files = [graph, _written(base, ".svg", to_svg(picture(frames)))]
+    program = shutil.which("dot")
+    if program is None:
+        say("No PDF: Graphviz's program `dot` is not installed (apt install graphviz)")
+    else:
+        files.append(_pdf(program, graph, _file(base, ".pdf")))
+    return files
+
+
+def picture(frames: Sequence[KnownFrame]) -> Diagram:
+    """The tree with, on each arrow, who broadcasts it and how often."""
+    names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
+    boxes = [Box(f"frame {name}", printable_line(name), "node") for name in names]
+    edges = []
+    for frame in frames:
+        label = f"arrow {frame.name}"
+        boxes.append(Box(label, _text(frame), "label"))
+        edges.append(Edge(f"frame {frame.parent}", label))
+        edges.append(Edge(label, f"frame {frame.name}"))
+    return Diagram(tuple(boxes), tuple(edges))
+
+
+def _text(frame: KnownFrame) -> str:
+    lines = [printable_line(frame.broadcaster)] if frame.broadcaster else []
+    if frame.is_static:
+        lines.append("static")
+    else:
+        lines.append(f"{frame.rate:.1f} Hz")
+        lines.append(f"{frame.newest_s - frame.oldest_s:.1f} s long")
+    return "\n".join(lines)
+
+
+def _file(base: Path, ending: str) -> Path:
+    # Not with_suffix: the time in the name has dots too.
+    return base.with_name(base.name + ending)
+
+
+def _written(base: Path, ending: str, text: str) -> Path:
+    file = _file(base, ending)
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write {file}: {error.strerror or error}") from error
+    return file
+
+
+def _pdf(program: str, graph: Path, pdf: Path) -> Path:
+    try:
+        done = subprocess.run(
+            [program, "-Tpdf", str(graph), "-o", str(pdf)],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=_DOT_PATIENCE_S,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise SystemFailureError(f"{program} failed: {error}") from error
+    if done.returncode != 0:
+        raise SystemFailureError(f"{program} failed: {done.stderr.strip()}")
+    return pdf
