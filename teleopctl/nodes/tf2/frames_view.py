@@ -19,6 +19,8 @@ WAIT_S = 5.0
 """How long tf is listened to, in seconds: as long as tf2_tools does."""
 
 _DOT_PATIENCE_S = 30.0
+# What tf2 calls every broadcaster: messages do not tell who sent them.
+_NOBODY = "default_authority"
 
 
 def view_frames(
@@ -79,7 +81,7 @@ def view_frames(
 
 
 def picture(frames: Sequence[KnownFrame]) -> Diagram:
-    """The tree with, on each arrow, who broadcasts it and how often."""
+    """The tree with, on each arrow, how often it is broadcast and how long it is remembered."""
     names = dict.fromkeys(name for frame in frames for name in (frame.parent, frame.name))
     boxes = [Box(f"frame {name}", printable_line(name), "node") for name in names]
     edges = []
@@ -92,7 +94,8 @@ def picture(frames: Sequence[KnownFrame]) -> Diagram:
 
 
 def _text(frame: KnownFrame) -> str:
-    lines = [printable_line(frame.broadcaster)] if frame.broadcaster else []
+    is_known = frame.broadcaster not in ("", _NOBODY)
+    lines = [printable_line(frame.broadcaster)] if is_known else []
     if frame.is_static:
         lines.append("static")
     else:
