@@ -176,6 +176,9 @@ def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
     assert result.returncode == 1
     assert "sh-2 died with exit code 3" in result.stderr
     assert "my last words" in result.stderr
+    told = ros.run("stop").stderr
+    assert "dies/sh-2 exited 3" in told
+    assert "my last words" not in told
 
 
 def test_logs_follow_one_that_begins_anew_and_show_both_its_parts(ros):

@@ -39,7 +39,8 @@ def stop(
 ) -> int:
     """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
 
-    What has died meanwhile is told, with the end of its log, and then forgotten.
+    What has died meanwhile is told, with the end of its log unless the command that started it has
+    told why, and then forgotten.
     """
     gone = [entry for entry in died() if not names or _names_of(entry) & set(names)]
     if names:
@@ -50,6 +51,9 @@ def stop(
         if not everything:
             chosen = [entry for entry in chosen if entry.record.kind != "router"]
     for entry in gone:
+        if entry.is_told:
+            console.warn(f"{entry.qualified_name} {entry.ending}, as has been told")
+            continue
         console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")
         console.note(log_tail(entry.record.log_file))
     if not chosen and not gone:

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from teleopctl import progress
-from teleopctl.errors import LaunchError
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph
 
@@ -31,6 +30,14 @@ class Up(NamedTuple):
 
     names: dict[str, str | None]
     waiting: dict[str, str]
+
+
+class Failure(NamedTuple):
+    """What went wrong: when, in seconds since the Unix epoch, with which process, and why."""
+
+    time: float
+    name: str
+    text: str
 
 
 def what_is_up(
@@ -92,9 +99,9 @@ def pages(statuses: Sequence[ProcessStatus]) -> list[str]:
     ]
 
 
-def first_failure(statuses: Sequence[ProcessStatus]) -> LaunchError | None:
+def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
     """Return what went wrong first, since the rest may follow from it; None when nothing did."""
-    failures: list[tuple[float, str]] = []
+    failures: list[Failure] = []
     for process in statuses:
         log_file = Path(process.log_file)
         said = progress.read(log_file)
@@ -102,10 +109,10 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> LaunchError | None:
         if process.state == "died":
             how = f"died with exit code {process.exit_status}"
             told = f": {reason}" if reason else f" {how}:\n{log_tail(log_file)}"
-            failures.append((process.ended_at, process.name + told))
+            failures.append(Failure(process.ended_at, process.name, process.name + told))
         elif process.state == "running" and said is not None and reason is not None:
-            failures.append((said.time, f"{process.name}: {reason}"))
-    return LaunchError(min(failures)[1]) if failures else None
+            failures.append(Failure(said.time, process.name, f"{process.name}: {reason}"))
+    return min(failures, default=None)
 
 
 def how_it_ended(exit_status: int | None) -> str:

@@ -168,11 +168,9 @@ def wait_for_launch(
                 reported.add(process.name)
                 on_up(process, names[process.name])
         if failure is not None:
-            if not launch_ended:
-                failure.hint = (
-                    f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
-                )
-            raise failure
+            status.mark_told(folder, failure.name)
+            rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
+            raise LaunchError(failure.text, hint=None if launch_ended else rest)
         if published is not None and len(names) == len(statuses):
             return
         if launch_ended:
@@ -218,7 +216,7 @@ def tell_when_up(
             if failure is not None:
                 # A death has been told by the launch itself.
                 if not any(process.state == "died" for process in now):
-                    tell("ERROR", failure.message)
+                    tell("ERROR", failure.text)
                 return
             if complete and (not up.waiting or settled.holds(True)):
                 running = [process for process in now if process.state == "running"]

@@ -29,6 +29,7 @@ class Running(NamedTuple):
         node_name: Full name of its node where a launch file gives it, or None.
         is_alive: Whether it still runs; what a launch started is kept while the launch runs.
         ending: How and when it ended where `died` found it, such as ``exited 1, 3 s ago``.
+        is_told: Whether the command that started it has told why it died.
     """
 
     record: ProcessRecord
@@ -36,6 +37,7 @@ class Running(NamedTuple):
     node_name: str | None = None
     is_alive: bool = True
     ending: str = ""
+    is_told: bool = False
 
     @property
     def qualified_name(self) -> str:
@@ -81,6 +83,7 @@ def died(folder: Path | None = None) -> list[Running]:
             process.node_name,
             is_alive=False,
             ending=_ending(process.exit_status, process.ended_at),
+            is_told=status.is_told(status.folder_of(launch), process.name),
         )
         for launch in launches
         for process in status.read(status.folder_of(launch)) or ()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 PLAN_FILE = "plan.json"
 _STATUS_FILE = "processes.json"
 _STOP_PREFIX = "stop-"
+_TOLD_PREFIX = "told-"
 
 State = Literal["waiting", "running", "finished", "stopped", "died"]
 
@@ -126,6 +127,17 @@ def mark_stopped(folder: Path, name: str) -> None:
 def is_marked_stopped(folder: Path, name: str) -> bool:
     """Tell whether a person stopped a process."""
     return (folder / f"{_STOP_PREFIX}{name}").exists()
+
+
+def mark_told(folder: Path, name: str) -> None:
+    """Note that a person has been told why a process died."""
+    with contextlib.suppress(OSError):
+        (folder / f"{_TOLD_PREFIX}{name}").touch()
+
+
+def is_told(folder: Path, name: str) -> bool:
+    """Tell whether a person has been told why a process died."""
+    return (folder / f"{_TOLD_PREFIX}{name}").exists()
 
 
 def command_text(command: Iterable[str]) -> str:
