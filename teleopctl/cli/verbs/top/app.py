@@ -58,6 +58,7 @@ class Top(App[None]):
         Binding("3", "tab('controllers')", "Controllers", show=False),
         Binding("4", "tab('log')", "Log", show=False),
         Binding("tab", "next_tab", "Next", priority=True, key_display="1-4"),
+        Binding("q", "quit", "Quit"),
         Binding("e", "echo", "Echo"),
         Binding("g", "plot", "Plot"),
         Binding("m", "measure", "Measure"),
@@ -66,7 +67,6 @@ class Top(App[None]):
         Binding("o", "order", "Order"),
         Binding("l", "level", "Level"),
         Binding("slash", "filter", "Filter", key_display="/"),
-        Binding("q", "quit", "Quit"),
         Binding("ctrl+c", "quit", "Quit", show=False, priority=True),
     ]
 
@@ -140,7 +140,7 @@ class Top(App[None]):
         load = sum({r.pid: r.cpu_percent for r in nodes if r.cpu_percent is not None}.values())
         count = sum(row.is_node for row in nodes)
         self.query_one("#summary", Static).update(
-            Text(f"{count} nodes  {len(topics)} topics  processor {load:.0f} %{self._narrowed()}")
+            Text(f"nodes {count}  topics {len(topics)}  processor {load:.0f} %{self._narrowed()}")
         )
         now_s = time.monotonic()
         if self._tab == "controllers" and now_s - self._asked_s >= _CONTROLLERS_EVERY_S:
