@@ -2,14 +2,18 @@
 
 import http.client
 import socket
+import threading
 
+import numpy as np
 import pytest
 import viser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.viewer import PageError, open_server, page_address
+from teleopctl.viewer.page import server as page_server
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
@@ -104,3 +108,30 @@ def test_an_impossible_port_is_refused_at_once(port):
 )
 def test_the_address_is_one_that_a_browser_opens(host, token, address):
     assert page_address(host, 80, token) == address
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="Linux has it")
+def test_a_browser_that_takes_nothing_is_let_go(monkeypatch):
+    monkeypatch.setattr(page_server, "_SILENT_MS", 1_000)
+    server = open_server(port=0)
+    gone = threading.Event()
+    server._websock_server.on_client_disconnect(lambda _client: gone.set())
+    come = threading.Event()
+    server._websock_server.on_client_connect(lambda _client: come.set())
+    silent = socket.socket()
+    try:
+        silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        silent.connect(("127.0.0.1", server.get_port()))
+        silent.sendall(
+            f"GET / HTTP/1.1\r\nHost: localhost:{server.get_port()}\r\nUpgrade: websocket\r\n"
+            "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            "Sec-WebSocket-Version: 13\r\n"
+            f"Sec-WebSocket-Protocol: viser-v{viser.__version__}\r\n\r\n".encode()
+        )
+        assert come.wait(LONGEST_WAIT_S)
+        # more than any buffer between the two holds
+        server.scene.add_point_cloud("/many", np.zeros((3_000_000, 3)), (0, 0, 0))
+        assert gone.wait(LONGEST_WAIT_S)
+    finally:
+        silent.close()
+        server.stop()

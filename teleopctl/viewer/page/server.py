@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 DEFAULT_PORT = 8080
 _PORTS_TRIED = 20
 _LAST_PORT = 65_535
+_SILENT_MS = 30_000
 _BRAND = (20, 120, 190)
 
 
@@ -96,6 +97,7 @@ def _guarded(access: Access) -> Iterator[None]:
             headers = {name.lower(): value for name, value in request.headers.raw_items()}
             answer = access.check(request.path, headers)
             if answer is None:
+                _give_up_on_the_silent(connection)
                 answered: Response | None = process_request(connection, request)
                 return answered
             response = connection.respond(answer.status, answer.text)
@@ -111,6 +113,19 @@ def _guarded(access: Access) -> Iterator[None]:
             yield
         finally:
             below.serve = serve  # type: ignore[misc]
+
+
+def _give_up_on_the_silent(connection: ServerConnection) -> None:
+    """End a connection whose other end takes nothing: a closed lid, a stopped browser.
+
+    websockets asks whether the other end lives, but its question waits behind what is not taken. As
+    long as such a browser counts as one that looks, everything is drawn for it. Tabs that wake up
+    connect again by themselves.
+    """
+    option = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
+    if option is not None:
+        below = connection.transport.get_extra_info("socket")
+        below.setsockopt(socket.IPPROTO_TCP, option, _SILENT_MS)
 
 
 def close_server(server: viser.ViserServer) -> None:
