@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.robot import Geometry, RobotDescription
+from teleopctl.robot import Geometry, Mesh, RobotDescription
 from teleopctl.viewer.scene.drawing import Rgba
-from teleopctl.viewer.scene.mesh_files import MeshFile, file_of, load_mesh, stamp_of_file
+from teleopctl.viewer.scene.mesh_files import (
+    MeshFile,
+    file_of,
+    load_mesh,
+    packed,
+    stamp_of_file,
+)
 from teleopctl.viewer.scene.shapes import mesh_uris, undrawable
+
+# Meshes of so many links are sent as glTF, of which viser compresses equal ones to one.
+_MANY_USES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +61,7 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
     textures: dict[str, Rgba] = {}
     faults: list[str] = []
     shapes = shapes_of(description)
+    uses = Counter(shape.uri for shape in shapes if isinstance(shape, Mesh))
     for uri in mesh_uris(shapes):
         old = known.meshes.get(uri)
         if old is not None and _is_unchanged(old):
@@ -61,6 +72,8 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
             except TeleopctlError as error:
                 faults.append(error.message)
                 continue
+        if uses[uri] >= _MANY_USES:
+            meshes[uri] = packed(meshes[uri])
         faults += meshes[uri].faults
     for uri in _texture_uris(description):
         try:

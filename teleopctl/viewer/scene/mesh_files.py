@@ -6,7 +6,7 @@ materials and textures. As in RViz, a COLLADA file's unit counts and its upward 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -121,6 +121,15 @@ def _read(
         raise MeshError(f"{named} cannot be read: {reason}") from error
     faults = tuple(f"{named} {fault}" for fault in content.faults)
     return MeshFile(path, content.glb, content.vertices, content.faces, content.box, faults, stamp)
+
+
+def packed(mesh: MeshFile) -> MeshFile:
+    """The same mesh as glTF, whose colour `dressed` sets."""
+    if mesh.glb or mesh.vertices is None or mesh.faces is None:
+        return mesh
+    from teleopctl.viewer.scene.mesh_reading import bare_glb
+
+    return replace(mesh, glb=bare_glb(mesh.vertices, mesh.faces), vertices=None, faces=None)
 
 
 def file_of(uri: str, folder: Path | None = None) -> Path:

@@ -240,3 +240,17 @@ def test_a_robot_can_come_from_a_file(model, stage, tmp_path):
     display.set("Description Source", "Topic")
     stage.publish("/robot_description", STRING(data=robot(link("a", box(), box()))))
     assert set(nodes(stage)) == {"visual0", "visual1"}
+
+
+def test_a_mesh_of_many_links_is_one_that_compresses_to_itself(model, stage, tmp_path):
+    few, many = stl(tmp_path, "few.stl"), stl(tmp_path, "many.stl")
+    red = '<material name="red"><color rgba="1 0 0 1"/></material>'
+    meshes = [visual(f'<mesh filename="{path}"/>', red) for path in [few] + [many] * 4]
+    model(robot(link("a", *meshes)))
+    shown = nodes(stage)
+    assert color(shown["visual0"]) == (255, 0, 0)
+    sent = {shown[f"visual{number}"].glb_data for number in (1, 2, 3, 4)}
+    assert len(sent) == 1
+    assert b'"baseColorFactor":[1.0,0.0,0.0,1.0]' in sent.pop()
+    # without normals a browser shades each triangle by itself, as it does those of STL
+    assert b"NORMAL" not in shown["visual1"].glb_data
