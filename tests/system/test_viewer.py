@@ -6,13 +6,21 @@ from collections.abc import Iterator
 
 import pytest
 import yaml
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
+from teleopctl.interfaces import get_message
+from teleopctl.packages import package_share
+from teleopctl.robot import Joints, RobotDescription, SegmentTree, expand_xacro
 from teleopctl.testing import RosGraph, eventually
 from tests.system.browser import browser
 
+JointState = get_message("sensor_msgs/msg/JointState")
+TFMessage = get_message("tf2_msgs/msg/TFMessage")
+
 ADDRESS = re.compile(r"^The robot in your browser: (http://localhost:\d+/)$", re.MULTILINE)
 PAGE_WITHIN_MS = 60_000
+# Software draws the picture, which takes a browser's whole attention.
+expect.set_options(timeout=30_000)
 
 
 VIEW = """
@@ -31,9 +39,17 @@ Visualization Manager:
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
+def chromium_program() -> Iterator[Browser]:
     with browser() as started:
         yield started
+
+
+@pytest.fixture
+def chromium(chromium_program: Browser) -> Iterator[Browser]:
+    yield chromium_program
+    # A page that is left open would connect to that of the next test.
+    for context in chromium_program.contexts:
+        context.close()
 
 
 def launched(ros: RosGraph, *words: str) -> str:
@@ -59,10 +75,31 @@ def page_log(ros: RosGraph) -> str:
 
 
 def opened(chromium: Browser, address: str) -> Page:
-    page = chromium.new_page(viewport={"width": 1280, "height": 800})
+    page = chromium.new_page(viewport={"width": 900, "height": 640})
     page.set_default_timeout(PAGE_WITHIN_MS)
     page.goto(address)
     return page
+
+
+def slider_of(page: Page, joint: str) -> Locator:
+    row = page.get_by_text(joint, exact=True).locator("xpath=ancestor::div[2]")
+    slider = row.get_by_role("slider")
+    expect(slider).to_be_visible(timeout=PAGE_WITHIN_MS)
+    return slider
+
+
+def drag_to_the_right(page: Page, slider: Locator) -> None:
+    slider.hover()  # it stands still by then
+    box = slider.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.down()
+    page.mouse.move(x + 30, y, steps=3)
+    page.mouse.up()
+
+
+def position_of(message, joint: str) -> float:
+    return dict(zip(message.name, message.position, strict=False)).get(joint, 0.0)
 
 
 def test_the_page_shows_the_joints_of_the_robot(ros, chromium):
@@ -71,6 +108,48 @@ def test_the_page_shows_the_joints_of_the_robot(ros, chromium):
         expect(page.get_by_text(joint, exact=True)).to_be_visible(timeout=PAGE_WITHIN_MS)
     # joint_5 follows joint_4
     expect(page.get_by_text("joint_5", exact=True)).to_have_count(0)
+
+
+def test_a_slider_that_is_dragged_moves_the_robot(ros, chromium):
+    page = opened(chromium, launched(ros, "display.yaml"))
+    slider = slider_of(page, "joint_1")
+    drag_to_the_right(page, slider)
+    state = ros.wait_for_message(
+        JointState, "/joint_states", matching=lambda message: position_of(message, "joint_1") > 0.3
+    )
+    # What the page shows, /joint_states, /tf and forward kinematics are one and the same.
+    position = position_of(state, "joint_1")
+    expect(slider).to_have_attribute("aria-valuenow", re.compile(f"{position:.3f}"[:4]))
+    model = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
+    description = RobotDescription.from_urdf(expand_xacro(model))
+    tree = SegmentTree(description, Joints.for_display(description, print))
+    ((joint, expected),) = tree.transforms({"joint_1": position})
+
+    def is_where_it_should_be(message) -> bool:
+        return any(
+            transform.child_frame_id == joint.child
+            and transform.transform.rotation.z == pytest.approx(expected.rotation[2], abs=1e-6)
+            for transform in message.transforms
+        )
+
+    ros.wait_for_message(TFMessage, "/tf", matching=is_where_it_should_be)
+
+
+def test_in_simulation_sliders_and_buttons_drive_the_controllers(ros, chromium):
+    page = opened(chromium, launched(ros, "sim.yaml", "camera:=false"))
+    drag_to_the_right(page, slider_of(page, "joint_1"))
+    ros.wait_for_message(
+        JointState, "/joint_states", matching=lambda message: position_of(message, "joint_1") > 0.3
+    )
+    page.get_by_role("tab", name="Controllers").click()
+    page.get_by_role("button", name="Deactivate").first.click()
+
+    def states() -> list[str]:
+        return ros.run("control list_controllers").stdout.split()
+
+    eventually(lambda: "inactive" in states())
+    page.get_by_role("button", name="Activate", exact=True).first.click()
+    eventually(lambda: "inactive" not in states())
 
 
 def test_nothing_is_listened_to_while_nobody_looks(ros, chromium):
