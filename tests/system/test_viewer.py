@@ -99,7 +99,7 @@ def drag_to_the_right(page: Page, slider: Locator) -> None:
 
 
 def position_of(message, joint: str) -> float:
-    return dict(zip(message.name, message.position, strict=False)).get(joint, 0.0)
+    return float(dict(zip(message.name, message.position, strict=False)).get(joint, 0.0))
 
 
 def test_the_page_shows_the_joints_of_the_robot(ros, chromium):
@@ -144,7 +144,7 @@ def test_in_simulation_sliders_and_buttons_drive_the_controllers(ros, chromium):
     page.get_by_role("tab", name="Controllers").click()
     page.get_by_role("button", name="Deactivate").first.click()
 
-    def states() -> list[str]:
+    def states():
         return ros.run("control list_controllers").stdout.split()
 
     eventually(lambda: "inactive" in states())
