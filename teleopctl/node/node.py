@@ -73,8 +73,9 @@ class Node(NodeParameters):
                 logger_service=enable_logger_service,
             )
         except BaseException:
-            # A node that could not be made must not stay in the graph.
-            self.destroy_node()
+            # A node that could not be made must not stay in the graph. What a subclass destroys
+            # besides it has not made yet.
+            Node.destroy_node(self)
             raise
 
     def _start_what_every_node_has(

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _PICTURES_PER_S = 30.0
 # Panels are read, not watched: every third picture is enough.
 _PICTURES_PER_PANEL_TICK = 3
+_COMPLAINS_EVERY_S = 5.0
 
 
 class Viewer(Node):
@@ -99,7 +100,9 @@ class Viewer(Node):
         """
 
         def begin() -> Callable[[], None]:
-            subscription = self.create_subscription(get_message(type_name), topic, callback, qos)
+            subscription = self.create_subscription(
+                get_message(type_name), topic, lambda message: self._do(callback, message), qos
+            )
 
             def end() -> None:
                 self.destroy_subscription(subscription)
@@ -162,7 +165,7 @@ class Viewer(Node):
             self._listener = TransformListener(self.buffer, self)
             self.picture.begin()
             for panel in self.panels:
-                panel.began()
+                self._do(panel.began)
             self._timer.reset()
         else:
             self._timer.cancel()
@@ -171,12 +174,12 @@ class Viewer(Node):
                 self._listener = None
             self.picture.end()
             for panel in self.panels:
-                panel.ended()
+                self._do(panel.ended)
 
     def _tell_of_graph(self) -> None:
         self._types.look()
         for panel in self.panels:
-            panel.graph_changed()
+            self._do(panel.graph_changed)
 
     def _tick(self) -> None:
         self._pictures += 1
@@ -187,20 +190,27 @@ class Viewer(Node):
             self.picture.tick(jumped_back=jumped_back)
         if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
             for panel in self.panels:
-                panel.tick()
+                self._do(panel.tick)
 
     def _run_errands(self) -> None:
         # What is added meanwhile triggers anew, so that messages get their turn.
         for _ in range(len(self._errands)):
-            errand = self._errands.popleft()
-            try:
-                errand()
-            except TeleopctlError as error:
-                self.get_logger().error(error.message)
-                self.notify("That did not work", error.message, wrong=True)
-            except Exception as error:  # noqa: BLE001 -- one button must not end the page
-                self.get_logger().error(f"The page: {type(error).__name__}: {error}")
-                self.notify("That did not work", f"{type(error).__name__}: {error}", wrong=True)
+            failure = self._do(self._errands.popleft())
+            if failure:
+                self.notify("That did not work", failure, wrong=True)
+
+    def _do(self, function: Callable[..., object], *arguments: object) -> str:
+        """Do something whose failure must not end the page; returns what went wrong."""
+        try:
+            function(*arguments)
+        except TeleopctlError as error:
+            failure = error.message
+        except Exception as error:  # noqa: BLE001 -- one button or message must not end the page
+            failure = f"{type(error).__name__}: {error}"
+        else:
+            return ""
+        self.get_logger().error(f"The page: {failure}", throttle_duration_sec=_COMPLAINS_EVERY_S)
+        return failure
 
     def destroy_node(self) -> None:
         """Close the page, then the node."""

@@ -337,3 +337,23 @@ def test_a_coroutine_begins_within_the_call_that_made_it(make_node, executor):
     go_on.set_result(None)
     executor.spin_once(10.0)
     assert steps == ["begun", "ended"]
+
+
+def test_what_ends_the_making_of_a_node_is_not_hidden_by_its_own_clean_up(context, monkeypatch):
+    class Owner(Node):
+        def __init__(self):
+            super().__init__("owner", context=context)
+            self.loop = object()
+
+        def destroy_node(self):
+            del self.loop
+            super().destroy_node()
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Node, "_start_parameters", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            Owner()
+    assert "owner" not in Node("observer", context=context).get_node_names()

@@ -51,7 +51,8 @@ def test_find_resolves_packages(write):
 
 
 def test_find_needs_no_ament_index(write, monkeypatch):
-    monkeypatch.setitem(sys.modules, "ament_index_python", None)
+    for name in ("ament_index_python", "ament_index_python.packages"):
+        monkeypatch.setitem(sys.modules, name, None)
     assert "teleop_description" not in expand_xacro(
         write('<link name="$(find teleop_description)"/>')
     )
