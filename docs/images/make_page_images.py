@@ -116,17 +116,43 @@ def film(page: Page, ros: RosGraph) -> None:
     sys.stdout.write(f"{file}: {file.stat().st_size} bytes\n")
 
 
+def choose(label: str, option: str) -> Callable[[Page], None]:
+    """Choose from a list."""
+
+    def step(page: Page) -> None:
+        page.get_by_role("combobox", name=label).click()
+        page.get_by_role("option", name=option).first.click()
+
+    return step
+
+
+def press(name: str) -> Callable[[Page], None]:
+    """Press a button."""
+    return lambda page: page.get_by_role("button", name=name, exact=True).click()
+
+
+def show_camera(page: Page) -> None:
+    """Switch the camera on, the first of the tab's two switches."""
+    page.locator("input[type=checkbox]:visible").first.click()
+
+
+def wait(page: Page) -> None:
+    """Let the arm move."""
+    page.wait_for_timeout(5_000)
+
+
 TABS: dict[str, Callable[[Page], None]] = {
     "page_joints.png": tab("Joints"),
-    "page_scene.png": tab("Scene"),
-    "page_camera.png": tab("Camera"),
-    "page_plot.png": tab("Plot"),
-    "page_topics.png": tab("Topics"),
+    "page_camera.png": tab("Camera", show_camera),
+    "page_plot.png": tab(
+        "Plot",
+        choose("Topic", "/joint_states"),
+        choose("Field", "position (all"),
+        press("Add"),
+        wait,
+    ),
     "page_graph.png": tab("Graph"),
     "page_controllers.png": tab("Controllers"),
-    "page_parameters.png": tab("Parameters"),
-    "page_simulation.png": tab("Simulation"),
-    "page_log.png": tab("Log"),
 }
 
 
@@ -168,6 +194,7 @@ def main(names: list[str]) -> None:
                 for name in tabs:
                     page = browser.new_page(viewport=LAPTOP)
                     prepare(page, address)
+                    command(ros, MOVES)
                     TABS[name](page)
                     photograph(page, name)
                     page.close()
