@@ -148,6 +148,8 @@ class _Output(io.RawIOBase):
         self._log_file = log_file
         self._lossless = lossless
         self._largest = log_bytes() // 2
+        # An interrupt that came in a write, until it is raised in the next one or comes again.
+        self._postponed: list[KeyboardInterrupt] = []
 
     def writable(self) -> bool:
         return True
@@ -159,6 +161,8 @@ class _Output(io.RawIOBase):
         return os.isatty(self._descriptor)
 
     def write(self, data: ReadableBuffer, /) -> int:
+        with contextlib.suppress(IndexError):
+            raise self._postponed.pop()
         left = memoryview(data).cast("B")
         size = len(left)
         if self._log_file is not None:
@@ -177,17 +181,26 @@ class _Output(io.RawIOBase):
                         raise
                     if error.errno not in _NO_READER or not self._go_on_elsewhere():
                         break
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
             if not written:
                 raise
-            # Raised here it would make the buffer write again what has been written.
+            # Raised here it would make the buffer write again what has been written. Who writes
+            # without pause gets it with the next line, and who does not write again from outside.
             while True:
                 try:
-                    come_again()
+                    self._postponed[:] = [interrupt]
+                    come_again(needed=self._is_postponed)
                     return sum(written)
                 except KeyboardInterrupt:  # it came while this thread had to wait
                     continue
         return size
+
+    def _is_postponed(self) -> bool:
+        """Take a postponed interrupt back, if it has not been raised."""
+        with contextlib.suppress(IndexError):
+            self._postponed.pop()
+            return True
+        return False
 
     def _keep_bound(self, log_file: Path, size: int) -> None:
         if self._is_log(self._descriptor, log_file, size):

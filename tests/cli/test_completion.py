@@ -46,7 +46,7 @@ def candidates(monkeypatch, capsys, line: str) -> list[str]:
 
 
 def test_verbs_and_options_are_completed(monkeypatch, capsys):
-    assert candidates(monkeypatch, capsys, "teleopctl to") == ["topic"]
+    assert candidates(monkeypatch, capsys, "teleopctl topi") == ["topic"]
     assert "echo" in candidates(monkeypatch, capsys, "teleopctl topic ")
     assert candidates(monkeypatch, capsys, "teleopctl topic list --sh") == ["--show-types"]
 

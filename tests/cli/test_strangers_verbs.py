@@ -105,7 +105,6 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
         ("bag", "bag", "teleopctl"),
         ("lifecycle --help", "lifecycle", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),
-        ("tf view_frames", "tf view_frames", "teleopctl tf"),
     ],
 )
 def test_a_verb_of_ros2_that_is_missing_is_called_missing(capsys, line, verb, where):
