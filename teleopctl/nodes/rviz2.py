@@ -26,7 +26,7 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         PageError: It cannot be opened.
     """
-    from teleopctl.viewer import Viewer, open_server, page_address
+    from teleopctl.viewer import open_viewer
 
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
@@ -37,19 +37,22 @@ def main(args: list[str] | None = None) -> int:
     if hasattr(os, "nice"):
         # Whoever controls the robot comes first.
         os.nice(_NICENESS)
-    server = open_server(options.host, options.port, token=options.token)
-    address = page_address(options.host, server.get_port(), options.token)
-    with (
-        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=words),
-        Viewer(server, options.display_config) as node,
-    ):
-        node.get_logger().info(f"The robot is at {address}")
-        progress.tell(progress.READY, address)
-        if options.open or os.environ.get(OPEN_VARIABLE):
-            webbrowser.open(address)
-        spin(node)
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), init(args=words):
+        viewer, address = open_viewer(
+            options.host, options.port, options.token, view=options.display_config
+        )
+        with viewer as node:
+            node.get_logger().info(f"The robot is at {address}")
+            tell_address(address, open_it=options.open)
+            spin(node)
     return 0
+
+
+def tell_address(address: str, *, open_it: bool) -> None:
+    """Tell who waits for the page that it is there, and open it if the user wants that."""
+    progress.tell(progress.READY, address)
+    if open_it or os.environ.get(OPEN_VARIABLE):
+        webbrowser.open(address)
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:

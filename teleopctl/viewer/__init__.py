@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.viewer.panels.base import Page as Page, Panel as Panel
     from teleopctl.viewer.remote.joint_targets import SLIDERS_TOPIC as SLIDERS_TOPIC
-    from teleopctl.viewer.viewer import Viewer as Viewer
+    from teleopctl.viewer.viewer import Viewer as Viewer, open_viewer as open_viewer
 else:
     from teleopctl.lazy import attach
 
@@ -33,6 +33,6 @@ else:
             "page.server": "DEFAULT_PORT PageError open_server page_address",
             "panels.base": "Page Panel",
             "remote.joint_targets": "SLIDERS_TOPIC",
-            "viewer": "Viewer",
+            "viewer": "Viewer open_viewer",
         },
     )

@@ -18,7 +18,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import Buffer, TransformListener
-from teleopctl.viewer.page.server import close_server
+from teleopctl.viewer.page.server import close_server, open_server, page_address
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.picture import Picture
 from teleopctl.viewer.robot_file import RobotFile
@@ -220,3 +220,37 @@ class Viewer(Node):
         self._workers.shutdown(wait=False, cancel_futures=True)
         close_server(self.server)
         super().destroy_node()
+
+
+def open_viewer(
+    host: str,
+    port: int,
+    token: str | None = None,
+    *,
+    view: Path | None = None,
+    panels: list[str] | None = None,
+    cli_args: Sequence[str] | None = None,
+) -> tuple[Viewer, str]:
+    """Open a page and make the node that serves it.
+
+    Args:
+        host: See `open_server`, as for ``port`` and ``token``.
+        port: See there.
+        token: See there.
+        view: See `Viewer`, as for ``panels`` and ``cli_args``.
+        panels: See there.
+        cli_args: See there.
+
+    Returns:
+        The node, and the page's address.
+
+    Raises:
+        TeleopctlError: The page cannot be opened, or the view not be read.
+    """
+    server = open_server(host, port, token=token)
+    try:
+        viewer = Viewer(server, view, panels, cli_args)
+    except BaseException:
+        close_server(server)
+        raise
+    return viewer, page_address(host, server.get_port(), token)

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 if sys.platform == "win32":
     pytest.skip("needs a terminal of POSIX", allow_module_level=True)
@@ -138,3 +138,17 @@ def test_a_topic_that_says_nothing_is_told(ros):
     done = ros.run("topic echo /parameter_events --plot stamp.sec --timeout 0.3")
     assert done.returncode == 1
     assert "No message on '/parameter_events'" in done.stderr
+
+
+def test_a_rate_is_of_what_comes_and_not_of_what_was_kept(ros):
+    ros.spawn(
+        ["topic", "pub", "/kept", "std_msgs/msg/Empty", "--qos-durability", "transient_local"]
+    )
+    eventually(lambda: "/kept" in ros.run("topic list").stdout)
+    ros.spawn("topic hz /kept")
+
+    def subscription():
+        return ros.run("topic info -v /kept").stdout.partition("Subscription count: 1")[2]
+
+    eventually(subscription)
+    assert "Durability: VOLATILE" in subscription()

@@ -195,3 +195,10 @@ def test_without_a_viewer_there_is_no_page(ros):
     done = ros.run(["launch", "--detach", "display.yaml", "viewer:=false"], 60)
     assert ADDRESS.search(done.stdout) is None
     assert "/rviz" not in ros.run("node list").stdout.split()
+
+
+@pytest.mark.parametrize("words", ["-d missing.rviz", "--host 0.0.0.0", "--port 99999"])
+def test_a_page_that_cannot_be_opened_says_why_and_nothing_else(ros, words):
+    done = ros.run(f"run rviz2 rviz2 {words}")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert words.split()[1] in done.stderr

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import sys
-import webbrowser
 
-from teleopctl import progress
 from teleopctl.node import (
     Clock,
     ClockType,
@@ -23,7 +20,7 @@ from teleopctl.node import (
     parse_ros_arguments,
 )
 from teleopctl.nodes.joint_state_publisher.node import JointStatePublisher, read_description
-from teleopctl.nodes.rviz2 import OPEN_VARIABLE, add_page_options
+from teleopctl.nodes.rviz2 import add_page_options, tell_address
 
 _NAME = "joint_state_publisher_gui"
 # Launch files start the page beside this node, and call it by either name; it is there within
@@ -79,14 +76,16 @@ def _page_of(node: Node) -> str | None:
 
 
 def _open(node: Node, options: argparse.Namespace) -> Node:
-    from teleopctl.viewer import Viewer, open_server, page_address
+    from teleopctl.viewer import open_viewer
 
-    server = open_server(options.host, options.port, token=options.token)
-    address = page_address(options.host, server.get_port(), options.token)
-    # The name that a launch file gives this node is not the page's.
-    viewer = Viewer(server, panels=["joints"], cli_args=["--ros-args", "-r", "__node:=rviz"])
+    viewer, address = open_viewer(
+        options.host,
+        options.port,
+        options.token,
+        panels=["joints"],
+        # The name that a launch file gives this node is not the page's.
+        cli_args=["--ros-args", "-r", "__node:=rviz"],
+    )
     node.get_logger().info(f"The sliders are at {address}")
-    progress.tell(progress.READY, address)
-    if options.open or os.environ.get(OPEN_VARIABLE):
-        webbrowser.open(address)
+    tell_address(address, open_it=options.open)
     return viewer

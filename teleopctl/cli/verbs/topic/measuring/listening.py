@@ -29,8 +29,13 @@ def listen(
         report: Called once a second with the present time of that clock.
         raw: Hand over bytes instead of messages, which spares the decoding.
     """
+    from teleopctl.node import DurabilityPolicy
+
     with command_node() as node:
         for source in sources:
+            qos = source.suited_qos(_DEPTH)
+            # What was sent before comes all at once, which says nothing of a rate.
+            qos.durability = DurabilityPolicy.VOLATILE
 
             def receive(message: Any, source: TopicSource = source) -> None:
                 arrive(source, message, time.monotonic())
@@ -39,7 +44,7 @@ def listen(
                 source.message_class,
                 source.topic,
                 receive,
-                source.suited_qos(_DEPTH),
+                qos,
                 raw=raw,
                 immediate=True,
             )
