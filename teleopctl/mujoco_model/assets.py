@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
+from teleopctl.robot import collada_unit_m
 
 if TYPE_CHECKING:
     import mujoco
@@ -60,8 +61,12 @@ def _convert(mesh: Any, path: Path) -> str | None:
     import trimesh
 
     try:
-        # One mesh of the whole scene graph, in metres and z up as the file's header says.
-        loaded: Any = trimesh.load(path, force="mesh")
+        # One mesh of the whole scene graph.
+        scene: Any = trimesh.load_scene(path)
+        loaded: Any = scene.to_mesh()
+        if path.suffix.lower() == ".dae":
+            parts = scene.geometry.values()
+            loaded.apply_scale(collada_unit_m(part.metadata for part in parts))
     except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
         return f"{path} cannot be read: {error}"
     if len(loaded.faces) == 0:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
+    from teleopctl.robot.mesh_units import collada_unit_m as collada_unit_m
     from teleopctl.robot.ros2_control_tag import (
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
@@ -46,6 +47,7 @@ else:
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
+            "mesh_units": "collada_unit_m",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",

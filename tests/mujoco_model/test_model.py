@@ -1,5 +1,6 @@
 """From robot description to MuJoCo model."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,22 @@ def test_a_collada_mesh_is_converted(tmp_path: Path) -> None:
     trimesh.creation.box((1, 2, 3)).export(file)
 
     assert model(link("base", mesh("visual", str(file)))).mj_model.nmesh == 1
+
+
+def test_a_collada_mesh_has_the_size_that_its_unit_says(tmp_path: Path) -> None:
+    file = tmp_path / "part.dae"
+    trimesh.creation.box((100, 200, 300)).export(file)
+    text = file.read_text()
+    assert "</asset>" in text
+    unit = '<unit name="millimeter" meter="0.001"/>'
+    text = re.sub("<unit[^>]*/>", "", text)
+    # The schema has the unit behind the times.
+    file.write_text(re.sub(r"(</modified>)", rf"\1{unit}", text))
+
+    built = model(link("base", mesh("visual", str(file)))).mj_model
+
+    # The tag scales it by 0.1 besides.
+    assert np.ptp(built.mesh_vert, axis=0).max() == pytest.approx(0.03, rel=1e-3)
 
 
 def test_a_moving_link_without_inertia_gets_it_from_its_shape() -> None:

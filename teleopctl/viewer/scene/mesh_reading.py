@@ -19,6 +19,7 @@ import numpy.typing as npt
 import trimesh
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.robot import collada_unit_m
 from teleopctl.tf import Vector3
 from teleopctl.viewer.scene.drawing import drawable_rows
 from teleopctl.viewer.scene.glb import furnished
@@ -95,7 +96,7 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
         name for name, part in scene.geometry.items() if not len(getattr(part, "faces", ()))
     ]:
         scene.delete_geometry(name)
-    if suffix == ".dae" and (unit := _unit_of(meshes)) != 1.0:
+    if suffix == ".dae" and (unit := collada_unit_m(mesh.metadata for mesh in meshes)) != 1.0:
         scene.apply_scale(unit)
     box = _box(scene.bounds)
     if bare:
@@ -216,16 +217,6 @@ def _forget_invented(mesh: Any) -> None:
     # Its picture is one of 2 x 2 equal pixels.
     if material.image is None or max(material.image.size) <= 2:
         mesh.visual = ColorVisuals(mesh)
-
-
-def _unit_of(meshes: Iterable[Any]) -> float:
-    """How many metres the unit of a COLLADA file has."""
-    words = next((str(mesh.metadata.get("units", "")) for mesh in meshes), "").split()
-    try:
-        unit = float(words[0]) if len(words) == 3 else 1.0
-    except ValueError:
-        return 1.0
-    return unit if 1e-6 < unit < 1e6 else 1.0
 
 
 def _check_gltf(raw: bytes) -> None:
