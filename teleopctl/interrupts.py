@@ -20,15 +20,10 @@ if TYPE_CHECKING:
 _AGAIN_S = 0.001
 
 
-def come_again(signum: int = signal.SIGINT, needed: Callable[[], bool] | None = None) -> None:
-    """Have a signal come once more, in a moment, to the main thread, which is to call this.
-
-    Args:
-        signum: The signal.
-        needed: Asked in that moment, on another thread, whether it is to come at all.
-    """
+def come_again(signum: int = signal.SIGINT) -> None:
+    """Have a signal come once more, in a moment, to the main thread, which is to call this."""
     # Not a threading.Thread: its start takes a lock, which the interrupted code may be holding.
-    _thread.start_new_thread(_signal, (signum, _thread.get_ident(), needed))
+    _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
 
 def raise_swallowed_again() -> None:
@@ -48,10 +43,8 @@ def _hook(
     return hook
 
 
-def _signal(signum: int, thread: int, needed: Callable[[], bool] | None) -> None:
+def _signal(signum: int, thread: int) -> None:
     time.sleep(_AGAIN_S)
-    if needed is not None and not needed():
-        return
     if sys.platform == "win32":
         _thread.interrupt_main(signum)
     else:

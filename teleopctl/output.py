@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from teleopctl.errors import UsageError
-from teleopctl.interrupts import come_again
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -138,18 +137,22 @@ class _Output(io.RawIOBase):
         descriptor: 1 or 2.
         log_file: The log of this process. The stream may be this file, which is then kept within
             its bound; otherwise it goes on there when nobody reads it any more.
+        buffered: Whether a `_Buffer` writes to it, rather than the text stream itself.
         lossless: Let errors of a full disk and of a closed pipe through: what is written is not a
             log but a result, which must not be lost in silence.
     """
 
-    def __init__(self, descriptor: int, log_file: Path | None, *, lossless: bool) -> None:
+    def __init__(
+        self, descriptor: int, log_file: Path | None, *, buffered: bool, lossless: bool
+    ) -> None:
         super().__init__()
         self._descriptor = descriptor
         self._log_file = log_file
+        self._buffered = buffered
         self._lossless = lossless
         self._largest = log_bytes() // 2
-        # An interrupt that came in a write, until it is raised in the next one or comes again.
-        self._postponed: list[KeyboardInterrupt] = []
+        # An interrupt that came while the last lines were written, until `_Buffer` raises it.
+        self.postponed: list[KeyboardInterrupt] = []
 
     def writable(self) -> bool:
         return True
@@ -161,8 +164,6 @@ class _Output(io.RawIOBase):
         return os.isatty(self._descriptor)
 
     def write(self, data: ReadableBuffer, /) -> int:
-        with contextlib.suppress(IndexError):
-            raise self._postponed.pop()
         left = memoryview(data).cast("B")
         size = len(left)
         if self._log_file is not None:
@@ -182,25 +183,12 @@ class _Output(io.RawIOBase):
                     if error.errno not in _NO_READER or not self._go_on_elsewhere():
                         break
         except KeyboardInterrupt as interrupt:
-            if not written:
+            if not written or not self._buffered:
                 raise
-            # Raised here it would make the buffer write again what has been written. Who writes
-            # without pause gets it with the next line, and who does not write again from outside.
-            while True:
-                try:
-                    self._postponed[:] = [interrupt]
-                    come_again(needed=self._is_postponed)
-                    return sum(written)
-                except KeyboardInterrupt:  # it came while this thread had to wait
-                    continue
+            # Raised here it would make the buffer write again what has been written.
+            self.postponed[:] = [interrupt]
+            return sum(written)
         return size
-
-    def _is_postponed(self) -> bool:
-        """Take a postponed interrupt back, if it has not been raised."""
-        with contextlib.suppress(IndexError):
-            self._postponed.pop()
-            return True
-        return False
 
     def _keep_bound(self, log_file: Path, size: int) -> None:
         if self._is_log(self._descriptor, log_file, size):
@@ -230,6 +218,28 @@ class _Output(io.RawIOBase):
         return False
 
 
+class _Buffer(io.BufferedWriter):
+    """Raises an interrupt that came in a write when it has taken note of what was written."""
+
+    def __init__(self, raw: _Output) -> None:
+        super().__init__(raw)
+        self._postponed = raw.postponed
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        count = super().write(data)
+        self._raise_postponed()
+        return count
+
+    def flush(self) -> None:
+        super().flush()
+        self._raise_postponed()
+
+    def _raise_postponed(self) -> None:
+        # Interrupts are the main thread's, whoever writes beside it.
+        if self._postponed and threading.current_thread() is threading.main_thread():
+            raise self._postponed.pop()
+
+
 def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = False) -> None:
     """Let this process go on when its standard streams cannot be written.
 
@@ -248,13 +258,14 @@ def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = Fals
         with contextlib.suppress(OSError):
             stream.flush()
         lossless = lossless_stdout and descriptor == 1
-        raw = _Output(descriptor, log_file, lossless=lossless)
+        # An unbuffered stream (python -u) stays so.
+        buffered = not stream.write_through
+        raw = _Output(descriptor, log_file, buffered=buffered, lossless=lossless)
         setattr(
             sys,
             name,
             io.TextIOWrapper(
-                # An unbuffered stream (python -u) stays so.
-                raw if stream.write_through else io.BufferedWriter(raw),
+                _Buffer(raw) if buffered else raw,
                 encoding=stream.encoding,
                 errors=stream.errors,
                 line_buffering=stream.line_buffering,

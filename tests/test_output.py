@@ -150,21 +150,25 @@ print("result", flush=True)
 
 
 INTERRUPTED = """
-import itertools, queue, signal, sys, threading
+import queue, signal, sys, threading
 from teleopctl.output import outlive_output
 
-numbers = itertools.count()
+lines = [0]
+came_in = []
+late = []
 taken = queue.SimpleQueue()
 
 def write():
     while interrupter.is_alive():
-        sys.stderr.write(f"{next(numbers)}\\n")
+        lines[0] += 1
+        sys.stderr.write(f"{lines[0]}\\n")
 
 def in_write(frame):
     return frame is not None and (frame.f_code is write.__code__ or in_write(frame.f_back))
 
 def interrupted(signum, frame):
     if in_write(frame):
+        came_in.append(lines[0])
         raise KeyboardInterrupt
     taken.put(None)
 
@@ -183,15 +187,20 @@ while interrupter.is_alive():
     try:
         write()
     except KeyboardInterrupt:
+        if came_in.pop() != lines[0]:
+            late.append(lines[0])
         taken.put(None)
+print(f"late: {late}")
 """
 
 
-def test_a_line_whose_writing_is_interrupted_is_not_written_twice():
-    # What is not buffered cannot be written twice.
-    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    done = ended(INTERRUPTED, stdout=subprocess.DEVNULL, env=buffered)
-    assert done.returncode == 0
+@pytest.mark.parametrize("mode", ["buffered", "unbuffered"])
+def test_an_interrupt_is_raised_by_the_write_that_it_meets_and_no_line_is_written_twice(mode):
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    if mode == "unbuffered":
+        env["PYTHONUNBUFFERED"] = "1"
+    done = ended(INTERRUPTED, stdout=subprocess.PIPE, env=env)
+    assert (done.returncode, done.stdout) == (0, "late: []\n")
     lines = done.stderr.split()
     assert lines
     assert len(lines) == len(set(lines))
