@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from teleopctl.errors import InvalidDescriptionError, TeleopctlError
+from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.scope import Scope
+from teleopctl.launch.model.template import Template
 
 
 class LaunchContext:
@@ -17,11 +18,15 @@ class LaunchContext:
     Args:
         arguments: Launch arguments from the command line.
         log_directory: The launch's folder for logs.
+
+    Attributes:
+        declared: Names of the launch arguments that have been declared.
     """
 
     def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
         self.scope = Scope(variables=dict(arguments))
         self.log_directory = log_directory
+        self.declared: set[str] = set()
         self.file = Path()
         self.start_delay = 0.0
         self.warnings: list[str] = []
@@ -56,6 +61,19 @@ class LaunchContext:
             yield
         finally:
             self.start_delay -= seconds
+
+    @contextmanager
+    def reading(self, text: Template) -> Iterator[None]:
+        """Name the launch argument that a text stands for in an error raised in the block."""
+        try:
+            yield
+        except TeleopctlError as error:
+            name = text.variable
+            if name is None:
+                raise
+            kind = "argument" if name in self.declared else "configuration"
+            message = f"launch {kind} '{name}': {error.message}"
+            raise LaunchError(message, hint=error.hint) from error
 
     def environment(self) -> dict[str, str]:
         """Return the environment as the processes will see it."""

@@ -17,7 +17,7 @@ from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, LaunchFile, Step
-from teleopctl.launch.model.descriptions import Place, Process
+from teleopctl.launch.model.descriptions import Condition, Place, Process
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
@@ -49,7 +49,7 @@ def evaluate(
     builder = ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
     evaluation = Evaluation(context, builder)
     evaluation.run_file(file)
-    unknown = undeclared(arguments, evaluation.declared)
+    unknown = undeclared(arguments, context.declared)
     return LaunchPlan(
         log_directory=log_directory,
         processes=builder.plans,
@@ -90,12 +90,10 @@ class Evaluation:
 
     Attributes:
         messages: Lines of ``log`` actions, as level and text.
-        declared: Names of the launch arguments that have been declared.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
         self.messages: list[tuple[str, str]] = []
-        self.declared: set[str] = set()
         self._context = context
         self._builder = builder
         self._depth = 0
@@ -132,11 +130,13 @@ class Evaluation:
         """Evaluate further steps."""
         for step in steps:
             with located(step.place):
-                if all(
-                    values.flag(self.text(condition.text)) == condition.expected
-                    for condition in step.conditions
-                ):
+                if all(self._holds(condition) for condition in step.conditions):
                     self._evaluate(step.action)
+
+    def _holds(self, condition: Condition) -> bool:
+        text = self.text(condition.text)
+        with self._context.reading(condition.text):
+            return values.flag(text) == condition.expected
 
     def _evaluate(self, action: Action) -> None:
         try:
@@ -170,7 +170,7 @@ class Evaluation:
 
     def declare(self, name: str) -> None:
         """Make a launch argument known."""
-        self.declared.add(name)
+        self._context.declared.add(name)
 
     def say(self, level: str, message: str) -> None:
         """Show a line to the person in front of the terminal when the launch starts."""

@@ -14,6 +14,7 @@ _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 _TRUE = frozenset({"true", "yes", "on"})
 _FALSE = frozenset({"false", "no", "off"})
+_EXPECTED = {"bool": "true or false", "int": "an integer", "float": "a number"}
 
 
 class _QuotingDumper(_DUMPER):  # type: ignore[misc]
@@ -82,7 +83,7 @@ def convert(text: str, type_name: str) -> object:
         pass
     if type_name == "bool" and word.lower() in _TRUE | _FALSE:
         return word.lower() in _TRUE
-    raise LaunchError(f"expected a value of type {type_name}, got '{text}'")
+    raise LaunchError(f"expected {_EXPECTED[type_name]}, got '{text}'")
 
 
 # Any: a parameter has one of nine types.

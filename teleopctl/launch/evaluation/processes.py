@@ -199,7 +199,8 @@ class ProcessBuilder:
             return unify([self._tree_value(item, item_type) for item in tree])
         if isinstance(tree, Template):
             text = self._text(tree)
-            return infer(text) if type_name is None else convert(text, type_name)
+            with self._context.reading(tree):
+                return infer(text) if type_name is None else convert(text, type_name)
         if type_name is None:
             return tree
         return convert(str(tree).lower() if isinstance(tree, bool) else str(tree), type_name)
@@ -230,7 +231,9 @@ class ProcessBuilder:
         if text is None:
             return default
         with values.at_key(key):
-            return read(self._text(text))
+            evaluated = self._text(text)
+            with self._context.reading(text):
+                return read(evaluated)
 
 
 def _words(text: str, key: str) -> list[str]:

@@ -66,6 +66,14 @@ class Template:
         """Whether the text holds no substitution."""
         return all(isinstance(part, str) for part in self.parts)
 
+    @property
+    def variable(self) -> str | None:
+        """The launch variable that is the whole text, as in ``$(var NAME)``; else None."""
+        match self.parts:
+            case (Call("var", (Argument(name), *_)),) if name.is_literal:
+                return name.source
+        return None
+
 
 def parse(text: str) -> Template:
     """Parse a text.

@@ -87,6 +87,36 @@ def test_a_condition_that_is_neither_is_an_error(plan):
         plan("launch:\n- executable: {cmd: 'echo a', if: maybe}")
 
 
+@pytest.mark.parametrize(
+    ("step", "message"),
+    [
+        (
+            "executable: {cmd: 'echo a', if: $(var x)}",
+            "main.yaml:3: launch argument 'x': expected true, 1, false or 0, got 'maybe'",
+        ),
+        (
+            "executable: {cmd: 'echo a', respawn: \"$(var 'x')\"}",
+            "main.yaml:3: 'respawn': launch argument 'x': expected true, 1, false or 0, got",
+        ),
+        (
+            "node: {pkg: camera, exec: camera, param: [{name: p, value: $(var x), type: bool}]}",
+            "main.yaml:3: parameter 'p': launch argument 'x': expected true or false, got 'maybe'",
+        ),
+        (
+            "node: {pkg: camera, exec: camera, param: [{name: p, value: $(var x), type: float}]}",
+            "main.yaml:3: parameter 'p': launch argument 'x': expected a number, got 'maybe'",
+        ),
+        (
+            "group: [let: {name: y, value: $(var x)}, log: {message: a, unless: $(var y)}]",
+            "main.yaml:3: launch configuration 'y': expected true, 1, false or 0, got 'maybe'",
+        ),
+    ],
+)
+def test_a_launch_argument_that_cannot_be_meant_is_named(plan, step, message):
+    with pytest.raises(TeleopctlError, match=re.escape(message)):
+        plan(f"launch:\n- arg: {{name: x, default: 'false'}}\n- {step}", x="maybe")
+
+
 def test_a_group_keeps_its_settings_to_itself_unless_it_is_not_scoped(plan):
     text = """launch:
 - let: {name: a, value: outer}
