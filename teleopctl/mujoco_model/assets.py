@@ -1,29 +1,34 @@
 """Mesh files of a robot: URIs into paths that MuJoCo can read.
 
-MuJoCo reads STL and OBJ. COLLADA files are converted with trimesh. A mesh
-that cannot be had costs its picture and its contacts, never the simulation.
+MuJoCo reads OBJ, and binary STL of at most 200,000 triangles. What it does not read is converted
+with trimesh. A mesh that cannot be had whole costs its picture and its contacts, never the
+simulation: half of a shape would touch what the whole one does not.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mujoco
+import numpy as np
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import collada_unit_m
 
-if TYPE_CHECKING:
-    import mujoco
-
 _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
+# What MuJoCo's own reader of STL takes.
+_FAR_M = 2.0**30
 
 
-def resolve_meshes(spec: mujoco.MjSpec) -> list[str]:
+def resolve_meshes(spec: mujoco.MjSpec, *, try_each: bool = False) -> list[str]:
     """Point every mesh of a spec at a readable file, and drop those that have none.
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.
+        try_each: Whether to drop those as well that MuJoCo refuses. Of a whole model it tells the
+            first only; each by itself costs the time of reading it once more.
 
     Returns:
         One warning per mesh that was dropped.
@@ -32,7 +37,7 @@ def resolve_meshes(spec: mujoco.MjSpec) -> list[str]:
     complained: set[str] = set()
     for mesh in list(spec.meshes):
         uri: str = mesh.file
-        reason = _use_file(mesh, uri)
+        reason = _use_file(mesh, uri, try_each=try_each)
         if reason is None:
             continue
         if uri not in complained:
@@ -42,18 +47,41 @@ def resolve_meshes(spec: mujoco.MjSpec) -> list[str]:
     return warnings
 
 
-def _use_file(mesh: Any, uri: str) -> str | None:
+# Any stands for MuJoCo's meshes, here and below: their class has no types.
+def _use_file(mesh: Any, uri: str, *, try_each: bool) -> str | None:
     """Give a mesh its file or its vertices; returns why that was not possible, or None."""
     try:
         path = resolve_uri(uri)
+        path.stat()
     except TeleopctlError as error:
         return error.message
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        return f"{uri} cannot be read: {reason}"
     if not path.is_file():
-        return f"{path} does not exist"
+        return f"{path} is no file"
+    refusal = None
     if path.suffix.lower() in _READ_BY_MUJOCO:
         mesh.file = str(path.absolute())
-        return None
-    return _convert(mesh, path)
+        refusal = _refusal(mesh) if try_each else None
+        if refusal is None:
+            return None
+    fault = _convert(mesh, path)
+    if fault is not None:
+        return refusal or fault
+    return _refusal(mesh) if try_each else None
+
+
+def _refusal(mesh: Any) -> str | None:
+    """What MuJoCo has against a mesh."""
+    alone = mujoco.MjSpec()
+    same = alone.add_mesh(name=mesh.name, file=mesh.file, scale=mesh.scale)
+    same.uservert, same.userface = mesh.uservert, mesh.userface
+    try:
+        alone.compile()
+    except ValueError as error:
+        return str(error).partition("\n")[0].removeprefix("Error: ")
+    return None
 
 
 def _convert(mesh: Any, path: Path) -> str | None:
@@ -61,8 +89,9 @@ def _convert(mesh: Any, path: Path) -> str | None:
     import trimesh
 
     try:
-        # One mesh of the whole scene graph.
-        scene: Any = trimesh.load_scene(path)
+        # One mesh of the whole scene graph. Left to itself trimesh takes triangles without a word
+        # whose corners are no numbers.
+        scene: Any = trimesh.load_scene(path, process=False)
         loaded: Any = scene.to_mesh()
         if path.suffix.lower() == ".dae":
             parts = scene.geometry.values()
@@ -71,6 +100,10 @@ def _convert(mesh: Any, path: Path) -> str | None:
         return f"{path} cannot be read: {error}"
     if len(loaded.faces) == 0:
         return f"{path} holds no triangles"
+    # A comparison with NaN is false.
+    if not (np.abs(loaded.vertices) < _FAR_M).all():
+        return f"{path} has coordinates that are no numbers, or too large"
+    loaded.merge_vertices()
     mesh.file = ""
     mesh.uservert = loaded.vertices.astype("float32").ravel().tolist()
     mesh.userface = loaded.faces.astype("int32").ravel().tolist()

@@ -18,6 +18,7 @@ from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.scene import add_scene
+from teleopctl.mujoco_model.shapes import drop_impossible_shapes
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
 
@@ -78,24 +79,14 @@ def build_model(
         InvalidDescriptionError: If MuJoCo cannot simulate the description.
     """
     bodies = free_bodies(description)
-    spec = import_urdf(description.urdf)
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    hold_by_friction(spec)
-    warnings = [*resolve_meshes(spec), *repair_inertias(spec), *unserved_tags(description.urdf)]
-    joints, complaints = joint_specs(description)
-    warnings += complaints
-    cameras = camera_models(description)
-    for camera in cameras:
-        add_camera(spec, camera)
-    _apply_gazebo(spec, description)
-    prepare_joints(spec, joints)
-    exclude_adjacent(spec)
-    ground = add_scene(spec)
+    try:
+        draft = _draft(description)
+    except InvalidDescriptionError:
+        draft = _draft(description, try_each_mesh=True)
+    spec, bare, joints, warnings = draft.spec, draft.bare, draft.joints, draft.warnings
     if extend is not None:
         extend(spec)
-
-    bare = _compile(spec)
-    overlapping = overlaps(bare, initial_positions(bare, joints), ground)
+    overlapping = overlaps(bare, initial_positions(bare, joints), draft.ground)
     excluded = [(pair.first, pair.second) for pair in overlapping if pair.one_robot]
     for first, second in excluded:
         spec.add_exclude(bodyname1=first, bodyname2=second)
@@ -110,11 +101,50 @@ def build_model(
         name=description.name,
         mj_model=_compile(spec),
         joints=tuple(joints),
-        cameras=tuple(cameras),
+        cameras=tuple(draft.cameras),
         free_bodies=tuple(bodies),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Draft:
+    """A robot on its ground, without drives.
+
+    Attributes:
+        spec: The ``mujoco.MjSpec``.
+        bare: The same, compiled.
+        ground: The name of the ground's body.
+        joints: See `RobotModel`, as for ``cameras``.
+        cameras: See there.
+        warnings: What had to be repaired or left out so far.
+    """
+
+    spec: mujoco.MjSpec
+    bare: mujoco.MjModel
+    ground: str
+    joints: list[JointSpec]
+    cameras: list[CameraModel]
+    warnings: list[str]
+
+
+def _draft(description: RobotDescription, *, try_each_mesh: bool = False) -> _Draft:
+    spec = import_urdf(description.urdf)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    hold_by_friction(spec)
+    warnings = resolve_meshes(spec, try_each=try_each_mesh) + drop_impossible_shapes(spec)
+    warnings += repair_inertias(spec) + unserved_tags(description.urdf)
+    joints, complaints = joint_specs(description)
+    warnings += complaints
+    cameras = camera_models(description)
+    for camera in cameras:
+        add_camera(spec, camera)
+    _apply_gazebo(spec, description)
+    prepare_joints(spec, joints)
+    exclude_adjacent(spec)
+    ground = add_scene(spec)
+    return _Draft(spec, _compile(spec), ground, joints, cameras, warnings)
 
 
 def initial_positions(

@@ -80,8 +80,12 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
             textures[uri] = _mean_color(file_of(uri, folder))
         except (TeleopctlError, OSError, ValueError) as error:
             faults.append(f"Texture '{uri}' cannot be read: {error}")
-    if strange := sum(map(undrawable, shapes)):
-        faults.append(f"{strange} shapes are not drawn: their sizes must be finite numbers")
+    if strange := _links_with_undrawable_shapes(description):
+        more = f" and {len(strange) - 1} more links" if len(strange) > 1 else ""
+        faults.append(
+            f"Shapes of link '{strange[0]}'{more} are not drawn: "
+            "their sizes must be positive, finite numbers"
+        )
     return Parts(meshes, textures, tuple(dict.fromkeys(faults)))
 
 
@@ -97,6 +101,15 @@ def shapes_of(description: RobotDescription) -> list[Geometry]:
     links = description.links.values()
     return [visual.geometry for link in links for visual in link.visuals] + [
         collision.geometry for link in links for collision in link.collisions
+    ]
+
+
+def _links_with_undrawable_shapes(description: RobotDescription) -> list[str]:
+    return [
+        link.name
+        for link in description.links.values()
+        if any(undrawable(one.geometry, one.origin) for one in link.visuals)
+        or any(undrawable(one.geometry, one.origin) for one in link.collisions)
     ]
 
 

@@ -254,7 +254,7 @@ def is_drawable(numbers: Iterable[float]) -> bool:
     return sum(map(abs, numbers)) < _FAR_M
 
 
-def drawable_rows(rows: Floats) -> npt.NDArray[np.bool_]:
+def drawable_rows(rows: Floats | npt.NDArray[np.float32]) -> npt.NDArray[np.bool_]:
     """Which rows hold only numbers of which `is_drawable` is true, shape (n,)."""
     # A comparison with NaN is false.
     drawable: npt.NDArray[np.bool_] = np.all(np.abs(rows) < _FAR_M, axis=1)

@@ -117,7 +117,8 @@ def _read(
     except ImportError as error:
         raise MeshError(f"{named}: {suffix} files need {error.name}") from error
     except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        kind = type(error).__name__
+        reason = " ".join(f"{kind}: {str(error).removeprefix(f'{kind}: ')}".split())[:200]
         raise MeshError(f"{named} cannot be read: {reason}") from error
     faults = tuple(f"{named} {fault}" for fault in content.faults)
     return MeshFile(path, content.glb, content.vertices, content.faces, content.box, faults, stamp)

@@ -31,6 +31,8 @@ logging.getLogger("trimesh").setLevel(logging.CRITICAL)
 _MOST_TRIANGLES = 5_000_000
 _MOST_NODES = 20_000
 _STL_HEADER = 84
+# Where a text says that it is complete; a name may follow.
+_STL_TAIL = 1000
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")])
 _COLUMN_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
@@ -79,9 +81,10 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
     if suffix in (".glb", ".gltf"):
         _check_gltf(raw)
     neighbours = Neighbours(path) if data is None else None
-    # Any, here and below: trimesh's results have no types that hold for every kind of file.
+    # Any, here and below: trimesh's results have no types that hold for every kind of file. Left
+    # to itself it takes triangles without a word whose corners are no numbers.
     scene: Any = trimesh.load_scene(
-        io.BytesIO(raw), file_type=suffix.removeprefix("."), resolver=neighbours
+        io.BytesIO(raw), file_type=suffix.removeprefix("."), resolver=neighbours, process=False
     )
     if len(scene.graph.nodes_geometry) > _MOST_NODES:
         raise _Unusable(f"has more than {_MOST_NODES} parts")
@@ -92,6 +95,10 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
         faults.clear()
     _check_triangles(sum(len(mesh.faces) for mesh in meshes))
     faults += _without_impossible(meshes)
+    if suffix in (".obj", ".ply"):
+        # Their formats have or allow corners that are the same place.
+        for mesh in meshes:
+            mesh.merge_vertices()
     for name in [
         name for name, part in scene.geometry.items() if not len(getattr(part, "faces", ()))
     ]:
@@ -130,8 +137,9 @@ def _read_stl(raw: bytes) -> Content:
     # Binary files may begin with "solid" as well; only those that say so and whose length does not
     # fit are text.
     if room < 0 or (room != claimed and raw.lstrip()[:5].lower() == b"solid"):
-        mesh: Any = trimesh.load_mesh(io.BytesIO(raw), file_type="stl")
-        corners = np.asarray(mesh.vertices, np.float32)[np.asarray(mesh.faces)].reshape(-1, 3)
+        corners = _corners_of_text(raw)
+        if b"endsolid" not in raw[-_STL_TAIL:].lower():
+            faults.append(f"ends after {len(corners) // 3} triangles without an 'endsolid'")
     else:
         if room < claimed:
             faults.append(f"ends after {room} of the {claimed} triangles that it claims")
@@ -147,6 +155,15 @@ def _read_stl(raw: bytes) -> Content:
     vertices, faces = _joined(corners)
     box = _box(np.array((vertices.min(axis=0), vertices.max(axis=0))))
     return Content(b"", vertices, faces, box, faults)
+
+
+def _corners_of_text(raw: bytes) -> Vertices:
+    """The corners of a text STL's whole triangles: three numbers after each ``vertex``."""
+    numbers = [piece.split(None, 3)[:3] for piece in raw.lower().split(b"vertex")[1:]]
+    while numbers and (len(numbers) % 3 or len(numbers[-1]) < 3):
+        numbers.pop()
+    corners = np.fromiter((float(word) for row in numbers for word in row), np.float32)
+    return corners.reshape(-1, 3)
 
 
 def _joined(corners: Vertices) -> tuple[Vertices, Faces]:

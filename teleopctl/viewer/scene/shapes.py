@@ -60,7 +60,7 @@ class Shapes:
             The node; None for what cannot be drawn: a mesh that is not among the files, or a shape
             with impossible numbers.
         """
-        if undrawable(shape) or not is_drawable((*origin.xyz, *origin.rpy)):
+        if undrawable(shape, origin):
             return None
         x, y, z, w = quaternion_from_rpy(*origin.rpy)
         wxyz, position = (w, x, y, z), origin.xyz
@@ -153,12 +153,13 @@ def _lengths(shape: Geometry) -> tuple[float, ...]:
     return (shape.radius, shape.length)
 
 
-def undrawable(shape: Geometry) -> bool:
-    """Whether a shape has sizes that are no numbers, or no sizes."""
+def undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
+    """Whether a shape has sizes that are no numbers, or none, or stands nowhere."""
     lengths = _lengths(shape)
-    if isinstance(shape, Mesh):
-        return not is_drawable(lengths)
-    return not is_drawable(lengths) or min(lengths) < 0.0
+    if not is_drawable(lengths) or (origin and not is_drawable((*origin.xyz, *origin.rpy))):
+        return True
+    # A negative scale mirrors a mesh.
+    return 0.0 in lengths if isinstance(shape, Mesh) else min(lengths) <= 0.0
 
 
 def mesh_uris(shapes: list[Geometry]) -> list[str]:

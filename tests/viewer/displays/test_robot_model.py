@@ -164,7 +164,7 @@ def test_faults_are_in_the_status_and_once_in_the_log(model, stage, tmp_path):
     stage.publish("/robot_description", STRING(data=urdf + " "))
     level, text = display.status
     assert level == WARN
-    for word in ("gone.stl", "bad.dae", "1 shapes are not drawn"):
+    for word in ("gone.stl", "bad.dae", "Shapes of link 'a' are not drawn"):
         assert word in text
         assert sum(word in line for line in stage.node.warnings) == 1
     assert set(nodes(stage)) == {"visual3"}

@@ -31,6 +31,7 @@ MOST_POINTS = 500_000
 _LONGEST_TEXT = 2000
 # What RViz takes where an arrow through two points does not say.
 _HEAD_SHARE = 0.23
+_NO_SIZE = "is invisible: its scale is 0"
 _GREY = (0.7, 0.7, 0.7, 1.0)
 _SHAPES = {CUBE: "box", SPHERE: "sphere", CYLINDER: "cylinder", CUBE_LIST: "box"}
 _SHAPES[SPHERE_LIST] = "sphere"
@@ -88,9 +89,7 @@ def _seen(marker: Any, *sizes: float) -> str:
     """Why a marker of one colour cannot be seen, or an empty text."""
     if marker.color.a <= 0.0:
         return "is invisible: its color.a is 0"
-    if 0.0 in sizes:
-        return "is invisible: its scale is 0"
-    return ""
+    return _NO_SIZE if 0.0 in sizes else ""
 
 
 def _points(marker: Any, least: int) -> tuple[Floats, str]:
@@ -163,7 +162,7 @@ def _solids(drawing: Drawing, marker: Any, pose: Transform) -> str:
     x, y, z = vector_of(marker.scale)
     size = (abs(x), abs(y), abs(z))
     drawing.solids_at(_SHAPES[marker.type], points, pose, size, colors)
-    return fault or wrong or ("is invisible: its scale is 0" if 0.0 in size else "")
+    return fault or wrong or (_NO_SIZE if 0.0 in size else "")
 
 
 def _lines(drawing: Drawing, marker: Any, pose: Transform) -> str:
@@ -211,7 +210,7 @@ def _triangles(drawing: Drawing, marker: Any, pose: Transform) -> str:
     size = np.array(vector_of(marker.scale))
     if size.all() and (colors[..., 3] > 0).any():
         drawing.surfaces.append(Surface(moved_points(points[:whole] * size, pose), colors))
-    return fault or wrong or ("" if size.all() else "is invisible: its scale is 0")
+    return fault or wrong or ("" if size.all() else _NO_SIZE)
 
 
 def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
@@ -222,8 +221,11 @@ def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
     if own and color == (0.0, 0.0, 0.0, 0.0):
         # In its own materials; a file without any is grey.
         color = _GREY
-    drawing.solid(mesh_key(marker), pose, vector_of(marker.scale), color)
-    return "" if color is _GREY else _seen(marker, *vector_of(marker.scale))
+    size = vector_of(marker.scale)
+    drawing.solid(mesh_key(marker), pose, size, color)
+    if color is _GREY:
+        return _NO_SIZE if 0.0 in size else ""
+    return _seen(marker, *size)
 
 
 _DRAWERS: dict[int, Callable[[Drawing, Any, Transform], str]] = {

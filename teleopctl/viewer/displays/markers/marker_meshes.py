@@ -37,7 +37,7 @@ class MarkerMeshes:
 
     Attributes:
         ready: What has been read.
-        faults: Why others cannot be.
+        faults: Why others cannot be, or what is not shown of those.
     """
 
     def __init__(self, stage: Stage, arrived: Callable[[], object]) -> None:
@@ -78,6 +78,8 @@ class MarkerMeshes:
     def _take(self, key: str, result: MeshFile | BaseException) -> None:
         if isinstance(result, MeshFile):
             self.ready[key] = result
+            if result.faults:
+                self.faults[key] = "; ".join(result.faults)
         else:
             is_ours = isinstance(result, TeleopctlError)
             self.faults[key] = str(result) if is_ours else f"Mesh {key}: {result}"
