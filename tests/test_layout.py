@@ -34,6 +34,7 @@ GROUND = {
 ALLOWED = {
     "interfaces": set(),
     "wire": {"interfaces"},
+    "bag": {"interfaces", "node", "wire"},
     "diagram": {"wire"},
     "node": {"interfaces", "wire"},
     "robot": {"tf"},
@@ -45,14 +46,17 @@ ALLOWED = {
     "compat": {"interfaces", "node", "tf"},
     "viewer": {"diagram", "interfaces", "node", "robot", "tf"},
     "nodes": {
-        *("compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot", "sim"),
-        *("tf", "viewer", "wire"),
+        *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),
+        *("sim", "tf", "viewer", "wire"),
     },
     "testing": {
-        *("compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot", "sim"),
-        *("tf", "wire"),
+        *("bag", "compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot"),
+        *("sim", "tf", "wire"),
     },
-    "cli": {"compat", "control", "diagram", "interfaces", "launch", "node", "nodes", "tf", "wire"},
+    "cli": {
+        *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes", "tf"),
+        "wire",
+    },
     "__init__": {"compat"},
     "__main__": {"cli"},
 }

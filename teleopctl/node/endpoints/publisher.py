@@ -28,7 +28,9 @@ class Publisher(Endpoint, Generic[MessageT]):
     def __init__(
         self, node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
     ) -> None:
-        super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos)
+        # A class that only stands for a type says which version of it is sent.
+        version = getattr(msg_type, "TYPE_HASH", None)
+        super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
         self._channel = self._declare(qos)

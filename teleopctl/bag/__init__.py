@@ -1,0 +1,47 @@
+"""Floor 3: sessions in files: recorded, played, looked at and compared. Knows no other domain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.bag.mcap_file.file_reader import McapFileReader as McapFileReader
+    from teleopctl.bag.mcap_file.file_writer import Compression as Compression
+    from teleopctl.bag.mcap_file.repair import Repair as Repair, finish_file as finish_file
+    from teleopctl.bag.metadata import (
+        METADATA_FILE as METADATA_FILE,
+        BagFile as BagFile,
+        BagMetadata as BagMetadata,
+        format_metadata as format_metadata,
+        read_metadata as read_metadata,
+    )
+    from teleopctl.bag.records import (
+        BagAttachment as BagAttachment,
+        BagMessage as BagMessage,
+        BagTopic as BagTopic,
+        TypeText as TypeText,
+    )
+    from teleopctl.bag.storage.bag import (
+        Bag as Bag,
+        bag_files as bag_files,
+        open_bag as open_bag,
+    )
+    from teleopctl.bag.storage.bag_writer import (
+        BagWriter as BagWriter,
+        WriterOptions as WriterOptions,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "mcap_file.file_reader": "McapFileReader",
+            "mcap_file.file_writer": "Compression",
+            "mcap_file.repair": "Repair finish_file",
+            "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
+            "records": "BagAttachment BagMessage BagTopic TypeText",
+            "storage.bag": "Bag bag_files open_bag",
+            "storage.bag_writer": "BagWriter WriterOptions",
+        },
+    )

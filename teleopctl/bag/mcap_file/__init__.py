@@ -1,0 +1,1 @@
+"""One MCAP file: written so that a crash loses little, read whole or not, finished afterwards."""

@@ -1,0 +1,254 @@
+"""Reads one MCAP file, finished or not, in the order of log times, from any time on."""
+
+from __future__ import annotations
+
+import bisect
+import contextlib
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from mcap.exceptions import InvalidMagic
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, ChunkIndex, McapRecord, Message, Metadata
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
+
+from teleopctl.bag.mcap_file.scan import BROKEN, read_chunk, scan
+from teleopctl.bag.metadata import BagFile
+from teleopctl.bag.qos_text import parse_offers
+from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic, TypeText
+from teleopctl.errors import InvalidFileError
+from teleopctl.wire import EndpointQos
+
+if TYPE_CHECKING:
+    from mcap.summary import Summary
+
+_NO_TIME_NS = 2**64 - 1
+
+_log_time_ns = attrgetter("log_time_ns")
+
+
+class McapFileReader:
+    """One MCAP file.
+
+    Args:
+        path: The file.
+
+    Attributes:
+        topics: Its topics by name, each with its number of messages.
+        is_finished: Whether it has its end; one that has not is read as far as it is whole.
+
+    Raises:
+        InvalidFileError: It is not an MCAP file, or cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._stream = path.open("rb")
+        except OSError as error:
+            raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
+        try:
+            self._summary, self.is_finished = self._read_summary()
+            self.topics = self._find_topics()
+        except BaseException:
+            self._stream.close()
+            raise
+
+    @property
+    def description(self) -> BagFile:
+        """What ``metadata.yaml`` says of it."""
+        statistics = self._summary.statistics
+        if statistics is None or not statistics.message_count:
+            return BagFile(self.path.name)
+        start_ns = statistics.message_start_time
+        duration_ns = statistics.message_end_time - start_ns
+        return BagFile(self.path.name, start_ns, duration_ns, statistics.message_count)
+
+    @property
+    def profile(self) -> str:
+        """``ros2`` or ``ros1``, or what else the header says of the meaning of its messages."""
+        self._stream.seek(0)
+        return make_reader(self._stream).get_header().profile
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int = 0,
+        end_ns: int = _NO_TIME_NS,
+    ) -> Iterator[BagMessage]:
+        """Yield messages by log time; those of the same time as they stand in the file.
+
+        A chunk is read when its first message is wanted; where chunks overlap in time, all that do
+        are held at once.
+
+        Args:
+            topics: Only these; all if None.
+            start_ns: Only from this log time on, in nanoseconds since the epoch.
+            end_ns: Only up to this log time, and not at it.
+
+        Raises:
+            InvalidFileError: A chunk is broken; the message says where.
+        """
+        channels = {
+            id_: channel.topic
+            for id_, channel in self._summary.channels.items()
+            if topics is None or channel.topic in topics
+        }
+        if not self._summary.chunk_indexes:
+            chosen = self._loose_messages(channels, start_ns, end_ns)
+            yield from sorted(chosen, key=_log_time_ns)
+            return
+        waiting: list[BagMessage] = []
+        for chunk in self._chunks(channels, start_ns, end_ns):
+            # What is older than all that follows.
+            due = bisect.bisect_left(waiting, chunk.message_start_time, key=_log_time_ns)
+            yield from waiting[:due]
+            waiting = waiting[due:]
+            waiting += _chosen(self._read(chunk), channels, start_ns, end_ns)
+            waiting.sort(key=_log_time_ns)
+        yield from waiting
+
+    def attachments(self) -> Iterator[BagAttachment]:
+        """Yield the files inside it."""
+        for index in self._summary.attachment_indexes:
+            found = self._record_at(index.offset)
+            if isinstance(found, Attachment):
+                yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
+
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """Yield the names and values of its records of metadata."""
+        for index in self._summary.metadata_indexes:
+            found = self._record_at(index.offset)
+            if isinstance(found, Metadata):
+                yield found.name, found.metadata
+
+    def check(self, chunk_checked: Callable[[], object] = lambda: None) -> Iterator[str]:
+        """Yield a sentence for each chunk that is broken, with its checksum compared.
+
+        Args:
+            chunk_checked: Called after each chunk.
+        """
+        for chunk in self._summary.chunk_indexes:
+            try:
+                read_chunk(self._stream, chunk, checked=True)
+            except BROKEN as error:
+                yield _broken(chunk, error)
+            chunk_checked()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _read_summary(self) -> tuple[Summary, bool]:
+        try:
+            summary = make_reader(self._stream).get_summary()
+        except InvalidMagic as error:
+            self._stream.seek(0)
+            if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise InvalidFileError(f"{self.path} is not an MCAP file") from error
+            summary = None
+        except BROKEN:
+            summary = None
+        # A finished file may lack a part of its summary, which its writer left out.
+        if summary is not None and summary.statistics is not None and summary.channels:
+            return summary, True
+        found = scan(self.path)
+        return found.summary, found.is_finished
+
+    def _find_topics(self) -> dict[str, tuple[BagTopic, int]]:
+        counts = self._summary.statistics.channel_message_counts if self._summary.statistics else {}
+        topics: dict[str, tuple[BagTopic, int]] = {}
+        for id_, channel in self._summary.channels.items():
+            schema = self._summary.schemas.get(channel.schema_id)
+            topic = BagTopic(
+                channel.topic,
+                schema.name if schema else "",
+                channel.metadata.get("topic_type_hash", ""),
+                TypeText(schema.encoding, schema.data.decode(errors="replace"))
+                if schema
+                else TypeText(),
+                self._offers(channel),
+                channel.message_encoding,
+            )
+            # Several channels of one topic, as of two recorders, are one topic here.
+            known, count = topics.get(topic.name, (topic, 0))
+            offers = tuple(dict.fromkeys((*known.qos, *topic.qos)))
+            topics[topic.name] = (known._replace(qos=offers), count + counts.get(id_, 0))
+        return topics
+
+    def _offers(self, channel: Channel) -> tuple[EndpointQos, ...]:
+        try:
+            return parse_offers(channel.metadata.get("offered_qos_profiles"))
+        except InvalidFileError as error:
+            raise InvalidFileError(
+                f"{self.path}, topic {channel.topic}: {error.message}"
+            ) from error
+
+    def _chunks(self, channels: Mapping[int, str], start_ns: int, end_ns: int) -> list[ChunkIndex]:
+        """The chunks that may have messages that are wanted, by their first log time."""
+        found = [
+            chunk
+            for chunk in self._summary.chunk_indexes
+            if chunk.message_end_time >= start_ns
+            and chunk.message_start_time < end_ns
+            and (
+                not chunk.message_index_offsets
+                or not channels.keys().isdisjoint(chunk.message_index_offsets)
+            )
+        ]
+        return sorted(found, key=lambda chunk: (chunk.message_start_time, chunk.chunk_start_offset))
+
+    def _read(self, chunk: ChunkIndex) -> Iterator[Message]:
+        try:
+            records = read_chunk(self._stream, chunk)
+        except BROKEN as error:
+            raise InvalidFileError(
+                f"{self.path}: {_broken(chunk, error)}",
+                hint=f"teleopctl bag recover {self.path} saves the others.",
+            ) from error
+        return (record for record in records if isinstance(record, Message))
+
+    def _loose_messages(
+        self, channels: Mapping[int, str], start_ns: int, end_ns: int
+    ) -> Iterator[BagMessage]:
+        """The messages of a file without chunks, up to where it is broken."""
+        self._stream.seek(0)
+        with contextlib.suppress(*BROKEN):
+            records = StreamReader(self._stream).records
+            messages = (record for record in records if isinstance(record, Message))
+            yield from _chosen(messages, channels, start_ns, end_ns)
+
+    def _record_at(self, offset: int) -> McapRecord | None:
+        self._stream.seek(offset)
+        try:
+            return next(StreamReader(self._stream, skip_magic=True).records)
+        except (*BROKEN, StopIteration):
+            return None
+
+
+def _chosen(
+    messages: Iterable[Message], channels: Mapping[int, str], start_ns: int, end_ns: int
+) -> Iterator[BagMessage]:
+    for message in messages:
+        if message.channel_id in channels and start_ns <= message.log_time < end_ns:
+            yield BagMessage(
+                channels[message.channel_id],
+                message.log_time,
+                message.publish_time,
+                message.data,
+                message.sequence,
+            )
+
+
+def _broken(chunk: ChunkIndex, error: BaseException) -> str:
+    what = str(error) or type(error).__name__
+    return f"the chunk at byte {chunk.chunk_start_offset} is broken ({what})"

@@ -1,0 +1,251 @@
+"""``metadata.yaml``: what a bag says of itself, in rosbag2's form.
+
+| version | what it brought | since |
+|---|---|---|
+| 1 to 3 | the form itself; compression | Dashing |
+| 4 | quality of service of the topics | Foxy |
+| 5 | times and counts of each file | Galactic |
+| 6 | custom data | Iron |
+| 7 | hashes of the types | Iron |
+| 8 | the distribution that recorded it | Iron |
+| 9 | quality of service as a list with names | Jazzy |
+
+All are read; version 8 is written, which every rosbag2 since Iron reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from teleopctl.bag.qos_text import format_offers, parse_offers
+from teleopctl.bag.records import CDR, BagTopic
+from teleopctl.errors import InvalidFileError
+from teleopctl.text_file import read_text
+
+METADATA_FILE = "metadata.yaml"
+VERSION = 8
+
+MCAP = "mcap"
+SQLITE3 = "sqlite3"
+
+_NEWEST_VERSION = 9
+_ROOT = "rosbag2_bagfile_information"
+# What rosbag2 writes for the start of a bag that has no message.
+_NO_START_NS = 2**63 - 1
+
+_Yaml = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class BagFile:
+    """One file of a bag; times in nanoseconds (since the epoch).
+
+    Attributes:
+        path: Relative to the bag's folder.
+        start_ns: Log time of its first message.
+        duration_ns: From its first message to its last.
+        message_count: How many messages it has.
+    """
+
+    path: str
+    start_ns: int = _NO_START_NS
+    duration_ns: int = 0
+    message_count: int = 0
+
+    @property
+    def end_ns(self) -> int:
+        """Log time of its last message."""
+        return self.start_ns + self.duration_ns
+
+
+@dataclass(frozen=True)
+class BagMetadata:
+    """What a bag holds.
+
+    Attributes:
+        files: In the order of their times.
+        topics: With their number of messages, by name.
+        storage: ``mcap`` or ``sqlite3``.
+        compression_format: Of rosbag2's own compression, such as ``zstd``; empty for none.
+        compression_mode: ``file``, ``message`` or empty.
+        custom_data: What the person who recorded it added.
+        distribution: The ROS 2 distribution.
+        version: Of the form.
+    """
+
+    files: tuple[BagFile, ...] = ()
+    topics: tuple[tuple[BagTopic, int], ...] = ()
+    storage: str = MCAP
+    compression_format: str = ""
+    compression_mode: str = ""
+    custom_data: Mapping[str, str] = field(default_factory=dict)
+    distribution: str = ""
+    version: int = VERSION
+
+    @property
+    def message_count(self) -> int:
+        """How many messages all files have."""
+        return sum(file.message_count for file in self.files)
+
+    @property
+    def start_ns(self) -> int:
+        """Log time of the first message, in nanoseconds since the epoch."""
+        return min((f.start_ns for f in self.files if f.message_count), default=_NO_START_NS)
+
+    @property
+    def end_ns(self) -> int:
+        """Log time of the last message, in nanoseconds since the epoch."""
+        return max((f.end_ns for f in self.files if f.message_count), default=_NO_START_NS)
+
+    @property
+    def duration_ns(self) -> int:
+        """From the first message to the last, in nanoseconds."""
+        return self.end_ns - self.start_ns
+
+
+def format_metadata(metadata: BagMetadata, *, with_root: bool = True) -> str:
+    """Return the text of ``metadata.yaml``, in version 8.
+
+    Args:
+        metadata: What it says.
+        with_root: Whether the key that stands above everything in the file is there.
+    """
+    content: _Yaml = {
+        "version": VERSION,
+        "storage_identifier": metadata.storage,
+        "duration": {"nanoseconds": metadata.duration_ns},
+        "starting_time": {"nanoseconds_since_epoch": metadata.start_ns},
+        "message_count": metadata.message_count,
+        "topics_with_message_count": [
+            {"topic_metadata": _format_topic(topic), "message_count": count}
+            for topic, count in metadata.topics
+        ],
+        "compression_format": metadata.compression_format,
+        "compression_mode": metadata.compression_mode,
+        "relative_file_paths": [file.path for file in metadata.files],
+        "files": [
+            {
+                "path": file.path,
+                "starting_time": {"nanoseconds_since_epoch": file.start_ns},
+                "duration": {"nanoseconds": file.duration_ns},
+                "message_count": file.message_count,
+            }
+            for file in metadata.files
+        ],
+        "custom_data": dict(metadata.custom_data) or None,
+        "ros_distro": metadata.distribution,
+    }
+    return yaml.safe_dump({_ROOT: content} if with_root else content, sort_keys=False)
+
+
+def _format_topic(topic: BagTopic) -> _Yaml:
+    return {
+        "name": topic.name,
+        "type": topic.type_name,
+        "serialization_format": topic.serialization_format,
+        "offered_qos_profiles": format_offers(topic.qos),
+        "type_description_hash": topic.type_hash,
+    }
+
+
+def read_metadata(folder: Path) -> BagMetadata:
+    """Read a bag's ``metadata.yaml``.
+
+    Raises:
+        InvalidFileError: It cannot be read, or is not what it should be; the message says where.
+    """
+    path = folder / METADATA_FILE
+    try:
+        return parse_metadata(read_text(path))
+    except InvalidFileError as error:
+        if str(path) in error.message:
+            raise
+        raise InvalidFileError(
+            f"{path}: {error.message}",
+            hint=f"teleopctl bag reindex {folder} makes it anew from the files.",
+        ) from error
+
+
+def parse_metadata(text: str) -> BagMetadata:
+    """Read the text of a ``metadata.yaml`` of any version.
+
+    Raises:
+        InvalidFileError: It is not one; the message says why, and not which file it is.
+    """
+    try:
+        document = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
+    except yaml.YAMLError as error:
+        raise InvalidFileError(f"it is not YAML: {error}") from error
+    content = document.get(_ROOT) if isinstance(document, dict) else None
+    if not isinstance(content, dict):
+        raise InvalidFileError(f"it has no {_ROOT}")
+    version = content.get("version")
+    if not isinstance(version, int) or not 1 <= version <= _NEWEST_VERSION:
+        raise InvalidFileError(
+            f"version {version} of the metadata is not known; {_NEWEST_VERSION} is the newest"
+        )
+    try:
+        return _parse(content, version)
+    except KeyError as error:
+        raise InvalidFileError(f"the key {error} is missing") from error
+    except (AttributeError, TypeError, ValueError) as error:
+        raise InvalidFileError(f"a value is of the wrong kind: {error}") from error
+
+
+def _parse(content: _Yaml, version: int) -> BagMetadata:
+    # Before version 4 the paths had the bag's folder in front.
+    paths = [Path(path).name for path in content["relative_file_paths"]]
+    whole = _parse_file({**content, "path": ""})
+    listed = {Path(item["path"]).name: _parse_file(item) for item in content.get("files") or ()}
+    if set(paths) == set(listed):
+        files = tuple(listed[path] for path in paths)
+    elif len(paths) == 1:
+        files = (replace(whole, path=paths[0]),)
+    else:
+        # Nothing says what is in which: each may have all, and their number stands with the first.
+        files = tuple(
+            replace(whole, path=path, message_count=0 if number else whole.message_count)
+            for number, path in enumerate(paths)
+        )
+    return BagMetadata(
+        files=files,
+        topics=tuple(
+            (_parse_topic(item["topic_metadata"]), int(item["message_count"]))
+            for item in content["topics_with_message_count"] or ()
+        ),
+        storage=str(content["storage_identifier"]),
+        compression_format=str(content.get("compression_format") or ""),
+        compression_mode=_mode(content.get("compression_mode")),
+        custom_data={str(k): str(v) for k, v in (content.get("custom_data") or {}).items()},
+        distribution=str(content.get("ros_distro") or ""),
+        version=version,
+    )
+
+
+def _parse_file(item: _Yaml) -> BagFile:
+    return BagFile(
+        Path(item["path"]).name,
+        int(item["starting_time"]["nanoseconds_since_epoch"]),
+        int(item["duration"]["nanoseconds"]),
+        int(item["message_count"]),
+    )
+
+
+def _parse_topic(item: _Yaml) -> BagTopic:
+    return BagTopic(
+        str(item["name"]),
+        str(item["type"]),
+        str(item.get("type_description_hash") or ""),
+        qos=parse_offers(item.get("offered_qos_profiles")),
+        serialization_format=str(item.get("serialization_format") or CDR),
+    )
+
+
+def _mode(value: object) -> str:
+    mode = str(value or "").lower()
+    return "" if mode == "none" else mode

@@ -1,0 +1,86 @@
+"""What a bag is made of: topics and messages, as records that any storage can read and write."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from teleopctl.wire import EndpointQos
+
+CDR = "cdr"
+"""The only form of a message that ROS 2's tools can play."""
+
+ROS2MSG = "ros2msg"
+"""A definition in ROS 2's ``.msg`` language, followed by those of all types that it uses."""
+
+
+class TypeText(NamedTuple):
+    """The text that defines a message type.
+
+    Attributes:
+        encoding: ``ros2msg`` or ``ros2idl``; empty where no definition is known.
+        text: The definition, with those of all types that it uses.
+    """
+
+    encoding: str = ""
+    text: str = ""
+
+
+class BagTopic(NamedTuple):
+    """A topic of a bag.
+
+    Attributes:
+        name: Full name.
+        type_name: Such as ``std_msgs/msg/String``.
+        type_hash: ``RIHS01_…``; empty where the bag does not tell it.
+        definition: Of the type.
+        qos: What its publishers offered, each profile once.
+        serialization_format: ``cdr`` in ROS 2's bags.
+    """
+
+    name: str
+    type_name: str
+    type_hash: str = ""
+    definition: TypeText = TypeText()
+    qos: tuple[EndpointQos, ...] = ()
+    serialization_format: str = CDR
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether late subscribers are to get what was published before they came."""
+        return any(profile.is_transient_local for profile in self.qos)
+
+
+class BagMessage(NamedTuple):
+    """A message of a bag, undecoded; times in nanoseconds since the epoch.
+
+    Attributes:
+        topic: Full name of its topic.
+        log_time_ns: When it was received: the time by which bags are ordered.
+        publish_time_ns: When its publisher sent it; that of its receipt where nobody told.
+        data: CDR bytes, with their four bytes of header.
+        sequence: The publisher's number of the message, modulo 2^32; 0 where nobody told.
+        publisher: Identity of the publisher while it is recorded; not kept in the bag.
+    """
+
+    topic: str
+    log_time_ns: int
+    publish_time_ns: int
+    data: bytes
+    sequence: int = 0
+    publisher: bytes = b""
+
+
+class BagAttachment(NamedTuple):
+    """A file inside a bag, such as the robot description.
+
+    Attributes:
+        name: Its name.
+        media_type: Such as ``application/xml``.
+        data: Its content.
+        log_time_ns: When it was added, in nanoseconds since the epoch.
+    """
+
+    name: str
+    media_type: str
+    data: bytes
+    log_time_ns: int = 0

@@ -1,0 +1,228 @@
+"""A bag that is read, whoever wrote it: rosbag2's folders and files, and ROS 1's bags."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Protocol, Self
+
+from teleopctl.bag.mcap_file.file_reader import McapFileReader
+from teleopctl.bag.metadata import (
+    MCAP,
+    METADATA_FILE,
+    BagFile,
+    BagMetadata,
+    read_metadata,
+)
+from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+from teleopctl.errors import InvalidFileError, NotFoundError
+
+NO_TIME_NS = 2**63 - 1
+"""Later than any message, in nanoseconds since the epoch."""
+
+
+class Bag(Protocol):
+    """A bag that is open for reading.
+
+    Attributes:
+        path: The folder or file.
+        metadata: What it holds.
+        remarks: What is not as it should be, one sentence each, such as an unfinished file.
+    """
+
+    path: Path
+    metadata: BagMetadata
+    remarks: list[str]
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int = 0,
+        end_ns: int = NO_TIME_NS,
+    ) -> Iterator[BagMessage]:
+        """Yield messages in the order of their log times.
+
+        Args:
+            topics: Only these; all if None.
+            start_ns: Only from this log time on, in nanoseconds since the epoch.
+            end_ns: Only up to this log time, and not at it.
+
+        Raises:
+            InvalidFileError: A part of it is broken; the message says where.
+        """
+
+    def attachments(self) -> Iterator[BagAttachment]:
+        """Yield the files inside it."""
+
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """Yield the names and values of its records of metadata."""
+
+    def close(self) -> None:
+        """Close its files."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def open_bag(path: Path, storage: str | None = None) -> Bag:
+    """Open a bag.
+
+    A folder without ``metadata.yaml`` is read too, and so is a file that was never finished.
+
+    Args:
+        path: The folder, or one of its files.
+        storage: ``mcap`` or ``sqlite3``, where the path does not tell.
+
+    Raises:
+        NotFoundError: Nothing is there, or no bag.
+        InvalidFileError: It cannot be read.
+    """
+    if not path.exists():
+        raise NotFoundError(f"Bag path '{path}' does not exist!")
+    files = bag_files(path)
+    if not files:
+        raise NotFoundError(
+            f"'{path}' is no bag: it has neither {METADATA_FILE} nor a file of a bag",
+            hint="A bag is a folder with .mcap or .db3 files, one such file, or a .bag of ROS 1.",
+        )
+    metadata = read_metadata(path) if (path / METADATA_FILE).is_file() else None
+    is_plain = metadata is None or not metadata.compression_mode
+    if is_plain and (storage == MCAP or all(file.suffix == ".mcap" for file in files)):
+        return _McapBag(path, files, metadata)
+    from teleopctl.bag.storage.foreign import ForeignBag
+
+    return ForeignBag(path, metadata)
+
+
+def bag_files(path: Path) -> list[Path]:
+    """The files of a bag in the order in which they were written.
+
+    Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
+
+    Raises:
+        InvalidFileError: ``metadata.yaml`` is there and cannot be read.
+    """
+    if path.is_file():
+        return [path]
+    named = []
+    if (path / METADATA_FILE).is_file():
+        named = [path / file.path for file in read_metadata(path).files]
+    known = {file.name for file in named}
+    others = [f for f in path.iterdir() if f.suffix in (".mcap", ".db3") and f.name not in known]
+    return [*named, *sorted(others, key=_number)]
+
+
+def _number(file: Path) -> tuple[int, str]:
+    """Sort ``x_10.mcap`` behind ``x_9.mcap``."""
+    number = file.stem.rpartition("_")[2]
+    return (int(number) if number.isascii() and number.isdigit() else -1, file.name)
+
+
+class _McapBag:
+    """A bag of MCAP files; see `Bag`."""
+
+    def __init__(self, path: Path, files: list[Path], metadata: BagMetadata | None) -> None:
+        self.path = path
+        self.remarks: list[str] = []
+        self._readers: list[McapFileReader] = []
+        try:
+            for file in files:
+                self._open(file, alone=len(files) == 1)
+        except BaseException:
+            self.close()
+            raise
+        # The files know best: metadata.yaml may be older than they are.
+        self.metadata = BagMetadata(
+            files=tuple(reader.description for reader in self._readers),
+            topics=tuple(self._topics(metadata or BagMetadata()).values()),
+            custom_data=metadata.custom_data if metadata else {},
+            distribution=metadata.distribution if metadata else "",
+        )
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int = 0,
+        end_ns: int = NO_TIME_NS,
+    ) -> Iterator[BagMessage]:
+        readers = sorted(self._readers, key=lambda reader: reader.description.start_ns)
+        for group in _overlapping(readers):
+            yield from heapq.merge(
+                *(reader.messages(topics, start_ns, end_ns) for reader in group),
+                key=lambda message: message.log_time_ns,
+            )
+
+    def attachments(self) -> Iterator[BagAttachment]:
+        seen = set()
+        for reader in self._readers:
+            for attachment in reader.attachments():
+                # Each file of a bag repeats those of the ones before it.
+                if attachment not in seen:
+                    seen.add(attachment)
+                    yield attachment
+
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        seen = []
+        for reader in self._readers:
+            for record in reader.records():
+                if record not in seen:
+                    seen.append(record)
+                    yield record
+
+    def close(self) -> None:
+        for reader in self._readers:
+            reader.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _open(self, file: Path, *, alone: bool) -> None:
+        try:
+            reader = McapFileReader(file)
+        except InvalidFileError as error:
+            if alone:
+                raise
+            self.remarks.append(f"{error.message}; it is left out")
+            return
+        self._readers.append(reader)
+        if not reader.is_finished:
+            self.remarks.append(
+                f"{file} was not finished: it is read as far as it is whole"
+                f" (teleopctl bag recover {self.path} gives it its end)"
+            )
+
+    def _topics(self, metadata: BagMetadata) -> dict[str, tuple[BagTopic, int]]:
+        # Not every writer puts hash and profiles into the channel.
+        described = {topic.name: topic for topic, _ in metadata.topics}
+        topics: dict[str, tuple[BagTopic, int]] = {}
+        for reader in self._readers:
+            for name, (topic, count) in reader.topics.items():
+                known, before = topics.get(name, (described.get(name, topic), 0))
+                merged = topic._replace(
+                    type_hash=topic.type_hash or known.type_hash,
+                    qos=tuple(dict.fromkeys((*known.qos, *topic.qos))),
+                )
+                topics[name] = (merged, before + count)
+        return topics
+
+
+def _overlapping(readers: list[McapFileReader]) -> Iterator[list[McapFileReader]]:
+    """Group files, sorted by their start, whose times overlap: only those have to be merged."""
+    group: list[McapFileReader] = []
+    end_ns = 0
+    for reader in readers:
+        file: BagFile = reader.description
+        if not file.message_count:
+            continue
+        if group and file.start_ns > end_ns:
+            yield group
+            group = []
+        group.append(reader)
+        end_ns = max(end_ns, file.end_ns)
+    if group:
+        yield group

@@ -1,0 +1,231 @@
+"""Writes a bag: a folder with MCAP files and a ``metadata.yaml`` that is true at any moment."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
+
+from teleopctl.bag.mcap_file.file_writer import CHUNK_BYTES, Compression, McapFileWriter
+from teleopctl.bag.mcap_file.repair import finish_file
+from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, format_metadata
+from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError
+
+# A latched topic without a bound keeps no more than this when a new file begins.
+_MOST_LATCHED = 100
+_METADATA_PERIOD_S = 5.0
+
+
+@dataclass(frozen=True)
+class WriterOptions:
+    """How a bag is written.
+
+    Attributes:
+        compression: Of the chunks.
+        chunk_bytes: Uncompressed size at which a chunk ends.
+        split_bytes: Size at which a new file begins; 0 for never.
+        split_duration_ns: Log time after which a new file begins, in nanoseconds; 0 for never.
+        repeat_latched: Whether each new file begins with what its latched topics last had, so that
+            it can be played alone.
+        distribution: The ROS 2 distribution, for `metadata.yaml`.
+        custom_data: What the person adds to `metadata.yaml`.
+    """
+
+    compression: Compression = Compression.ZSTD
+    chunk_bytes: int = CHUNK_BYTES
+    split_bytes: int = 0
+    split_duration_ns: int = 0
+    repeat_latched: bool = True
+    distribution: str = ""
+    custom_data: Mapping[str, str] = field(default_factory=dict)
+
+
+class BagWriter:
+    """A bag that is being written.
+
+    Not safe to use from several threads. What `flush` has written survives the death of this
+    process.
+
+    Args:
+        folder: Where it is to be; nothing may be there.
+        options: How it is written.
+
+    Raises:
+        RefusedError: Something is there already.
+        SystemFailureError: It cannot be made. The methods raise it where the disk refuses: what
+            was written up to there has been closed then, and can be read.
+
+    Attributes:
+        folder: Where it is.
+        message_counts: Messages written, by topic.
+    """
+
+    def __init__(self, folder: Path, options: WriterOptions | None = None) -> None:
+        self.folder = folder
+        self._options = options or WriterOptions()
+        self.message_counts: dict[str, int] = {}
+        self._topics: dict[str, BagTopic] = {}
+        self._finished: list[McapFileWriter] = []
+        self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
+        self._attachments: list[BagAttachment] = []
+        self._records: list[tuple[str, dict[str, str]]] = []
+        self._metadata_due_s = 0.0
+        self._is_closed = False
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError as error:
+            raise RefusedError(
+                f"Output folder '{folder}' already exists.",
+                hint="Name another one, or remove it.",
+            ) from error
+        except OSError as error:
+            raise SystemFailureError(f"Cannot make {folder}: {error.strerror}") from error
+        self._file = self._new_file()
+        self._write_metadata()
+
+    @property
+    def file(self) -> McapFileWriter:
+        """The file that is being written."""
+        return self._file
+
+    @property
+    def metadata(self) -> BagMetadata:
+        """What the bag holds so far."""
+        return BagMetadata(
+            files=tuple(file.description for file in (*self._finished, self._file)),
+            topics=tuple((t, self.message_counts[t.name]) for t in self._topics.values()),
+            distribution=self._options.distribution,
+            custom_data=self._options.custom_data,
+        )
+
+    def add_topic(self, topic: BagTopic) -> None:
+        """Make a topic known, before its first message. Idempotent."""
+        if topic.name not in self._topics:
+            self._topics[topic.name] = topic
+            self.message_counts[topic.name] = 0
+            self._attempt(lambda: self._file.add_topic(topic))
+
+    def write(self, message: BagMessage) -> None:
+        """Write a message of a topic that was added; begins a new file where it is time to."""
+        if self._is_time_to_split(message):
+            self.split(message.log_time_ns)
+        self._attempt(lambda: self._file.write(message))
+        self.message_counts[message.topic] += 1
+        topic = self._topics[message.topic]
+        if topic.is_latched and self._options.repeat_latched:
+            self._remember(topic, message)
+
+    def attach(self, attachment: BagAttachment) -> None:
+        """Add a file inside each file of the bag, from the present one on."""
+        self._attachments.append(attachment)
+        self._attempt(lambda: self._file.attach(attachment))
+
+    def add_record(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a record of metadata to each file of the bag, from the present one on."""
+        self._records.append((name, dict(values)))
+        self._attempt(lambda: self._file.add_record(name, values))
+
+    def split(self, time_ns: int | None = None) -> tuple[Path, Path]:
+        """Begin a new file.
+
+        Args:
+            time_ns: Log time of what is repeated there; by default that of the last message.
+
+        Returns:
+            The file that has ended and the one that begins.
+        """
+        ended = self._file
+        self._attempt(lambda: self._finish(ended))
+        self._finished.append(ended)
+        self._file = self._new_file()
+        if time_ns is None:
+            time_ns = ended.description.end_ns
+        for message in itertools.chain.from_iterable(self._latched.values()):
+            repeated = message._replace(log_time_ns=time_ns)
+            self._attempt(functools.partial(self._file.write, repeated))
+            self.message_counts[message.topic] += 1
+        self._write_metadata()
+        return ended.path, self._file.path
+
+    def flush(self) -> None:
+        """Hand all that was written over to the operating system."""
+        self._attempt(self._file.flush)
+        if time.monotonic() >= self._metadata_due_s:
+            self._write_metadata()
+
+    def close(self) -> None:
+        """Finish the present file and ``metadata.yaml``. Idempotent."""
+        if not self._is_closed:
+            self._attempt(lambda: self._finish(self._file))
+            self._is_closed = True
+            self._write_metadata()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _new_file(self) -> McapFileWriter:
+        path = self.folder / f"{self.folder.name}_{len(self._finished)}.mcap"
+        file = McapFileWriter(path, self._options.compression, self._options.chunk_bytes)
+        for topic in self._topics.values():
+            file.add_topic(topic)
+        for attachment in self._attachments:
+            file.attach(attachment)
+        for name, values in self._records:
+            file.add_record(name, values)
+        return file
+
+    def _finish(self, file: McapFileWriter) -> None:
+        # rosbag2 reads it where metadata.yaml is missing.
+        text = format_metadata(self.metadata, with_root=False)
+        file.add_record("rosbag2", {"serialized_metadata": text})
+        file.close()
+
+    def _is_time_to_split(self, message: BagMessage) -> bool:
+        options, file = self._options, self._file
+        if file.is_empty:
+            return False
+        if options.split_bytes and file.size >= options.split_bytes:
+            return True
+        age_ns = message.log_time_ns - file.description.start_ns
+        return bool(options.split_duration_ns) and age_ns >= options.split_duration_ns
+
+    def _remember(self, topic: BagTopic, message: BagMessage) -> None:
+        key = (topic.name, message.publisher)
+        if key not in self._latched:
+            depth = max(profile.depth for profile in topic.qos)
+            self._latched[key] = deque(maxlen=min(depth or 1, _MOST_LATCHED))
+        self._latched[key].append(message)
+
+    def _attempt(self, write: Callable[[], object]) -> None:
+        """Write; where the disk refuses, close what is there so that it can be read."""
+        try:
+            write()
+        except SystemFailureError:
+            self._is_closed = True
+            self._file.abandon()
+            # The end needs room too, which a full disk may have behind the record that was cut.
+            with contextlib.suppress(TeleopctlError):
+                finish_file(self._file.path)
+            with contextlib.suppress(SystemFailureError):
+                self._write_metadata()
+            raise
+
+    def _write_metadata(self) -> None:
+        path = self.folder / METADATA_FILE
+        part = path.with_name(f"{METADATA_FILE}.part")
+        try:
+            part.write_text(format_metadata(self.metadata), encoding="utf-8")
+            part.replace(path)
+        except OSError as error:
+            raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
+        self._metadata_due_s = time.monotonic() + _METADATA_PERIOD_S

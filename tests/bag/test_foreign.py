@@ -1,0 +1,94 @@
+"""What rosbags reads for us: sqlite3, rosbag2's compression, and the bags of ROS 1."""
+
+from __future__ import annotations
+
+import pytest
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from teleopctl.bag import open_bag
+from teleopctl.errors import InvalidFileError
+from tests.bag.bags import LATCHED, START_NS, STRING, message, topic
+
+_FOREVER = QosTime(9223372036, 854775807)
+LATCHED_THERE = Qos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.TRANSIENT_LOCAL,
+    _FOREVER,
+    _FOREVER,
+    QosLiveliness.AUTOMATIC,
+    _FOREVER,
+    False,
+)
+
+
+def write_with_rosbags(folder, storage, mode=CompressionMode.NONE, version=9):
+    written = [message("/x", number) for number in range(20)]
+    writer = Writer(folder, version=version, storage_plugin=storage)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        types = get_typestore(Stores.ROS2_JAZZY)
+        connection = writer.add_connection(
+            "/x", STRING, typestore=types, offered_qos_profiles=[LATCHED_THERE]
+        )
+        for each in written:
+            writer.write(connection, each.log_time_ns, each.data)
+    return written
+
+
+@pytest.mark.parametrize("version", [8, 9])
+@pytest.mark.parametrize("storage", StoragePlugin)
+@pytest.mark.parametrize(
+    "mode", [CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE]
+)
+def test_bags_of_rosbags_are_read_with_their_types_and_qos(tmp_path, storage, mode, version):
+    written = write_with_rosbags(tmp_path / "bag", storage, mode, version)
+    with open_bag(tmp_path / "bag") as bag:
+        found = list(bag.messages())
+        ((found_topic, count),) = bag.metadata.topics
+        assert bag.metadata.start_ns == START_NS
+        assert bag.metadata.duration_ns == 19_000_000
+        later = list(bag.messages(["/x"], written[5].log_time_ns, written[7].log_time_ns))
+    assert [(m.log_time_ns, m.data) for m in found] == [(m.log_time_ns, m.data) for m in written]
+    assert [m.data for m in later] == [m.data for m in written[5:7]]
+    assert count == 20
+    ours = topic("/x", qos=LATCHED)
+    assert found_topic._replace(definition=ours.definition) == ours
+    assert found_topic.definition.text.startswith("string data")
+
+
+def test_a_database_alone_is_read(tmp_path):
+    written = write_with_rosbags(tmp_path / "bag", StoragePlugin.SQLITE3)
+    with open_bag(next((tmp_path / "bag").glob("*.db3"))) as bag:
+        assert [m.data for m in bag.messages()] == [m.data for m in written]
+
+
+def test_messages_of_ros_1_come_as_those_of_ros_2(tmp_path):
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with Ros1Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/x", STRING, typestore=types, latching=1)
+        text = types.types[STRING](data="hello")
+        writer.write(connection, START_NS, types.serialize_ros1(text, STRING))
+    with open_bag(tmp_path / "old.bag") as bag:
+        (found,) = bag.messages()
+        ((found_topic, count),) = bag.metadata.topics
+    assert found.data == message("/x", 0, data="hello").data
+    assert (found_topic.type_name, found_topic.is_latched, count) == (STRING, True, 1)
+
+
+def test_a_file_that_is_no_bag_is_told(tmp_path):
+    for name in ("x.db3", "x.bag", "x.txt"):
+        (tmp_path / name).write_text("nothing")
+        with pytest.raises(InvalidFileError, match="Cannot read"):
+            open_bag(tmp_path / name)
