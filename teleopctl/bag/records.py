@@ -13,6 +13,10 @@ ROS2MSG = "ros2msg"
 """A definition in ROS 2's ``.msg`` language, followed by those of all types that it uses."""
 
 
+NO_TIME_NS = 2**63 - 1
+"""Later than any message, in nanoseconds since the epoch."""
+
+
 class TypeText(NamedTuple):
     """The text that defines a message type.
 

@@ -18,14 +18,12 @@ from mcap.writer import MCAP0_MAGIC
 from teleopctl.bag.mcap_file.scan import BROKEN, read_chunk, scan
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import parse_offers
-from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic, TypeText
+from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:
     from mcap.summary import Summary
-
-_NO_TIME_NS = 2**64 - 1
 
 _log_time_ns = attrgetter("log_time_ns")
 
@@ -77,7 +75,7 @@ class McapFileReader:
         self,
         topics: Collection[str] | None = None,
         start_ns: int = 0,
-        end_ns: int = _NO_TIME_NS,
+        end_ns: int = NO_TIME_NS,
     ) -> Iterator[BagMessage]:
         """Yield messages by log time; those of the same time as they stand in the file.
 

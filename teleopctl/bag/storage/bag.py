@@ -15,11 +15,8 @@ from teleopctl.bag.metadata import (
     BagMetadata,
     read_metadata,
 )
-from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import InvalidFileError, NotFoundError
-
-NO_TIME_NS = 2**63 - 1
-"""Later than any message, in nanoseconds since the epoch."""
 
 
 class Bag(Protocol):

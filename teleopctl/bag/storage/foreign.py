@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from teleopctl.bag.metadata import SQLITE3, BagFile, BagMetadata
-from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic, TypeText
-from teleopctl.bag.storage.bag import NO_TIME_NS
+from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import EndpointQos
 
