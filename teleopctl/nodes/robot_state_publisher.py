@@ -5,9 +5,11 @@ Publishes the description, latched, on ``robot_description``; what stands still,
 ``publish_frequency``.
 """
 
+from __future__ import annotations
+
 import contextlib
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError, TeleopctlError
@@ -16,6 +18,7 @@ from teleopctl.node import (
     ExternalShutdownException,
     Node,
     Parameter,
+    QoSOverridingOptions,
     init,
     qos_profile_latched,
     qos_profile_sensor_data,
@@ -26,9 +29,13 @@ from teleopctl.tf import (
     StaticTransformBroadcaster,
     Transform,
     TransformBroadcaster,
+    move_transform,
     stamp_of,
     transform_stamped,
 )
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
 
 _MAX_FREQUENCY = 1000.0
 
@@ -53,6 +60,8 @@ class RobotStatePublisher(Node):
         )
         self._moving = TransformBroadcaster(self)
         self._fixed = StaticTransformBroadcaster(self)
+        # Made once for each frame that moves: they are most of the work at a kilohertz.
+        self._messages: dict[str, TransformStamped] = {}
         self._last_published: dict[str, int] = {}
         self._last_stamp = 0
         self._tree = self._segments(urdf)
@@ -64,6 +73,7 @@ class RobotStatePublisher(Node):
             "joint_states",
             self._take_joint_state,
             qos_profile_sensor_data,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.get_logger().info("Robot initialized")
         progress.tell(progress.READY)
@@ -84,10 +94,18 @@ class RobotStatePublisher(Node):
             [self._message(segment.joint, segment.origin, stamp) for segment in self._tree.fixed]
         )
 
-    def _message(self, joint: Joint, transform: Transform, stamp: int) -> Any:
+    def _message(self, joint: Joint, transform: Transform, stamp: int) -> TransformStamped:
         return transform_stamped(
             self._prefix + joint.parent, self._prefix + joint.child, stamp, transform
         )
+
+    def _moved(self, joint: Joint, transform: Transform, stamp: int) -> TransformStamped:
+        message = self._messages.get(joint.child)
+        if message is None:
+            message = self._messages[joint.child] = self._message(joint, transform, stamp)
+        else:
+            move_transform(message, stamp, transform)
+        return message
 
     def _take_joint_state(self, state: Any) -> None:
         names, values = list(state.name), list(state.position)
@@ -122,7 +140,7 @@ class RobotStatePublisher(Node):
         transforms = self._tree.transforms(measured)
         if transforms:
             self._moving.sendTransform(
-                [self._message(joint, transform, stamp) for joint, transform in transforms]
+                [self._moved(joint, transform, stamp) for joint, transform in transforms]
             )
         self._last_published.update(dict.fromkeys(names, stamp))
 
@@ -147,10 +165,12 @@ class RobotStatePublisher(Node):
             self._ignores_stamps = bool(values["ignore_timestamp"])
         if "frame_prefix" in values:
             self._prefix = str(values["frame_prefix"])
+            self._messages.clear()
             self._fixed.forget()
             self._publish_fixed()
         if "robot_description" in values:
             self._tree = self._segments(values["robot_description"])
+            self._messages.clear()
             self._last_published.clear()
             self._fixed.forget()
             self._publish_description(values["robot_description"])

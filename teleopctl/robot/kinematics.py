@@ -9,7 +9,12 @@ from dataclasses import dataclass
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.joints import Joints
 from teleopctl.robot.urdf import Joint
-from teleopctl.tf import Transform, quaternion_from_axis_angle, quaternion_from_rpy
+from teleopctl.tf import (
+    Transform,
+    multiply,
+    quaternion_from_axis_angle,
+    quaternion_from_rpy,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +38,10 @@ class Segment:
         joint = self.joint
         if joint.type == "prismatic":
             x, y, z = joint.axis
-            step = Transform((x * position, y * position, z * position))
-        else:
-            step = Transform(rotation=quaternion_from_axis_angle(joint.axis, position))
-        return self.origin @ step
+            return self.origin @ Transform((x * position, y * position, z * position))
+        # It turns where it stands.
+        turn = quaternion_from_axis_angle(joint.axis, position)
+        return Transform(self.origin.translation, multiply(self.origin.rotation, turn))
 
 
 class SegmentTree:

@@ -43,7 +43,11 @@ if TYPE_CHECKING:
         transform_covariance as transform_covariance,
     )
     from teleopctl.tf.listener import TransformListener as TransformListener
-    from teleopctl.tf.messages import stamp_of as stamp_of, transform_stamped as transform_stamped
+    from teleopctl.tf.messages import (
+        move_transform as move_transform,
+        stamp_of as stamp_of,
+        transform_stamped as transform_stamped,
+    )
     from teleopctl.tf.transforms import (
         Quaternion as Quaternion,
         Transform as Transform,
@@ -77,7 +81,7 @@ else:
             "do_transform_pose_stamped do_transform_pose_with_covariance_stamped "
             "do_transform_vector3 register transform_covariance",
             "listener": "TransformListener",
-            "messages": "stamp_of transform_stamped",
+            "messages": "move_transform stamp_of transform_stamped",
             "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "
             "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
             "slerp",

@@ -53,10 +53,21 @@ def transform_stamped(
         transform: Where it stands.
     """
     message: TransformStamped = get_message("geometry_msgs/msg/TransformStamped")()
-    set_stamp(message.header.stamp, stamp)
     message.header.frame_id = parent
     message.child_frame_id = child
+    move_transform(message, stamp, transform)
+    return message
+
+
+def move_transform(message: TransformStamped, stamp: int, transform: Transform) -> None:
+    """Have a ``geometry_msgs/msg/TransformStamped`` say where its child stands now.
+
+    Args:
+        message: What `transform_stamped` made.
+        stamp: Nanoseconds.
+        transform: Where it stands.
+    """
+    set_stamp(message.header.stamp, stamp)
     move, turn = message.transform.translation, message.transform.rotation
     move.x, move.y, move.z = transform.translation
     turn.x, turn.y, turn.z, turn.w = transform.rotation
-    return message

@@ -159,6 +159,15 @@ def test_states_that_come_too_fast_are_thinned_to_the_publish_frequency(ros, obs
     assert heard.get(timeout=WAIT_S).transforms[0].header.stamp.nanosec == 100_000_000
 
 
+def test_the_queue_of_states_is_a_parameter(ros, observer, urdf):
+    name = "qos_overrides./joint_states.subscription.depth"
+    start_states(ros, urdf, **{name: 100})
+    publish_joints(observer, {}, 1)  # once it listens
+    (states,) = observer.get_subscriptions_info_by_topic("/joint_states")
+    assert states.qos_profile.depth == 100
+    assert "100" in ros.run(["param", "get", "/robot_state_publisher", name]).stdout
+
+
 def test_when_time_goes_back_transforms_come_again(ros, observer, urdf):
     process = start_states(ros, urdf)
     heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
@@ -174,6 +183,42 @@ def test_frames_get_the_prefix(ros, observer, urdf):
     late = listen(observer, "tf2_msgs/msg/TFMessage", "/tf_static", qos_profile_latched)
     names = {t.child_frame_id for t in late.get(timeout=WAIT_S).transforms}
     assert "left/base_link" in names
+
+
+def test_a_prefix_that_is_set_later_holds_for_frames_that_have_moved(ros, observer, urdf):
+    start_states(ros, urdf)
+    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    publisher = publish_joints(observer, {"joint_1": 0.5}, 1)
+    first = heard.get(timeout=WAIT_S).transforms[0]
+    assert (first.header.frame_id, first.child_frame_id) == ("base_link", "base_plate")
+    done = ros.run(["param", "set", "/robot_state_publisher", "frame_prefix", "left/"])
+    assert done.returncode == 0, done.stderr
+    message = publisher.msg_type(name=["joint_1"], position=[-0.5])
+    message.header.stamp.sec = 2
+    publisher.publish(message)
+    moved = heard.get(timeout=WAIT_S).transforms[0]
+    assert (moved.header.frame_id, moved.child_frame_id) == ("left/base_link", "left/base_plate")
+    assert (moved.header.stamp.sec, moved.transform.rotation.z) == (2, -first.transform.rotation.z)
+
+
+def test_frames_of_a_new_description_stand_in_its_links(ros, observer):
+    def robot(base):
+        return (
+            f"<robot name='r'><link name='{base}'/><link name='tip'/><joint name='j' "
+            f"type='prismatic'><parent link='{base}'/><child link='tip'/>"
+            "<limit lower='-1' upper='1'/></joint></robot>"
+        )
+
+    start_states(ros, robot("old"))
+    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    publisher = publish_joints(observer, {"j": 0.5}, 1)
+    assert heard.get(timeout=WAIT_S).transforms[0].header.frame_id == "old"
+    done = ros.run(["param", "set", "/robot_state_publisher", "robot_description", robot("new")])
+    assert done.returncode == 0, done.stderr
+    message = publisher.msg_type(name=["j"], position=[0.5])
+    message.header.stamp.sec = 2
+    publisher.publish(message)
+    assert heard.get(timeout=WAIT_S).transforms[0].header.frame_id == "new"
 
 
 def test_a_new_description_replaces_the_old_one_and_a_broken_one_is_refused(ros, observer, urdf):

@@ -1,0 +1,93 @@
+"""The other processes of the benchmark of robot_state_publisher.
+
+``python state_peers.py joints node|raw COUNT`` sends the states of seven joints, one each
+millisecond, after a line on its standard input, and says so when it has. ``node`` is a node of
+ours, ``raw`` plain zenoh with as many bytes. ``python state_peers.py relay`` is a
+robot_state_publisher that does nothing: it answers each of the latter with as many bytes as the
+transforms would have.
+
+The first eight bytes of what is raw are when it was sent, in nanoseconds.
+"""
+
+import math
+import sys
+import time
+from collections.abc import Callable
+
+from teleopctl.testing import LONGEST_WAIT_S
+from tests.benchmarks.echo_peers import open_raw
+
+JOINTS = [f"joint_{number}" for number in range(1, 8)]
+PERIOD_S = 0.001
+STATE_KEY, TF_KEY = "benchmark/joint_states", "benchmark/tf"
+# What seven joints are in CDR.
+STATE_BYTES, TF_BYTES = 300, 628
+
+
+def every_millisecond(count: int, send: Callable[[int], object]) -> None:
+    begun = time.perf_counter()
+    for number in range(count):
+        time.sleep(max(0.0, begun + number * PERIOD_S - time.perf_counter()))
+        send(number)
+
+
+def raw_joints(count: int) -> None:
+    session = open_raw()
+    publisher = session.declare_publisher(STATE_KEY)
+    rest = bytes(STATE_BYTES - 8)
+    wait_for_start()
+    every_millisecond(count, lambda _: publisher.put(time.time_ns().to_bytes(8, "little") + rest))
+    wait_for_end()
+    session.close()
+
+
+def node_joints(count: int) -> None:
+    from teleopctl.interfaces import get_message, set_stamp
+    from teleopctl.node import Node, init
+
+    with init(args=[]), Node("joints") as node:
+        message = get_message("sensor_msgs/msg/JointState")(name=JOINTS)
+        publisher = node.create_publisher(type(message), "joint_states", 10)
+
+        def send(number: int) -> None:
+            message.position = [math.sin(number * PERIOD_S + joint) for joint in range(7)]
+            message.velocity = message.effort = [0.0] * 7
+            set_stamp(message.header.stamp, time.time_ns())
+            publisher.publish(message)
+
+        for topic in ("/joint_states", "/tf"):
+            assert node.wait_for_subscribers(topic, 1, LONGEST_WAIT_S)
+        wait_for_start()
+        every_millisecond(count, send)
+        wait_for_end()
+
+
+def relay() -> None:
+    session = open_raw()
+    publisher = session.declare_publisher(TF_KEY)
+    rest = bytes(TF_BYTES - 8)
+    session.declare_subscriber(
+        STATE_KEY, lambda sample: publisher.put(sample.payload.to_bytes()[:8] + rest)
+    )
+    wait_for_start()
+    session.close()
+
+
+def wait_for_start() -> None:
+    print("ready", flush=True)
+    sys.stdin.readline()
+
+
+def wait_for_end() -> None:
+    print("done", flush=True)
+    sys.stdin.readline()
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case ["joints", "node", count]:
+            node_joints(int(count))
+        case ["joints", "raw", count]:
+            raw_joints(int(count))
+        case ["relay"]:
+            relay()
