@@ -23,7 +23,7 @@ def topic(name: str, type_name: str = STRING, qos: EndpointQos | None = None) ->
 
 
 # Any: a value of the type's own.
-def message(name: str, number: int, type_name: str = STRING, **fields: Any) -> BagMessage:
+def message(name: str, number: int, type_name: str = STRING, /, **fields: Any) -> BagMessage:
     """The message of a number; one comes each millisecond."""
     time_ns = START_NS + number * 1_000_000
     values = fields or {"data": f"{name} {number}"}

@@ -1,0 +1,1 @@
+"""Compares a recorded session with what a simulator does with its commands."""
