@@ -34,6 +34,7 @@ _VERBS = {
     "topic": ("topic:GROUP", "List, watch, measure and publish topics."),
     "node": ("node:GROUP", "List nodes and what they offer."),
     "graph": ("graph:VERB", "Draw the graph of nodes and topics."),
+    "bag": ("bag:GROUP", "Record, play and look at sessions."),
     "param": ("param:GROUP", "Read and change parameters of nodes."),
     "service": ("service:GROUP", "List and call services."),
     "pkg": ("pkg:GROUP", "Find packages."),
@@ -61,6 +62,7 @@ COMPLETIONS = Kind(
     "completion",
     "teleopctl.completions",
     {
+        "bags": "teleopctl.cli.verbs.bag.candidates:bags",
         "controllers": "teleopctl.cli.verbs.control.candidates:controllers",
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
         "launch_words": f"{_CANDIDATES}:launch_words",

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
         BagTopic as BagTopic,
         TypeText as TypeText,
     )
+    from teleopctl.bag.service_events import (
+        ServiceCounter as ServiceCounter,
+        ServiceCounts as ServiceCounts,
+        is_service_event as is_service_event,
+        service_of as service_of,
+    )
     from teleopctl.bag.storage.bag import (
         Bag as Bag,
         bag_files as bag_files,
@@ -41,6 +47,7 @@ else:
             "mcap_file.repair": "Repair finish_file",
             "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
             "records": "BagAttachment BagMessage BagTopic TypeText",
+            "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",
             "storage.bag_writer": "BagWriter WriterOptions",
         },

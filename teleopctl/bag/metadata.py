@@ -171,8 +171,12 @@ def read_metadata(folder: Path) -> BagMetadata:
         ) from error
 
 
-def parse_metadata(text: str) -> BagMetadata:
+def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
     """Read the text of a ``metadata.yaml`` of any version.
+
+    Args:
+        text: The text.
+        with_root: Whether the key that stands above everything in the file is there.
 
     Raises:
         InvalidFileError: It is not one; the message says why, and not which file it is.
@@ -181,7 +185,9 @@ def parse_metadata(text: str) -> BagMetadata:
         document = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
     except yaml.YAMLError as error:
         raise InvalidFileError(f"it is not YAML: {error}") from error
-    content = document.get(_ROOT) if isinstance(document, dict) else None
+    content = document
+    if with_root:
+        content = document.get(_ROOT) if isinstance(document, dict) else None
     if not isinstance(content, dict):
         raise InvalidFileError(f"it has no {_ROOT}")
     version = content.get("version")

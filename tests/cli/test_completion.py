@@ -101,6 +101,16 @@ def test_launch_files_their_packages_and_their_arguments_are_completed(
     assert candidates(monkeypatch, capsys, "teleopctl launch broken.yaml ") == []
 
 
+def test_bags_are_completed(monkeypatch, capsys, tmp_path):
+    (tmp_path / "my_bag").mkdir()
+    for name in ("my_bag/my_bag_0.mcap", "my_bag/metadata.yaml", "my_old.bag", "my_text.txt"):
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    assert candidates(monkeypatch, capsys, "teleopctl bag info my") == ["my_bag", "my_old.bag"]
+    assert candidates(monkeypatch, capsys, "teleopctl bag info my_bag/") == ["my_bag/my_bag_0.mcap"]
+    assert candidates(monkeypatch, capsys, "teleopctl bag info none/") == []
+
+
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
 def test_in_bash_the_value_of_an_argument_follows_at_once(capsys):
     main.run(["completion", "bash"])

@@ -46,3 +46,10 @@ def test_help_in_a_pipe_loads_no_rich_and_no_verb(ros):
     status, modules = loaded_after(["--help"], ros.env)
     assert status == 0
     assert not modules & {"rich", "numpy", "zenoh", "yaml"}
+
+
+@pytest.mark.parametrize("line", ["bag --help", "bag list storage"])
+def test_what_reads_no_bag_loads_nothing_that_does(line, ros_without_router):
+    status, modules = loaded_after(line.split(), ros_without_router.env)
+    assert status == 0
+    assert not modules & {"numpy", "rosbags", "yaml", "mcap", "zstandard", "lz4", "zenoh", "rich"}

@@ -102,7 +102,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
     ("line", "verb", "where"),
     [
         ("action list", "action", "teleopctl"),
-        ("bag", "bag", "teleopctl"),
+        ("component", "component", "teleopctl"),
         ("lifecycle --help", "lifecycle", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),
     ],
@@ -122,8 +122,13 @@ def test_a_misspelt_verb_is_not_called_missing(capsys, line):
 
 
 def test_a_missing_verb_that_a_stranger_brings_is_there(ros_without_router, site):
-    install(site, "my-bags", {"teleopctl.verbs": {"bag": "greeter:VERB"}}, {"greeter.py": GREETER})
-    done = ros_without_router.run("bag Ada")
+    install(
+        site,
+        "my-parts",
+        {"teleopctl.verbs": {"component": "greeter:VERB"}},
+        {"greeter.py": GREETER},
+    )
+    done = ros_without_router.run("component Ada")
     assert done.stdout == "Hello Ada\n", done.stderr
 
 

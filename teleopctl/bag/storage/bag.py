@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from teleopctl.bag.metadata import (
     METADATA_FILE,
     BagFile,
     BagMetadata,
+    parse_metadata,
     read_metadata,
 )
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
@@ -130,6 +132,7 @@ class _McapBag:
         except BaseException:
             self.close()
             raise
+        metadata = metadata or self._kept_metadata()
         # The files know best: metadata.yaml may be older than they are.
         self.metadata = BagMetadata(
             files=tuple(reader.description for reader in self._readers),
@@ -192,6 +195,16 @@ class _McapBag:
                 f"{file} was not finished: it is read as far as it is whole"
                 f" (teleopctl bag recover {self.path} gives it its end)"
             )
+
+    def _kept_metadata(self) -> BagMetadata | None:
+        """What the last finished file has of ``metadata.yaml``, which rosbag2 puts into each."""
+        for reader in reversed(self._readers):
+            for name, values in reader.records():
+                with contextlib.suppress(InvalidFileError):
+                    if name == "rosbag2":
+                        text = values.get("serialized_metadata", "")
+                        return parse_metadata(text, with_root=False)
+        return None
 
     def _topics(self, metadata: BagMetadata) -> dict[str, tuple[BagTopic, int]]:
         # Not every writer puts hash and profiles into the channel.

@@ -1,0 +1,19 @@
+"""``teleopctl bag``: one module per verb, imported when that verb runs."""
+
+from __future__ import annotations
+
+from teleopctl.cli.verb import Group, Verb
+
+_FILES = f"{__name__}.files"
+
+GROUP = Group(
+    "Record, play and look at sessions.",
+    {
+        "info": Verb(
+            f"{_FILES}.info:bag_info",
+            "Show what a bag holds.",
+            examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
+        ),
+        "list": Verb(f"{_FILES}.list_:list_plugins", "List the forms that bags may have."),
+    },
+)
