@@ -196,7 +196,7 @@ LAUNCH_ACTIONS = Kind(
 _SUBSTITUTIONS = (
     "all and anon any command dirname env equals eval file-controllers file-param filename "
     "find-exec find-pkg-share first-file if launch_log_dir log_dir node-exists not not-equals "
-    "optenv or var xacro"
+    "optenv or var world-file xacro"
 )
 
 LAUNCH_SUBSTITUTIONS = Kind(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         drive_name as drive_name,
         motor_name as motor_name,
     )
-    from teleopctl.mujoco_model.free_bodies import FreeBody as FreeBody
+    from teleopctl.mujoco_model.free_bodies import FreeBody as FreeBody, free_root as free_root
     from teleopctl.mujoco_model.joints import JointSpec as JointSpec
     from teleopctl.mujoco_model.model import (
         RobotModel as RobotModel,
@@ -31,7 +31,7 @@ else:
         {
             "cameras": "CameraModel",
             "drives": "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name",
-            "free_bodies": "FreeBody",
+            "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",
             "model": "RobotModel build_model initial_positions",
         },

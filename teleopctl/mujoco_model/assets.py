@@ -22,11 +22,14 @@ _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 _FAR_M = 2.0**30
 
 
-def resolve_meshes(spec: mujoco.MjSpec, *, try_each: bool = False) -> list[str]:
+def resolve_meshes(
+    spec: mujoco.MjSpec, folder: Path | None = None, *, try_each: bool = False
+) -> list[str]:
     """Point every mesh of a spec at a readable file, and drop those that have none.
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.
+        folder: What relative paths start at; None is the current folder.
         try_each: Whether to drop those as well that MuJoCo refuses. Of a whole model it tells the
             first only; each by itself costs the time of reading it once more.
 
@@ -37,7 +40,7 @@ def resolve_meshes(spec: mujoco.MjSpec, *, try_each: bool = False) -> list[str]:
     complained: set[str] = set()
     for mesh in list(spec.meshes):
         uri: str = mesh.file
-        reason = _use_file(mesh, uri, try_each=try_each)
+        reason = _use_file(mesh, uri, folder or Path(), try_each=try_each)
         if reason is None:
             continue
         if uri not in complained:
@@ -48,10 +51,10 @@ def resolve_meshes(spec: mujoco.MjSpec, *, try_each: bool = False) -> list[str]:
 
 
 # Any stands for MuJoCo's meshes, here and below: their class has no types.
-def _use_file(mesh: Any, uri: str, *, try_each: bool) -> str | None:
+def _use_file(mesh: Any, uri: str, folder: Path, *, try_each: bool) -> str | None:
     """Give a mesh its file or its vertices; returns why that was not possible, or None."""
     try:
-        path = resolve_uri(uri)
+        path = folder / resolve_uri(uri)
         path.stat()
     except TeleopctlError as error:
         return error.message

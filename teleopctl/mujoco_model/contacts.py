@@ -22,6 +22,8 @@ from teleopctl.mujoco_model.free_bodies import free_root
 _FRICTION_STIFFNESS = 10.0
 _NOSLIP_ITERATIONS = 4
 
+_PLANE = mujoco.mjtGeom.mjGEOM_PLANE
+
 
 def hold_by_friction(spec: mujoco.MjSpec) -> None:
     """Choose the solver's settings with which a grip holds.
@@ -81,13 +83,12 @@ class Overlap:
     one_robot: bool
 
 
-def overlaps(model: mujoco.MjModel, positions: np.ndarray, ground: str) -> list[Overlap]:
-    """The pairs of links whose shapes overlap in a pose.
+def overlaps(model: mujoco.MjModel, positions: np.ndarray) -> list[Overlap]:
+    """The pairs of links whose shapes overlap in a pose; what stands in the ground does not count.
 
     Args:
         model: The compiled ``mujoco.MjModel``.
         positions: The pose, as MuJoCo's ``qpos``.
-        ground: The name of the ground's body, which is not looked at.
 
     Returns:
         The pairs in a stable order.
@@ -101,12 +102,11 @@ def overlaps(model: mujoco.MjModel, positions: np.ndarray, ground: str) -> list[
     mujoco.mj_collision(model, data)
     found: dict[tuple[str, str], Overlap] = {}
     for contact in data.contact:
-        if contact.dist >= 0.0:
+        geoms = (contact.geom1, contact.geom2)
+        if contact.dist >= 0.0 or any(model.geom_type[geom] == _PLANE for geom in geoms):
             continue
-        numbers = [int(model.geom_bodyid[geom]) for geom in (contact.geom1, contact.geom2)]
+        numbers = [int(model.geom_bodyid[geom]) for geom in geoms]
         first, second = sorted(model.body(body).name for body in numbers)
-        if ground in (first, second):
-            continue
         before = found.get((first, second))
         depth = max(-float(contact.dist), 0.0 if before is None else before.depth_m)
         one_robot = free_root(model, numbers[0]) == free_root(model, numbers[1])

@@ -20,10 +20,11 @@ from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
 from teleopctl.mujoco_model.unserved import unserved_tags
-from teleopctl.mujoco_model.urdf_import import gazebo_colour, import_urdf
+from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
+from teleopctl.mujoco_model.world import add_world, world_geoms
 
 if TYPE_CHECKING:
-    from teleopctl.robot import RobotDescription
+    from teleopctl.robot import RobotDescription, World
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class RobotModel:
         mj_model: The compiled ``mujoco.MjModel``.
         joints: The movable joints with one degree of freedom, in the order of the model.
         cameras: The camera sensors.
-        free_bodies: What moves freely.
+        free_bodies: What moves freely, of the robot and of its world.
+        world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
     """
@@ -45,6 +47,7 @@ class RobotModel:
     joints: tuple[JointSpec, ...]
     cameras: tuple[CameraModel, ...]
     free_bodies: tuple[FreeBody, ...]
+    world_geoms: tuple[int, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
 
@@ -64,29 +67,31 @@ class RobotModel:
 
 
 def build_model(
-    description: RobotDescription, extend: Callable[[mujoco.MjSpec], None] | None = None
+    description: RobotDescription,
+    extend: Callable[[mujoco.MjSpec], None] | None = None,
+    world: World | None = None,
 ) -> RobotModel:
     """Build the model of a robot standing on a plane.
 
     Args:
         description: The robot.
         extend: Adds to the ``mujoco.MjSpec`` what is not of the robot, such as sensors.
+        world: What stands around it.
 
     Returns:
-        The compiled model; two calls with the same description give identical ones.
+        The compiled model; two calls with the same descriptions give identical ones.
 
     Raises:
-        InvalidDescriptionError: If MuJoCo cannot simulate the description.
+        InvalidDescriptionError: If MuJoCo cannot simulate the description, or the world.
     """
-    bodies = free_bodies(description)
     try:
-        draft = _draft(description)
+        draft = _draft(description, world)
     except InvalidDescriptionError:
-        draft = _draft(description, try_each_mesh=True)
+        draft = _draft(description, world, try_each_mesh=True)
     spec, bare, joints, warnings = draft.spec, draft.bare, draft.joints, draft.warnings
     if extend is not None:
         extend(spec)
-    overlapping = overlaps(bare, initial_positions(bare, joints), draft.ground)
+    overlapping = overlaps(bare, initial_positions(bare, joints))
     excluded = [(pair.first, pair.second) for pair in overlapping if pair.one_robot]
     for first, second in excluded:
         spec.add_exclude(bodyname1=first, bodyname2=second)
@@ -97,12 +102,14 @@ def build_model(
         if not pair.one_robot
     ]
     add_drives(spec, bare, joints)
+    model = _compile(spec)
     return RobotModel(
         name=description.name,
-        mj_model=_compile(spec),
+        mj_model=model,
         joints=tuple(joints),
         cameras=tuple(draft.cameras),
-        free_bodies=tuple(bodies),
+        free_bodies=tuple(draft.free_bodies),
+        world_geoms=world_geoms(model),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
     )
@@ -110,26 +117,29 @@ def build_model(
 
 @dataclass(frozen=True, slots=True)
 class _Draft:
-    """A robot on its ground, without drives.
+    """A robot on its ground and in its world, without drives.
 
     Attributes:
         spec: The ``mujoco.MjSpec``.
         bare: The same, compiled.
-        ground: The name of the ground's body.
-        joints: See `RobotModel`, as for ``cameras``.
+        joints: See `RobotModel`, as for ``cameras`` and ``free_bodies``.
         cameras: See there.
+        free_bodies: See there.
         warnings: What had to be repaired or left out so far.
     """
 
     spec: mujoco.MjSpec
     bare: mujoco.MjModel
-    ground: str
     joints: list[JointSpec]
     cameras: list[CameraModel]
+    free_bodies: list[FreeBody]
     warnings: list[str]
 
 
-def _draft(description: RobotDescription, *, try_each_mesh: bool = False) -> _Draft:
+def _draft(
+    description: RobotDescription, world: World | None, *, try_each_mesh: bool = False
+) -> _Draft:
+    bodies = free_bodies(description)
     spec = import_urdf(description.urdf)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
@@ -140,11 +150,15 @@ def _draft(description: RobotDescription, *, try_each_mesh: bool = False) -> _Dr
     cameras = camera_models(description)
     for camera in cameras:
         add_camera(spec, camera)
-    _apply_gazebo(spec, description)
+    apply_gazebo(spec, description)
     prepare_joints(spec, joints)
+    if world is not None:
+        things, complaints = add_world(spec, world, description.root)
+        bodies += things
+        warnings += complaints
     exclude_adjacent(spec)
-    ground = add_scene(spec)
-    return _Draft(spec, _compile(spec), ground, joints, cameras, warnings)
+    add_scene(spec)
+    return _Draft(spec, _compile(spec), joints, cameras, bodies, warnings)
 
 
 def initial_positions(
@@ -155,20 +169,6 @@ def initial_positions(
     for joint in joints:
         positions[model.joint(joint.name).qposadr[0]] = joint.initial_position
     return positions
-
-
-def _apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
-    """Colours and friction of ``<gazebo reference="link">``."""
-    for link, properties in description.gazebo.links.items():
-        body = spec.body(link)
-        if body is None:
-            continue
-        colour = gazebo_colour(properties.material) if properties.material else None
-        for geom in body.geoms:
-            if colour is not None:
-                geom.rgba[:3] = colour
-            if properties.mu1 is not None:
-                geom.friction[0] = properties.mu1
 
 
 def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:

@@ -1,7 +1,7 @@
 """What surrounds the robot: ground, light and sky.
 
 The scene is for people and cameras. Physics sees of it only the ground plane, which lies at
-z = 0 of the world frame.
+z = 0 of the world frame. A world that brings its own ground or sky has that one.
 """
 
 from __future__ import annotations
@@ -17,24 +17,20 @@ _ZENITH = [0.62, 0.74, 0.88]
 _HORIZON = [0.86, 0.9, 0.95]
 
 
-def add_scene(spec: mujoco.MjSpec) -> str:
-    """Add ground, light and sky to a robot's spec.
+def add_scene(spec: mujoco.MjSpec) -> None:
+    """Add ground, light and sky to the spec of a robot and its world.
 
     The ground has a body of its own, so that contacts between it and the robot's base can be
     told from those between two links of the robot.
 
     Args:
         spec: The ``mujoco.MjSpec`` to extend.
-
-    Returns:
-        The name of the ground's body, which differs from ``GROUND_NAME`` when the robot has a
-        link of that name.
     """
-    name = _free_name(GROUND_NAME, {body.name for body in spec.bodies})
-    _add_sky(spec)
-    _add_ground(spec, name)
+    if all(texture.type != mujoco.mjtTexture.mjTEXTURE_SKYBOX for texture in spec.textures):
+        _add_sky(spec)
+    if all(geom.type != mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.geoms):
+        _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
     _add_lights(spec)
-    return name
 
 
 def _free_name(wanted: str, taken: set[str]) -> str:

@@ -8,10 +8,15 @@ come back in `teleopctl.mujoco_model.drives`.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import mujoco
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
+
+if TYPE_CHECKING:
+    from teleopctl.robot import RobotDescription
 
 # Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
 VISUAL_GROUP = 1
@@ -64,7 +69,26 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
     return spec
 
 
-def gazebo_colour(material: str) -> tuple[float, float, float] | None:
+def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
+    """Give links the colours and the friction of their ``<gazebo reference="link">``.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        description: What it was made from.
+    """
+    for link, properties in description.gazebo.links.items():
+        body = spec.body(link)
+        if body is None:
+            continue
+        colour = _gazebo_colour(properties.material) if properties.material else None
+        for geom in body.geoms:
+            if colour is not None:
+                geom.rgba[:3] = colour
+            if properties.mu1 is not None:
+                geom.friction[0] = properties.mu1
+
+
+def _gazebo_colour(material: str) -> tuple[float, float, float] | None:
     """The red, green and blue (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
     return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())
 

@@ -5,7 +5,8 @@ stamped with the time of the state that they show; ``/tf_static`` with the optic
 ``/robot_description`` and the simulator's joint states, the latter only while somebody subscribes
 to one of the outputs. Nobody subscribed to the image: nothing is drawn.
 
-Parameters: ``robot_description``, ``camera`` (name of the sensor, by default the first one),
+Parameters: ``robot_description``, ``world`` (the file of what stands around the robot, as for the
+simulator), ``camera`` (name of the sensor, by default the first one),
 ``quality`` (``auto``, ``fast`` or ``full``; can be set while running).
 """
 
@@ -31,7 +32,8 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim import check_drawing, choose_backend
 from teleopctl.tf import StaticTransformBroadcaster
 
@@ -65,6 +67,7 @@ class Camera(Node):
         super().__init__("camera")
         at_start = _ParameterDescriptor(read_only=True)
         self.declare_parameter("robot_description", "", at_start)
+        self.declare_parameter("world", "", at_start)
         self.declare_parameter("camera", "", at_start)
         self._quality = str(self.declare_parameter("quality", "auto").value)
         if self._quality not in _QUALITIES:
@@ -132,7 +135,8 @@ class Camera(Node):
 
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
-        model = build_model(description)
+        file = str(self.get_parameter("world").value)
+        model = build_model(description, world=read_world(resolve_uri(file)) if file else None)
         name = str(self.get_parameter("camera").value)
         if not name and not model.cameras:
             self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")

@@ -1,14 +1,16 @@
 """``mujoco_sim``: physics of the robot, driven by the wall clock and by a controller in lockstep.
 
 Topics out: ``/clock``, ``/robot_joint_states`` (each control tick), ``/mujoco_sim/joint_states``
-(for viewers, while somebody subscribes), and those of the description's sensors. In:
-``/robot_description`` unless the parameter of that name is given, ``/robot_joint_commands``.
-Services: ``~/set_pause``, ``~/step_simulation``, ``~/reset_world``.
+(for viewers, while somebody subscribes), ``/mujoco_sim/free_joint_states`` and ``/tf`` (what moves
+freely, likewise), ``/mujoco_sim/world_markers`` (what the world looks like), and those of the
+description's sensors. In: ``/robot_description`` unless the parameter of that name is given,
+``/robot_joint_commands``. Services: ``~/set_pause``, ``~/step_simulation``, ``~/reset_world``,
+``~/set_free_joint_state``.
 
-Parameters: ``robot_description``, ``update_rate`` (Hz of control), ``timestep`` (s of physics, at
-most), ``real_time_factor`` (0: as fast as possible; can be set while running), ``paused``,
-``lockstep_timeout`` (s of wall time), ``state_rate`` (Hz, for viewers), ``joint_states_topic``,
-``joint_commands_topic``.
+Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_world`),
+``update_rate`` (Hz of control), ``timestep`` (s of physics, at most), ``real_time_factor`` (0: as
+fast as possible; can be set while running), ``paused``, ``lockstep_timeout`` (s of wall time),
+``state_rate`` (Hz, for viewers), ``joint_states_topic``, ``joint_commands_topic``.
 """
 
 from __future__ import annotations

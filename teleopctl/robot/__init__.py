@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         Pose as Pose,
         Sphere as Sphere,
     )
+    from teleopctl.robot.world_file import World as World, read_world as read_world
     from teleopctl.robot.xacro_file import (
         ExpandedXacro as ExpandedXacro,
         expand_xacro as expand_xacro,
@@ -50,6 +51,7 @@ else:
             "mesh_units": "collada_unit_m",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
+            "world_file": "World read_world",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

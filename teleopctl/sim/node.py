@@ -16,12 +16,14 @@ from teleopctl.node import (
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
 _String = get_message("std_msgs/msg/String")
@@ -71,6 +73,7 @@ class MujocoSim(Node):
         # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
         number = _ParameterDescriptor(dynamic_typing=True)
         self.declare_parameter("robot_description", "")
+        self.declare_parameter("world", "", _ParameterDescriptor(read_only=True))
         self.declare_parameter("update_rate", 10)
         self.declare_parameter("timestep", 0.001, number)
         self.declare_parameter("real_time_factor", 1.0, number)
@@ -143,7 +146,11 @@ class MujocoSim(Node):
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
         sensors = make_sensors(description.gazebo.sensors, logger.warning)
-        model = build_model(description, lambda spec: add_sensors(spec, sensors, logger.warning))
+        file = str(self.get_parameter("world").value)
+        world = read_world(resolve_uri(file)) if file else None
+        model = build_model(
+            description, lambda spec: add_sensors(spec, sensors, logger.warning), world
+        )
         for warning in model.warnings:
             logger.warning(warning)
         for first, second in model.excluded:
@@ -185,6 +192,7 @@ class MujocoSim(Node):
             immediate=True,
         )
         self._ports = ports
+        self._markers = WorldMarkers(self, model, description.root)
         self.add_graph_callback(self._on_graph)
         self._on_graph()
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
@@ -244,6 +252,7 @@ class MujocoSim(Node):
         self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.look()
+        self._markers.look()
         if self._commanders > max(before, 1):
             topic = self._commands.topic_name
             names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))

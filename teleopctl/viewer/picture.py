@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,11 @@ _DEFAULT_DISPLAYS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("RobotModel", "RobotModel", {"Description Topic": {"Value": "/robot_description"}}),
     ("TF", "TF", {"Enabled": False, "Value": False, "Marker Scale": 0.5}),
 )
+_SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
+    "MarkerArray",
+    "World",
+    {"Topic": {"Value": "/mujoco_sim/world_markers"}},
+)
 _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
@@ -32,8 +38,9 @@ class Picture:
     Args:
         server: Where to draw.
         stage: What displays work with.
-        path: The ``.rviz`` file to begin with and to save to; None is the grid, the robot and,
-            not shown, its frames.
+        path: The ``.rviz`` file to begin with and to save to; None is the grid, the robot, in
+            simulation the world around it, and, not shown, its frames.
+        simulated: Whether the robot is in simulation.
 
     Attributes:
         displays: What is in the picture, in the order of the list.
@@ -44,7 +51,14 @@ class Picture:
         TeleopctlError: The file cannot be read.
     """
 
-    def __init__(self, server: viser.ViserServer, stage: Stage, path: Path | None = None) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        stage: Stage,
+        path: Path | None = None,
+        *,
+        simulated: bool = False,
+    ) -> None:
         self.displays: list[Display] = []
         self._server = server
         self._stage = stage
@@ -57,8 +71,9 @@ class Picture:
         self._framed = path is not None
         if path is None:
             self.file = RvizFile()
-            for rviz_class, name, given in _DEFAULT_DISPLAYS:
-                self.add(rviz_class, name, dict(given))
+            world = (_SIMULATED_WORLD,) if simulated else ()
+            for rviz_class, name, given in _DEFAULT_DISPLAYS + world:
+                self.add(rviz_class, name, copy.deepcopy(given))
         else:
             self.file = RvizFile.load(path)
             self._take(self.file)

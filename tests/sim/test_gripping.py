@@ -5,6 +5,7 @@ import pytest
 
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.packages import package_share
+from teleopctl.robot import read_world
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro_file import expand_xacro
 from teleopctl.sim.simulation import Simulation
@@ -66,3 +67,46 @@ def test_a_cube_is_held_for_ten_seconds(size: float, mass: float) -> None:
     assert np.linalg.norm(grip.in_claw() - grip.start) < 1e-3
     grip.move(OPEN, 1.0)
     assert np.linalg.norm(grip.in_claw() - grip.start) > 0.1, "and let go"
+
+
+class Table:
+    """The arm and the table of ``sim.yaml``, whose cube nothing but the fingers holds."""
+
+    def __init__(self) -> None:
+        share = package_share("teleop_description"), package_share("teleopctl")
+        arm = expand_xacro(share[0] / "urdf" / "teleop.urdf.xacro")
+        world = read_world(share[1] / "worlds" / "table.urdf")
+        model = build_model(RobotDescription.from_urdf(arm), world=world)
+        assert (model.warnings, model.excluded) == ((), ())
+        self.simulation = Simulation(model, control_period_ns=100_000_000)
+        self.sent = np.zeros(4)
+
+    def move(self, *target: float) -> None:
+        """Move there within 2 s, at the tutorial's 10 Hz."""
+        for positions in np.linspace(self.sent, target, 21)[1:]:
+            self.simulation.apply(JOINTS, position=positions.tolist())
+            self.simulation.step(self.simulation.steps_to_tick)
+        self.sent = np.array(target)
+
+    @property
+    def cube(self) -> np.ndarray:
+        return self.simulation.free_bodies.pose(0)[:3]
+
+
+@pytest.mark.parametrize("down", [-0.765, -0.77, -0.78])
+def test_the_cube_on_the_table_is_lifted_carried_and_dropped(down: float) -> None:
+    table = Table()
+    start = table.cube
+    table.move(0.0, 0.0, 0.0, OPEN)
+    table.move(0.0, down, 0.0, OPEN)
+    assert table.cube == pytest.approx(start, abs=2e-3), "the open fingers do not touch it"
+    table.move(0.0, down, 0.0, CLOSED)
+    table.move(0.0, -0.4, 0.0, CLOSED)
+    assert table.cube[2] > 0.6
+    table.move(0.8, -0.4, 0.0, CLOSED)
+    assert table.cube == pytest.approx([-1.3, 1.06, 0.7], abs=0.1)
+    table.move(0.8, -0.4, 0.0, OPEN)
+    assert table.cube[2] < 0.1
+
+    table.simulation.reset_state()
+    assert table.cube == pytest.approx(start, abs=0.0)

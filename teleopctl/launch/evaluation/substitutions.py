@@ -3,8 +3,9 @@
 ROS 2's own, and some of ours: ``$(xacro FILE name:=value …)`` is the robot description, expanded
 in this process, ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first
 of some files that exists, and ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file
-says about a node, ``$(file-controllers FILE)`` the controllers that it configures. Their names
-stand in `teleopctl.plugins`.
+says about a node, ``$(file-controllers FILE)`` the controllers that it configures, and
+``$(world-file FILE)`` is the path of a file of what stands around a robot, which has been looked
+through. Their names stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.errors import InvalidFileError, LaunchError, did_you_mean
+from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import Substitution, render
@@ -210,6 +211,23 @@ def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
     return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
 
 
+def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
+    """The absolute path of a world file, after a look at it; empty for none.
+
+    A mistake is told here, once, and not by each of the nodes that read the file.
+    """
+    if not arguments[0]:
+        return ""
+    from teleopctl.robot import read_world
+
+    path = resolve_uri(arguments[0]).absolute()
+    try:
+        return str(read_world(path).path)
+    except TeleopctlError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
 def _not(arguments: Sequence[str], _: LaunchContext) -> str:
     return _word(not values.flag(arguments[0]))
 
@@ -269,4 +287,5 @@ NOT_EQUALS = Substitution(_not_equals, 2, 2)
 OPTENV = Substitution(_optional_env, 1, 2)
 OR = Substitution(_any, 2, 2)
 VAR = Substitution(_var, 1, 2)
+WORLD_FILE = Substitution(_world_file, 1, 1)
 XACRO = Substitution(_xacro, 1, None)

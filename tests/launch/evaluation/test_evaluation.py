@@ -441,6 +441,21 @@ def test_a_mistake_in_a_description_names_the_description_and_not_the_launch_fil
     assert raised.value.message == message.format(arm=arm)
 
 
+def test_a_world_file_is_its_path_and_no_world_is_empty(plan, tmp_path):
+    world = tmp_path / "world.urdf"
+    world.write_text(ARM)
+    assert words(plan("launch:\n" + echo(f"$(world-file {world})"))) == [str(world)]
+    assert words(plan("launch:\n" + echo('<$(world-file "")>'))) == ["<>"]
+
+
+def test_a_mistake_in_a_world_names_the_world_and_not_the_launch_file(plan, tmp_path):
+    world = tmp_path / "world.urdf"
+    world.write_text("<robot>\n<link/></robot>")
+    with pytest.raises(TeleopctlError) as raised:
+        plan("launch:\n" + echo(f"$(world-file {world})"))
+    assert raised.value.message.startswith(f"{world}: ")
+
+
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
     from teleopctl import robot
 

@@ -1,0 +1,150 @@
+"""The world around a robot: read from its file and added to the robot's spec."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.free_bodies import FreeBody
+from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.unserved import unserved_tags
+from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from teleopctl.robot import RobotDescription, World
+
+# In front of the names of all that is of the world, but of bodies, which are frames to others.
+_PREFIX = "world/"
+
+# What a scene of MuJoCo's may have beside things: it is for a robot that is not in it.
+_LEFT_OUT = {
+    "actuators": "actuators",
+    "sensors": "sensors",
+    "equalities": "equalities",
+    "tendons": "tendons",
+    "excludes": "excludes",
+    "pairs": "contact pairs",
+    "cameras": "cameras",
+}
+# What a scene says of the whole simulation, where the robot's side decides.
+_OF_ALL = ("option", "visual", "stat", "memory", "njmax", "nconmax", "nstack", "nuserdata")
+
+
+def add_world(spec: mujoco.MjSpec, world: World, root: str) -> tuple[list[FreeBody], list[str]]:
+    """Add a world to a robot's spec.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` of the robot.
+        world: What to add.
+        root: The robot's root link, which stands at the world's origin.
+
+    Returns:
+        What moves freely in the world, and a warning for each thing that was repaired or left out.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot simulate it, it has joints, or a link of the robot
+            has the name of one of its links.
+    """
+    if world.description is None:
+        things = _read_scene(world.path)
+        warnings = _only_things(things, world.path)
+        for name in _OF_ALL:
+            setattr(things, name, getattr(spec, name))
+    else:
+        things, warnings = _read_urdf(world.path, world.description)
+    _see_that_it_compiles(things, world.path)
+    free = _name_parts(things)
+    names = [body.name for body in things.bodies if body.name != "world"]
+    taken = {body.name for body in spec.bodies}.intersection(names)
+    if taken:
+        raise InvalidDescriptionError(
+            f"{world.path}: '{min(taken)}' is in the world, and is a link of the robot",
+            hint="Rename one of them, or choose another world.",
+        )
+    spec.compiler.balanceinertia |= things.compiler.balanceinertia
+    spec.attach(things, prefix=_PREFIX, frame=spec.worldbody.add_frame())
+    for name in names:
+        spec.body(f"{_PREFIX}{name}").name = name
+    bodies = [FreeBody(link, f"{_PREFIX}{joint}", root) for link, joint in free]
+    return bodies, [f"{world.path.name}: {warning}" for warning in warnings]
+
+
+def world_geoms(model: mujoco.MjModel) -> tuple[int, ...]:
+    """The numbers of the shapes that are of the world."""
+    return tuple(n for n in range(model.ngeom) if model.geom(n).name.startswith(_PREFIX))
+
+
+def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec, list[str]]:
+    try:
+        things = import_urdf(description.urdf)
+        sensors = description.gazebo.sensors
+    except InvalidDescriptionError as error:
+        raise error.at(str(path)) from error
+    warnings = [*resolve_meshes(things, path.parent), *repair_inertias(things)]
+    warnings += unserved_tags(description.urdf)
+    warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
+    apply_gazebo(things, description)
+    return things, warnings
+
+
+def _read_scene(path: Path) -> mujoco.MjSpec:
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise _refusal(path, error) from error
+
+
+def _see_that_it_compiles(things: mujoco.MjSpec, path: Path) -> None:
+    """Find its mistakes while they are not yet those of the robot."""
+    try:
+        things.compile()
+    except ValueError as error:
+        raise _refusal(path, error) from error
+
+
+def _refusal(path: Path, error: ValueError) -> InvalidDescriptionError:
+    return InvalidDescriptionError(f"{path}: {' '.join(str(error).split())}")
+
+
+def _only_things(scene: mujoco.MjSpec, path: Path) -> list[str]:
+    """Take everything out of a scene that is not a thing in it."""
+    for joint in scene.joints:
+        if joint.type != mujoco.mjtJoint.mjJNT_FREE:
+            raise InvalidDescriptionError(
+                f"{path}: joint '{joint.name}' of body '{joint.parent.name}' is not free, but what "
+                "is in a world stands still or moves freely",
+                hint="What has joints is a robot: include none in the world's file.",
+            )
+    warnings = []
+    for attribute, word in _LEFT_OUT.items():
+        found: list[Any] = list(getattr(scene, attribute))
+        if found:
+            warnings.append(f"{len(found)} {word} are left out")
+        for element in found:
+            scene.delete(element)
+    for key in list(scene.keys):
+        scene.delete(key)
+    return warnings
+
+
+def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
+    """Name what has no name; returns the bodies that move freely, with their joints."""
+    for kind, elements in (("object", things.bodies), ("shape", things.geoms)):
+        taken = {element.name for element in elements}
+        number = 0
+        for element in elements:
+            while not element.name:
+                number += 1
+                if f"{kind}{number}" not in taken:
+                    element.name = f"{kind}{number}"
+    free = []
+    for body in things.bodies:
+        for joint in body.joints:
+            joint.name = joint.name or f"{body.name}_joint"
+            free.append((body.name, joint.name))
+    return free

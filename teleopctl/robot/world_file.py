@@ -1,0 +1,119 @@
+"""World files: what stands and lies around a robot in simulation.
+
+A world is a file of its own, so that the robot's description stays what it is on the real robot.
+It is URDF or xacro, whose links on fixed joints stand still and whose links on floating joints
+from `world` move; or a scene of MuJoCo's (MJCF), which MuJoCo reads.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from lxml import etree
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.elements import Element, parse
+from teleopctl.robot.xacro_file import expand_xacro
+
+_SOLIDS = ".//geometry/*"
+_SIZES = ("size", "radius", "length")
+_NUMBERS = ("xyz", "rpy", *_SIZES)
+_XACRO = b"http://www.ros.org/wiki/xacro"
+
+
+@dataclass(frozen=True)
+class World:
+    """A world file.
+
+    Attributes:
+        path: The file.
+        description: What it says; None for a scene of MuJoCo's.
+    """
+
+    path: Path
+    description: RobotDescription | None
+
+
+def read_world(path: Path) -> World:
+    """Read a world file.
+
+    Args:
+        path: URDF, xacro or MJCF, told apart by the root element.
+
+    Raises:
+        InvalidDescriptionError: It is missing, broken, of another kind, has sizes or places
+            that are none, or joints that are neither fixed nor floating. The message names the
+            file and, unless it is made by xacro, the line.
+    """
+    path = path.absolute()
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InvalidDescriptionError(f"Cannot read {path}: {error.strerror}") from error
+    # Entities have no business here: they could read other files.
+    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        reason = error.msg or "it is empty"
+        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
+    if root.tag == "mujoco":
+        return World(path, None)
+    if root.tag != "robot":
+        raise InvalidDescriptionError(
+            f"{path}:{root.sourceline}: <{root.tag}> is no world",
+            hint="A world is a URDF or xacro file (<robot>) or a scene of MuJoCo's (<mujoco>).",
+        )
+    if _XACRO in content:
+        # Its lines are others once it is expanded.
+        return World(path, _checked(path, expand_xacro(path), has_lines=False))
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise InvalidDescriptionError(f"{path} is not text in UTF-8") from error
+    return World(path, _checked(path, text, has_lines=True))
+
+
+def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
+    try:
+        description = RobotDescription.from_urdf(text)
+    except InvalidDescriptionError as error:
+        raise error.at(str(path)) from error
+    robot = parse(text)
+    for element in (*robot.findall("joint"), *robot.findall(".//origin"), *robot.findall(_SOLIDS)):
+        place = f"{path}:{element.sourceline}" if has_lines else str(path)
+        if element.tag == "joint":
+            _check_joint(element, place)
+        else:
+            _check_numbers(element, place)
+    return description
+
+
+def _check_numbers(element: Element, place: str) -> None:
+    """See that a place or a size is one; the description has seen that all are numbers."""
+    for attribute in _NUMBERS:
+        text = element.get(attribute) or ""
+        values = [float(word) for word in text.split()]
+        if not all(map(math.isfinite, values)):
+            raise InvalidDescriptionError(f'{place}: {attribute}="{text}" is not finite')
+        if attribute in _SIZES and min(values, default=1.0) <= 0.0:
+            raise InvalidDescriptionError(f'{place}: {attribute}="{text}" is no size')
+
+
+def _check_joint(joint: Element, place: str) -> None:
+    name, kind, parent = joint.get("name"), joint.get("type"), joint.find("parent")
+    if kind not in ("fixed", "floating"):
+        raise InvalidDescriptionError(
+            f"{place}: joint '{name}' is {kind}, but what is in a world stands still or moves "
+            "freely",
+            hint="Its joints are 'fixed' or 'floating'; what has joints is a robot.",
+        )
+    start = None if parent is None else parent.get("link")
+    if kind == "floating" and start != "world":
+        raise InvalidDescriptionError(
+            f"{place}: joint '{name}' is floating but starts at link '{start}'",
+            hint="What moves freely starts at a root link named 'world'.",
+        )

@@ -1,0 +1,145 @@
+"""What the world around a robot looks like, as markers for RViz and the page.
+
+Sent once, and moved by ``/tf``: what stands still is locked to the robot's root link, which stands
+at the world's origin, and what moves to its own frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.interfaces import get_message
+from teleopctl.mujoco_model import RobotModel, free_root
+from teleopctl.node import qos_profile_latched
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+WORLD_MARKERS_TOPIC = "/mujoco_sim/world_markers"
+
+# Any stands for messages, whose classes are made at run time, and for what MuJoCo has no types of.
+_Marker = get_message("visualization_msgs/msg/Marker")
+_MarkerArray = get_message("visualization_msgs/msg/MarkerArray")
+_Point = get_message("geometry_msgs/msg/Point")
+
+Array = npt.NDArray[np.float64]
+_Kind = mujoco.mjtGeom
+# Shapes that MuJoCo's own pictures leave out: for contacts only.
+_FIRST_HIDDEN_GROUP = 3
+# What MuJoCo gives to a shape that nobody gave a colour: then its material's counts.
+_UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+
+
+class WorldMarkers:
+    """Publishes a world's shapes while there are any.
+
+    Args:
+        node: Who publishes.
+        model: Robot and world.
+        root: The frame at the world's origin.
+    """
+
+    def __init__(self, node: Node, model: RobotModel, root: str) -> None:
+        self._publisher = None
+        self._readers = 0
+        markers = world_markers(model, root)
+        if markers:
+            self._message = _MarkerArray(markers=markers)
+            self._publisher = node.create_publisher(
+                _MarkerArray, WORLD_MARKERS_TOPIC, qos_profile_latched
+            )
+            self._publisher.publish(self._message)
+
+    def look(self) -> None:
+        """Send it again to readers that have come, since not all ask for what is kept."""
+        if self._publisher is None:
+            return
+        before, self._readers = self._readers, self._publisher.get_subscription_count()
+        if self._readers > before:
+            self._publisher.publish(self._message)
+
+
+def world_markers(model: RobotModel, root: str) -> list[Any]:
+    """Markers of the shapes of a model's world, except its ground.
+
+    Args:
+        model: Robot and world.
+        root: The frame at the world's origin.
+    """
+    m = model.mj_model
+    data = mujoco.MjData(m)
+    mujoco.mj_kinematics(m, data)
+    markers: list[Any] = []
+    for geom in model.world_geoms:
+        if m.geom_group[geom] >= _FIRST_HIDDEN_GROUP:
+            continue
+        body = int(m.geom_bodyid[geom])
+        carrier = free_root(m, body)
+        # Where the shape is in the frame that carries it.
+        turn = data.xmat[carrier].reshape(3, 3)
+        place = turn.T @ (data.geom_xpos[geom] - data.xpos[carrier])
+        rotation = turn.T @ data.geom_xmat[geom].reshape(3, 3)
+        for marker in _shapes(m, geom, place, rotation):
+            marker.header.frame_id = m.body(carrier).name if carrier else root
+            marker.frame_locked = True
+            marker.ns, marker.id = m.body(body).name, len(markers)
+            markers.append(marker)
+    return markers
+
+
+def _shapes(m: Any, geom: int, place: Array, rotation: Array) -> Iterator[Any]:
+    """The markers that together look like a shape; none for planes and heights, the ground."""
+    a, b, c = (float(size) for size in m.geom_size[geom])
+    color = _color(m, geom)
+    match m.geom_type[geom]:
+        case _Kind.mjGEOM_BOX:
+            yield _marker(_Marker.CUBE, place, rotation, (2 * a, 2 * b, 2 * c), color)
+        case _Kind.mjGEOM_SPHERE:
+            yield _marker(_Marker.SPHERE, place, rotation, (2 * a, 2 * a, 2 * a), color)
+        case _Kind.mjGEOM_ELLIPSOID:
+            yield _marker(_Marker.SPHERE, place, rotation, (2 * a, 2 * b, 2 * c), color)
+        case _Kind.mjGEOM_CYLINDER:
+            yield _marker(_Marker.CYLINDER, place, rotation, (2 * a, 2 * a, 2 * b), color)
+        case _Kind.mjGEOM_CAPSULE:
+            yield _marker(_Marker.CYLINDER, place, rotation, (2 * a, 2 * a, 2 * b), color)
+            for end in (b, -b):
+                tip = place + rotation @ np.array([0.0, 0.0, end])
+                yield _marker(_Marker.SPHERE, tip, rotation, (2 * a, 2 * a, 2 * a), color)
+        case _Kind.mjGEOM_MESH:
+            marker = _marker(_Marker.TRIANGLE_LIST, place, rotation, (1.0, 1.0, 1.0), color)
+            marker.points = _triangles(m, int(m.geom_dataid[geom]))
+            yield marker
+
+
+def _marker(
+    kind: int, place: Array, rotation: Array, scale: tuple[float, ...], color: list[float]
+) -> Any:
+    marker = _Marker(type=kind)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
+    position, turn = marker.pose.position, marker.pose.orientation
+    position.x, position.y, position.z = place.tolist()
+    turn.w, turn.x, turn.y, turn.z = quaternion.tolist()
+    marker.scale.x, marker.scale.y, marker.scale.z = scale
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = color
+    return marker
+
+
+def _color(m: Any, geom: int) -> list[float]:
+    rgba, material = m.geom_rgba[geom], int(m.geom_matid[geom])
+    if material >= 0 and np.array_equal(rgba, _UNSET_RGBA):
+        rgba = m.mat_rgba[material]
+    return [float(part) for part in rgba]
+
+
+def _triangles(m: Any, mesh: int) -> list[Any]:
+    first, count = int(m.mesh_vertadr[mesh]), int(m.mesh_vertnum[mesh])
+    vertices = m.mesh_vert[first : first + count]
+    first, count = int(m.mesh_faceadr[mesh]), int(m.mesh_facenum[mesh])
+    corners = vertices[m.mesh_face[first : first + count].ravel()].tolist()
+    return [_Point(x=x, y=y, z=z) for x, y, z in corners]

@@ -1,0 +1,68 @@
+"""The world around a simulated robot is in the picture, and moves with its frames."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teleopctl.interfaces import get_message
+from teleopctl.mujoco_model import build_model
+from teleopctl.node import init
+from teleopctl.packages import package_share
+from teleopctl.robot import RobotDescription, read_world
+from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC, world_markers
+from teleopctl.tf import Transform
+from teleopctl.viewer import Viewer, open_server
+from teleopctl.viewer.picture import Picture
+from tests.viewer.conftest import FakePage
+from tests.viewer.displays.conftest import SECOND, put_frame
+
+POST = '<robot name="post"><link name="base"/></robot>'
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool) -> None:
+    picture = Picture(page.server, page, simulated=simulated)
+    picture.begin()
+    assert ("World" in [display.name for display in picture.displays]) == simulated
+    assert page.listens_to(WORLD_MARKERS_TOPIC) == simulated
+    picture.end()
+
+
+def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: FakePage) -> None:
+    table = read_world(package_share("teleopctl") / "worlds" / "table.urdf")
+    model = build_model(RobotDescription.from_urdf(POST), world=table)
+    picture = Picture(page.server, page, simulated=True)
+    picture.begin()
+    put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
+    page.frames.fix("base")
+    page.frames.update()
+    markers = world_markers(model, "base")
+    page.publish(
+        WORLD_MARKERS_TOPIC, get_message("visualization_msgs/msg/MarkerArray")(markers=markers)
+    )
+    picture.tick(jumped_back=False)
+    world = next(display for display in picture.displays if display.name == "World")
+    # Any: viser's nodes of any kind.
+    boxes: dict[str, Any] = {
+        frame: page.scene.get_handle_by_name(f"{page.frames.node_of(frame)}{world.root}/box")
+        for frame in ("base", "cube")
+    }
+    assert boxes["base"].batched_positions.shape == (5, 3)
+    assert boxes["cube"].batched_positions.tolist() == [[0.0, 0.0, 0.0]]
+
+    put_frame(page, "cube", "base", Transform((0.0, 0.0, 3.0)), 2 * SECOND)
+    page.frames.update()
+    frame: Any = page.scene.get_handle_by_name(page.frames.node_of("cube"))
+    assert np.allclose(frame.position, (0.0, 0.0, 3.0))
+    picture.end()
+
+
+def test_the_page_of_a_simulation_knows_that_it_is_one(ros) -> None:
+    del ros  # this process is in it
+    for words, shown in ((["--ros-args", "-p", "use_sim_time:=true"], True), ([], False)):
+        with init(args=[]):
+            viewer = Viewer(open_server(port=0), panels=["log"], cli_args=words)
+            with viewer:
+                names = [display.name for display in viewer.picture.displays]
+                assert ("World" in names) == shown
