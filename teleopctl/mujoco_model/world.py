@@ -71,6 +71,9 @@ def add_world(spec: mujoco.MjSpec, world: World, root: str) -> tuple[list[FreeBo
     for name in names:
         spec.body(f"{_PREFIX}{name}").name = name
     bodies = [FreeBody(link, f"{_PREFIX}{joint}", root) for link, joint in free]
+    if bodies:
+        # What has come to rest costs nothing until something touches it or puts it elsewhere.
+        spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     return bodies, [f"{world.path.name}: {warning}" for warning in warnings]
 
 

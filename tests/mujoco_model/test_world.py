@@ -58,6 +58,24 @@ def test_what_is_on_a_floating_joint_falls_and_what_is_on_a_fixed_one_holds_it(
     assert simulation.free_bodies.pose(0)[2] == 0.5
 
 
+def test_what_has_come_to_rest_falls_when_it_is_put_elsewhere(tmp_path: Path) -> None:
+    model = build(tmp_path, world_urdf(wall("2 0 0.1"), cube()))
+    simulation = Simulation(model, control_period_ns=100_000_000)
+    simulation.step(3000)
+    simulation.free_bodies.put(0, np.array([2.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+    simulation.refresh()
+    simulation.step(100)
+    assert simulation.free_bodies.pose(0)[2] == pytest.approx(1.0 - 9.81 * 0.1 * 0.101 / 2.0)
+
+
+def test_things_at_rest_cost_nothing(tmp_path: Path) -> None:
+    model = build(tmp_path, world_urdf(wall("2 0 0.1"), cube()))
+    simulation = Simulation(model, control_period_ns=100_000_000)
+    simulation.step(3000)
+    _, data = simulation.observe()
+    assert data.ncon == 0
+
+
 @pytest.mark.parametrize(("xyz", "reached"), [("0.8 0 0.5", False), ("0.8 2 0.5", True)])
 def test_the_robot_cannot_go_through_the_world(tmp_path: Path, xyz: str, reached: bool) -> None:
     model = build(tmp_path, world_urdf(wall(xyz)))
