@@ -53,11 +53,11 @@ def add_world(spec: mujoco.MjSpec, world: World, root: str) -> tuple[list[FreeBo
     if world.description is None:
         things = _read_scene(world.path)
         warnings = _only_things(things, world.path)
+        _see_that_it_compiles(things, world.path)
         for name in _OF_ALL:
             setattr(things, name, getattr(spec, name))
     else:
         things, warnings = _read_urdf(world.path, world.description)
-    _see_that_it_compiles(things, world.path)
     free = _name_parts(things)
     names = [body.name for body in things.bodies if body.name != "world"]
     taken = {body.name for body in spec.bodies}.intersection(names)
@@ -83,13 +83,26 @@ def world_geoms(model: mujoco.MjModel) -> tuple[int, ...]:
 
 
 def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec, list[str]]:
+    things, warnings = _import(path, description)
+    try:
+        _see_that_it_compiles(things, path)
+    except InvalidDescriptionError:
+        # One broken mesh costs that one alone.
+        things, warnings = _import(path, description, try_each_mesh=True)
+        _see_that_it_compiles(things, path)
+    return things, warnings
+
+
+def _import(
+    path: Path, description: RobotDescription, *, try_each_mesh: bool = False
+) -> tuple[mujoco.MjSpec, list[str]]:
     try:
         things = import_urdf(description.urdf)
         sensors = description.gazebo.sensors
     except InvalidDescriptionError as error:
         raise error.at(str(path)) from error
-    warnings = [*resolve_meshes(things, path.parent), *repair_inertias(things)]
-    warnings += unserved_tags(description.urdf)
+    warnings = resolve_meshes(things, path.parent, try_each=try_each_mesh)
+    warnings += repair_inertias(things) + unserved_tags(description.urdf)
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     apply_gazebo(things, description)
     return things, warnings

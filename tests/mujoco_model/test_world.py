@@ -122,6 +122,16 @@ def test_meshes_of_a_world_lie_beside_it(tmp_path: Path) -> None:
     assert model.mj_model.nmesh == 1
 
 
+def test_a_broken_mesh_of_a_world_costs_that_one_alone(tmp_path: Path) -> None:
+    (tmp_path / "b.obj").write_text("f 1 2 3")
+    mesh = '<visual><geometry><mesh filename="b.obj"/></geometry></visual>'
+    hold = joint("rock_joint", "world", "rock", kind="fixed")
+    model = build(tmp_path, world_urdf(link("rock", mesh), hold, wall("2 0 0")))
+    (warning,) = model.warnings
+    assert warning.startswith("world.xml: Mesh 'b.obj' is left out: ")
+    assert len(model.world_geoms) == 2
+
+
 def test_what_a_world_lacks_is_warned_about_with_its_file(tmp_path: Path) -> None:
     eye = '<gazebo reference="cube"><sensor name="eye" type="imu"/></gazebo>'
     bare = cube().replace(INERTIAL.replace("0 0 0.25", "0 0 0"), "")
