@@ -1,8 +1,10 @@
 """The page's server, asked over real sockets."""
 
+import contextlib
 import http.client
 import socket
 import threading
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +13,12 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import PageError, open_server, page_address
 from teleopctl.viewer.page import server as page_server
 
+# In bytes: half of what the kernel takes by itself.
+MUCH = 1_500_000
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
 
@@ -110,28 +114,62 @@ def test_the_address_is_one_that_a_browser_opens(host, token, address):
     assert page_address(host, 80, token) == address
 
 
-@pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="Linux has it")
-def test_a_browser_that_takes_nothing_is_let_go(monkeypatch):
-    monkeypatch.setattr(page_server, "_SILENT_MS", 1_000)
-    server = open_server(port=0)
-    gone = threading.Event()
-    server._websock_server.on_client_disconnect(lambda _client: gone.set())
-    come = threading.Event()
-    server._websock_server.on_client_connect(lambda _client: come.set())
-    silent = socket.socket()
-    try:
+@contextlib.contextmanager
+def browser_that_stopped(server):
+    """A connection of which nothing is read, as viser has it."""
+    come: list[Any] = []
+    server._websock_server.on_client_connect(come.append)
+    with socket.socket() as silent:
         silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         silent.connect(("127.0.0.1", server.get_port()))
         silent.sendall(
             f"GET / HTTP/1.1\r\nHost: localhost:{server.get_port()}\r\nUpgrade: websocket\r\n"
             "Connection: Upgrade\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
             "Sec-WebSocket-Version: 13\r\n"
-            f"Sec-WebSocket-Protocol: viser-v{viser.__version__}\r\n\r\n".encode()
+            f"Sec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n".encode()
         )
-        assert come.wait(LONGEST_WAIT_S)
-        # more than any buffer between the two holds
-        server.scene.add_point_cloud("/many", np.zeros((3_000_000, 3)), (0, 0, 0))
-        assert gone.wait(LONGEST_WAIT_S)
+        eventually(lambda: come)
+        yield come[0]
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="Linux has it")
+def test_a_browser_that_takes_nothing_is_let_go(monkeypatch):
+    monkeypatch.setattr(page_server, "_SILENT_MS", 1_000)
+    server = open_server(port=0)
+    gone = threading.Event()
+    server._websock_server.on_client_disconnect(lambda _client: gone.set())
+    try:
+        with browser_that_stopped(server):
+            # more than any buffer between the two holds
+            server.scene.add_point_cloud("/many", np.zeros((3_000_000, 3)), (0, 0, 0))
+            assert gone.wait(LONGEST_WAIT_S)
     finally:
-        silent.close()
+        server.stop()
+
+
+def test_what_a_browser_has_not_taken_is_replaced_by_what_is_newer():
+    server = open_server(port=0)
+    queue = server._websock_server._broadcast_buffer
+    try:
+        with browser_that_stopped(server) as client:
+            points = np.zeros((20_000, 3), np.float32)
+            cloud = server.scene.add_point_cloud("/many", points, (0, 0, 0), precision="float32")
+
+            def is_sent():
+                newest = queue.message_counter - 1
+                return queue.generator_cursors.get(client.client_id, -1) == newest
+
+            sent = 0
+            with contextlib.suppress(AssertionError):
+                while sent < MUCH:
+                    eventually(is_sent, 1.0)
+                    sent += points.nbytes
+                    cloud.points = points + sent
+            # What waits for a browser is old when it is read.
+            assert sent < MUCH
+            kept = len(queue.message_from_id)
+            for number in range(1000):
+                cloud.points = points + number
+            assert len(queue.message_from_id) == kept
+    finally:
         server.stop()

@@ -21,6 +21,10 @@ DEFAULT_PORT = 8080
 _PORTS_TRIED = 20
 _LAST_PORT = 65_535
 _SILENT_MS = 30_000
+# What waits in the kernel is old when it is read: a second of a slow network, and no more. Linux
+# takes twice as much.
+_WAITING_BYTES = 128 * 1024
+_USER_TIMEOUT: int | None = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
 _BRAND = (20, 120, 190)
 
 
@@ -97,7 +101,7 @@ def _guarded(access: Access) -> Iterator[None]:
             headers = {name.lower(): value for name, value in request.headers.raw_items()}
             answer = access.check(request.path, headers)
             if answer is None:
-                _give_up_on_the_silent(connection)
+                _bear_with_the_slow(connection)
                 answered: Response | None = process_request(connection, request)
                 return answered
             response = connection.respond(answer.status, answer.text)
@@ -105,6 +109,8 @@ def _guarded(access: Access) -> Iterator[None]:
                 response.headers[name] = value
             return response
 
+        if _USER_TIMEOUT is not None:
+            kwargs["ping_timeout"] = None
         return serve(*args, process_request=process, **kwargs)
 
     with _patching:
@@ -115,17 +121,21 @@ def _guarded(access: Access) -> Iterator[None]:
             below.serve = serve  # type: ignore[misc]
 
 
-def _give_up_on_the_silent(connection: ServerConnection) -> None:
-    """End a connection whose other end takes nothing: a closed lid, a stopped browser.
+def _bear_with_the_slow(connection: ServerConnection) -> None:
+    """Send what is new to a browser that reads slowly, and end the connection of one that is gone.
 
-    websockets asks whether the other end lives, but its question waits behind what is not taken. As
-    long as such a browser counts as one that looks, everything is drawn for it. Tabs that wake up
-    connect again by themselves.
+    viser replaces what has not been sent yet by what is newer; that holds only for what the kernel
+    has not taken, which by itself would be megabytes.
+
+    websockets asks whether the other end lives, but its question waits behind what is not taken: it
+    would end slow connections and not silent ones. So where the kernel can tell, it is the one to
+    ask: a closed lid and a stopped browser take nothing at all. As long as these count as browsers
+    that look, everything is drawn for them. Tabs that wake up connect again by themselves.
     """
-    option = getattr(socket, "TCP_USER_TIMEOUT", None)  # Linux has it
-    if option is not None:
-        below = connection.transport.get_extra_info("socket")
-        below.setsockopt(socket.IPPROTO_TCP, option, _SILENT_MS)
+    below = connection.transport.get_extra_info("socket")
+    below.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING_BYTES)
+    if _USER_TIMEOUT is not None:
+        below.setsockopt(socket.IPPROTO_TCP, _USER_TIMEOUT, _SILENT_MS)
 
 
 def close_server(server: viser.ViserServer) -> None:
