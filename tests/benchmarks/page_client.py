@@ -1,0 +1,135 @@
+"""A browser as far as the page's process can tell: reads all that is sent, sends what is pressed.
+
+A browser without a graphics card draws so slowly that it would be sent less than there is; this one
+keeps up, so it is what the page costs at most.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import viser
+import zstandard
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from teleopctl.testing import LONGEST_WAIT_S
+
+# What stands before the messages: how long they are, unpacked and packed.
+_LENGTHS = struct.Struct("<QQ")
+
+# viser counts a client as there once it has said from where it looks.
+_CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (2.0, -2.0, 1.5),
+    "look_at": (0.0, 0.0, 0.5),
+    "up_direction": (0.0, 0.0, 1.0),
+    "fov": 0.8,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": 640,
+    "image_width": 900,
+}
+
+
+class PageClient:
+    """A connection to a page of viser's.
+
+    Args:
+        port: Where it is served on this machine.
+
+    Attributes:
+        parts: The buttons and so on: what is known of each by its identity.
+        counts: How many messages of each type came, and ``data`` for images and plots.
+    """
+
+    def __init__(self, port: int) -> None:
+        self.parts: dict[str, dict[str, Any]] = {}
+        self.counts: Counter[str] = Counter()
+        self._changed = threading.Condition()
+        self._socket = connect(
+            f"ws://127.0.0.1:{port}/",
+            subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
+            compression=None,
+            max_size=None,
+        )
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+        self._send(_CAMERA)
+
+    def close(self) -> None:
+        """Close the browser."""
+        self._socket.close()
+        self._reader.join()
+
+    def find(self, label: str, kind: str, *, option: str = "") -> dict[str, Any]:
+        """Wait for a part, such as the ``Dropdown`` with a label and an option."""
+
+        def found() -> dict[str, Any] | None:
+            for part in self.parts.values():
+                if (part["label"], part["type"]) == (label, f"Gui{kind}Message") and (
+                    not option or option in part["options"]
+                ):
+                    return part
+            return None
+
+        self.wait_for(found)
+        part = found()
+        assert part is not None
+        return part
+
+    def put(self, part: dict[str, Any], value: object) -> None:
+        """Do as a person would: choose, switch on, or press with True."""
+        part["value"] = value
+        self._send({"type": "GuiUpdateMessage", "uuid": part["uuid"], "updates": {"value": value}})
+
+    def wait_for(self, check: Callable[[], object]) -> None:
+        """Wait until what has come makes something true."""
+        with self._changed:
+            assert self._changed.wait_for(check, LONGEST_WAIT_S)
+
+    def wait_for_parts(self, kind: str, count: int) -> None:
+        """Wait until there are so many parts of a kind."""
+        name = f"Gui{kind}Message"
+        self.wait_for(lambda: sum(part["type"] == name for part in self.parts.values()) == count)
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._socket.send(msgspec.msgpack.encode(message))
+
+    def _read(self) -> None:
+        unpack = zstandard.ZstdDecompressor().decompress
+        try:
+            for data in self._socket:
+                assert isinstance(data, bytes)
+                size, packed = _LENGTHS.unpack_from(data)
+                start = _LENGTHS.size
+                content = unpack(data[start : start + packed], max_output_size=size)
+                with self._changed:
+                    for message in msgspec.msgpack.decode(content)["messages"]:
+                        self._take(message)
+                    self._changed.notify_all()
+        except ConnectionClosed:
+            pass
+
+    def _take(self, message: dict[str, Any]) -> None:
+        kind, name = message["type"], message.get("uuid", "")
+        self.counts[kind] += 1
+        if kind == "GuiUpdateMessage":
+            self.counts["data"] += not {"data", "_data"}.isdisjoint(message["updates"])
+            self.parts.get(name, {}).update(message["updates"])
+        elif "props" in message and kind.startswith("Gui"):
+            self.parts[name] = {
+                "label": "",
+                "options": (),
+                **message["props"],
+                "value": message.get("value"),
+                "type": kind,
+                "uuid": name,
+            }
