@@ -10,6 +10,7 @@ import pytest
 from viser import GuiEvent, ViserServer
 
 from teleopctl.node import QoSProfile, Time
+from teleopctl.node.values.names import validate_name
 from teleopctl.tf import Buffer
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frames import Frames
@@ -98,6 +99,7 @@ class FakePage:
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
     ) -> Callable[[], None]:
         del type_name, qos
+        validate_name(topic)
         self.subscribed.setdefault(topic, []).append(callback)
 
         def end() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.displays.properties import Properties, Property
 
 if TYPE_CHECKING:
@@ -117,6 +118,7 @@ class Display:
         self._end: Callable[[], None] | None = None
         self.in_shown_group = True
         self._drawn = False
+        self._logged = ""
 
     # --- what the viewer calls ----------------------------------------------------------------
 
@@ -135,8 +137,7 @@ class Display:
         if self._drawn:
             return
         self._drawn = True
-        self.started()
-        self._listen()
+        self._start()
 
     def end(self) -> None:
         """Listen no more and take everything out of the picture."""
@@ -171,14 +172,13 @@ class Display:
         if self._drawn:
             self._hush()
             self.stopped()
-            self.started()
-            self._listen()
+            self._start()
 
     def set(self, name: str, value: Any) -> None:
         """Set a property and draw accordingly."""
         self.values.set(name, value)
         if self._drawn:
-            self.changed(name)
+            self._guarded(lambda: self.changed(name))
 
     # --- what a kind of display defines -------------------------------------------------------
 
@@ -233,6 +233,14 @@ class Display:
         """Set the status."""
         self.status = (level, text)
 
+    def _start(self) -> None:
+        def start() -> None:
+            self.started()
+            self._listen()
+
+        # The topic of a file may have a name that no topic can have.
+        self._guarded(start)
+
     def _listen(self) -> None:
         if self.topic and self.message_type:
             kind = self.type_of_topic()
@@ -256,11 +264,19 @@ class Display:
         """Do something that a strange message may spoil, which must not end the page."""
         try:
             what()
+        except TeleopctlError as error:
+            # Of several lines, of which the last may point at a place in another.
+            self._complain(" ".join(error.message.split()).removesuffix(" ^"))
         except Exception as error:  # noqa: BLE001 -- whatever it is, the others are still drawn
-            self.say(ERROR, f"{type(error).__name__}: {error}")
+            self._complain(f"{type(error).__name__}: {error}")
+
+    def _complain(self, why: str) -> None:
+        """Say what is wrong; in the log once, until it is something else."""
+        self.say(ERROR, why)
+        if why != self._logged:
+            self._logged = why
             self.stage.node.get_logger().warning(
-                f"Display '{self.name}' cannot be drawn: {type(error).__name__}: {error}",
-                throttle_duration_sec=10.0,
+                f"Display '{self.name}' cannot be drawn: {why}", throttle_duration_sec=10.0
             )
 
 

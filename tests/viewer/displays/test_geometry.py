@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -321,60 +319,3 @@ def test_an_arrow_that_is_not_finite_is_not_drawn(page: FakePage, draw: Draw, pi
     look(page)
     assert not picture.nodes("/display1")
     assert display.status[0] == ERROR
-
-
-numbers = strategies.floats() | strategies.sampled_from([0.0, 1e-300, 1e300, math.nan, math.inf])
-STAMPED = (
-    *("AccelStamped", "GridCells", "Odometry", "Path", "PointStamped", "Polygon", "Pose"),
-    *("PoseArray", "PoseWithCovariance", "Range", "TwistStamped", "Wrench"),
-)
-
-
-def spoil(part: Any, pool: Iterator[float], count: int) -> None:
-    """Give all numbers of a message values from a pool, and its sequences a few elements."""
-    for name, kind in part.get_fields_and_field_types().items():
-        value = getattr(part, name)
-        if kind == "double":
-            setattr(part, name, next(pool))
-        elif kind == "float":
-            setattr(part, name, float(np.float32(next(pool))))
-        elif kind.startswith("double["):
-            setattr(part, name, np.array([next(pool) for _ in value]))
-        elif kind.startswith("sequence<") and "/" in kind:
-            made = [get_message(kind[9:-1].replace("/", "/msg/"))() for _ in range(count)]
-            for one in made:
-                spoil(one, pool, count)
-            setattr(part, name, made)
-        elif hasattr(value, "get_fields_and_field_types"):
-            spoil(value, pool, count)
-
-
-@pytest.mark.parametrize("rviz_class", STAMPED)
-@given(
-    pool=strategies.lists(numbers, min_size=1, max_size=10),
-    count=strategies.integers(0, 3),
-    frame=strategies.sampled_from(["", "map", "/map", "base", "ghost"]),
-    second=strategies.sampled_from([0, 1, -1, 2**31 - 1]),
-)
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-def test_no_message_ends_the_picture(
-    page: FakePage,
-    draw: Draw,
-    rviz_class: str,
-    pool: list[float],
-    count: int,
-    frame: str,
-    second: int,
-):
-    display = page.displays[0] if page.displays else draw(rviz_class)
-    page.node.warnings.clear()
-    said = get_message(display.message_type)()
-    with np.errstate(over="ignore"):
-        spoil(said, itertools.cycle(pool), count)
-    said.header.frame_id = frame
-    said.header.stamp.sec = second
-    page.publish("/it", said)
-    look(page)
-    assert not page.node.warnings

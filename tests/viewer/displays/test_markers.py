@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 import struct
@@ -11,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, quaternion_from_rpy
@@ -19,7 +17,7 @@ from teleopctl.viewer import OK, WARN
 from teleopctl.viewer.panels.scene import _Row
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, Draw, Picture, look, put_frame
-from tests.viewer.displays.test_geometry import point, pose, spoil
+from tests.viewer.displays.test_geometry import point, pose
 
 Marker = get_message("visualization_msgs/msg/Marker")
 MarkerArray = get_message("visualization_msgs/msg/MarkerArray")
@@ -366,34 +364,3 @@ def test_nothing_is_sent_while_nothing_changes(
     assert not sent
     show(page, marker(Marker.CUBE, 3, pose=pose(50.0, 0.0)))
     assert len(sent) == 1
-
-
-numbers = strategies.floats() | strategies.sampled_from([0.0, 1e-300, 1e300, math.nan, math.inf])
-
-
-@given(
-    kind=strategies.integers(-1, 13),
-    pool=strategies.lists(numbers, min_size=1, max_size=30),
-    count=strategies.integers(0, 5),
-    colors=strategies.integers(0, 5),
-    frame=strategies.sampled_from(["", "map", "ghost"]),
-    locked=strategies.booleans(),
-    action=strategies.integers(-1, 4),
-    lifetime=strategies.sampled_from([0, -1, 1, 2**31 - 1]),
-)
-@settings(
-    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-def test_no_marker_ends_the_picture(page: FakePage, draw: Draw, **said: Any):
-    if not page.displays:
-        draw("Marker")
-    page.node.warnings.clear()
-    made = Marker()
-    with np.errstate(over="ignore"):
-        spoil(made, itertools.cycle(said["pool"]), said["count"])
-    made.colors = made.colors[: said["colors"]]
-    made.type, made.action, made.frame_locked = said["kind"], said["action"], said["locked"]
-    made.header.frame_id, made.lifetime.sec = said["frame"], said["lifetime"]
-    page.publish("/it", made)
-    look(page)
-    assert not page.node.warnings

@@ -164,6 +164,10 @@ class InteractiveMarkers(Display):
             self._draw(message)
         for moved in update.poses:
             marker, pose = self.markers.get(moved.name), pose_of(moved.pose)
+            if pose is None:
+                self._fault = (
+                    f"{printable_line(moved.name)} is moved by numbers that are not finite"
+                )
             if marker is None or pose is None:
                 continue
             if moved.header.frame_id == marker.message.header.frame_id:

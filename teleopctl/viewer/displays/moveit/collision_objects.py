@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.reading import pose_of
-from teleopctl.viewer.scene.drawing import Drawing, Rgba, is_drawable
+from teleopctl.viewer.scene.drawing import Drawing, Rgba, drawable_rows, is_drawable
 from teleopctl.viewer.scene.mesh_files import MeshFile
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
@@ -127,35 +128,29 @@ class SceneObjects:
             del self.meshes[key]
 
     def _add_shapes(self, known: SceneObject, message: Any) -> None:
-        for solid, where in zip(message.primitives, message.primitive_poses, strict=False):
+        for solid, pose in _placed(message.primitives, message.primitive_poses):
             found = _solid(solid)
-            pose = pose_of(where)
             if found is None or pose is None:
                 self.left_out += 1
             else:
                 known.shapes.append((found[0], pose, found[1]))
-        for mesh, where in zip(message.meshes, message.mesh_poses, strict=False):
+        for mesh, pose in _placed(message.meshes, message.mesh_poses):
             key = self._keep(mesh)
-            pose = pose_of(where)
             if not key or pose is None:
                 self.left_out += 1
             else:
                 known.shapes.append((key, pose, (1.0, 1.0, 1.0)))
-        # An object may have shapes without poses: those stand at its origin.
-        if message.primitives and not message.primitive_poses:
-            for solid in message.primitives:
-                if (found := _solid(solid)) is not None:
-                    known.shapes.append((found[0], Transform(), found[1]))
         self.left_out += len(message.planes)
 
     def _keep(self, mesh: Any) -> str:
         """Keep the triangles of a ``shape_msgs/msg/Mesh``; its key, or nothing for an odd one."""
-        vertices = np.array([(v.x, v.y, v.z) for v in mesh.vertices], np.float32).reshape(-1, 3)
+        corners = np.array([(v.x, v.y, v.z) for v in mesh.vertices], np.float64).reshape(-1, 3)
         faces = np.array([one.vertex_indices for one in mesh.triangles], np.uint32).reshape(-1, 3)
-        if not len(faces) or not len(vertices) or int(faces.max()) >= len(vertices):
+        if not len(faces) or not len(corners) or int(faces.max()) >= len(corners):
             return ""
-        if not np.isfinite(vertices).all():
+        if not drawable_rows(corners).all():
             return ""
+        vertices = corners.astype(np.float32)
         digest = hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:16]
         key = f"mesh_{digest}"
         self.meshes.setdefault(key, MeshFile(Path(), b"", vertices, faces))
@@ -166,6 +161,13 @@ def operation_of(message: Any) -> int:
     """What an object's message says, which is a number, or a byte."""
     operation = message.operation
     return operation[0] if isinstance(operation, bytes) else int(operation)
+
+
+def _placed(shapes: Sequence[Any], poses: Sequence[Any]) -> Iterator[tuple[Any, Transform | None]]:
+    """Shapes and where each stands in its object; of an object without poses, at its origin."""
+    stand = [pose_of(pose) for pose in poses] if poses else [Transform()] * len(shapes)
+    for number, shape in enumerate(shapes):
+        yield shape, stand[number] if number < len(stand) else None
 
 
 def _solid(message: Any) -> tuple[str, tuple[float, float, float]] | None:

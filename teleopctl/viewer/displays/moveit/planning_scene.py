@@ -11,7 +11,7 @@ from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.collision_objects import SceneObjects
 from teleopctl.viewer.displays.moveit.ghost import Ghost
 from teleopctl.viewer.displays.moveit.scene_request import SceneRequest
-from teleopctl.viewer.displays.moveit.states import Positions, positions_in
+from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import rgba_of
 from teleopctl.viewer.scene.canvas import Canvas
@@ -45,6 +45,7 @@ class PlanningScene(MoveItDisplay):
         self._canvases: dict[str, Canvas] = {}
         self._robot: Ghost | None = None
         self._state: Positions = {}
+        self._left_out = 0
         self._octomap = False
         self._stale = False
         self._request = SceneRequest(self.stage, self._take)
@@ -81,7 +82,8 @@ class PlanningScene(MoveItDisplay):
             objects.take(held.object, held.link_name)
         objects.paint(message.object_colors)
         objects.forget_unused_meshes()
-        self._state = {**self._state, **positions_in(message.robot_state.joint_state)}
+        positions, self._left_out = positions_in(message.robot_state.joint_state)
+        self._state = {**self._state, **positions}
         self._stale = True
         self._stand()
         self._tell()
@@ -149,6 +151,8 @@ class PlanningScene(MoveItDisplay):
             left_out.append(f"{self._objects.left_out} shapes cannot be drawn")
         if self._octomap:
             left_out.append("its octomap is not drawn")
+        if self._left_out:
+            left_out.append(left_out_text(self._left_out))
         if left_out:
             self.say(WARN, f"{said}; {' and '.join(left_out)}")
         elif self.messages:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from teleopctl.viewer.displays.base import OK
+from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.ghost import Ghost
-from teleopctl.viewer.displays.moveit.states import Positions, positions_in
+from teleopctl.viewer.displays.moveit.states import Positions, left_out_text, positions_in
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
@@ -31,10 +31,11 @@ class RobotState(MoveItDisplay):
         super().__init__(*args, **kwargs)
         self._ghost: Ghost | None = None
         self._state: Positions | None = None
+        self._left_out = 0
 
     def received(self, message: Any) -> None:
         """Take a state."""
-        state = positions_in(message.state.joint_state)
+        state, self._left_out = positions_in(message.state.joint_state)
         hidden = getattr(message, "hide", False)
         self._state = None if hidden else {**(self._state or {}), **state}
         self._stand()
@@ -59,7 +60,11 @@ class RobotState(MoveItDisplay):
             self._ghost = self.make_ghost("state", self.values.number("Robot Alpha"), color)
         if self._ghost is not None:
             self._ghost.stand(self._state)
-            self.say(OK, f"{len(self._state)} joints")
+            said = f"{len(self._state)} joints"
+            if self._left_out:
+                self.say(WARN, f"{said}; {left_out_text(self._left_out)}")
+            else:
+                self.say(OK, said)
 
     def _remove(self) -> None:
         if self._ghost is not None:

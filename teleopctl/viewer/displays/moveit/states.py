@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from typing import Any
+
+from teleopctl.viewer.scene.drawing import is_drawable
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
@@ -17,14 +18,21 @@ _FACTOR = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*x\s*\Z", re.IGNORECASE)
 _DEFAULT_PERIOD_S = 0.05
 
 
-def positions_in(joint_state: Any) -> Positions:
-    """The positions of a ``sensor_msgs/msg/JointState``, as far as they are numbers."""
+def positions_in(joint_state: Any) -> tuple[Positions, int]:
+    """The positions of a ``sensor_msgs/msg/JointState``, and how many of them are no numbers."""
     return _zipped(joint_state.name, joint_state.position)
 
 
-def _zipped(names: Any, values: Any) -> Positions:
-    pairs = zip(names, values, strict=False)
-    return {name: float(value) for name, value in pairs if math.isfinite(value)}
+def _zipped(names: Any, values: Any) -> tuple[Positions, int]:
+    pairs = [(name, float(value)) for name, value in zip(names, values, strict=False)]
+    good = {name: value for name, value in pairs if is_drawable((value,))}
+    return good, sum(not is_drawable((value,)) for _, value in pairs)
+
+
+def left_out_text(count: int) -> str:
+    """What is said of positions that are no numbers."""
+    one = "1 joint position is" if count == 1 else f"{count} joint positions are"
+    return f"{one} left out, not being numbers"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,27 +42,30 @@ class Path:
     Attributes:
         times: When each state is reached, in seconds from the start, never falling.
         states: The positions of joints at those times.
+        left_out: How many positions are no numbers, so that a joint stays where it was.
     """
 
     times: tuple[float, ...]
     states: tuple[Positions, ...]
+    left_out: int = 0
 
     @classmethod
     def of(cls, message: Any) -> Path:
         """Read a ``moveit_msgs/msg/DisplayTrajectory``; its trajectories follow one another."""
-        state = positions_in(message.trajectory_start.joint_state)
+        state, left_out = positions_in(message.trajectory_start.joint_state)
         times: list[float] = []
         states: list[Positions] = []
         begin = 0.0
         for trajectory in message.trajectory:
             joints = trajectory.joint_trajectory
             for point in joints.points:
-                state = {**state, **_zipped(joints.joint_names, point.positions)}
+                positions, wrong = _zipped(joints.joint_names, point.positions)
+                state, left_out = {**state, **positions}, left_out + wrong
                 at = begin + point.time_from_start.sec + point.time_from_start.nanosec * 1e-9
                 times.append(max(at, times[-1] if times else 0.0))
                 states.append(state)
             begin = times[-1] if times else 0.0
-        return cls(tuple(times), tuple(states))
+        return cls(tuple(times), tuple(states), left_out)
 
     def duration(self, display_time: str) -> float:
         """How long it is played, in seconds.

@@ -10,7 +10,7 @@ from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.moveit.base import MoveItDisplay
 from teleopctl.viewer.displays.moveit.ghost import Ghost
-from teleopctl.viewer.displays.moveit.states import Path
+from teleopctl.viewer.displays.moveit.states import Path, left_out_text
 from teleopctl.viewer.displays.properties import Property
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
@@ -64,7 +64,11 @@ class Trajectory(MoveItDisplay):
             self.say(WARN, "The path has no states")
             return
         self._next = path
-        self.say(OK, f"{len(path.states)} states in {path.times[-1]:.3g} s")
+        said = f"{len(path.states)} states in {path.times[-1]:.3g} s"
+        if path.left_out:
+            self.say(WARN, f"{said}; {left_out_text(path.left_out)}")
+        else:
+            self.say(OK, said)
         if not self._playing or self.values.flag("Interrupt Display"):
             self._begin()
 
