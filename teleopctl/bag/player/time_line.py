@@ -1,0 +1,147 @@
+"""The truth about playback time: at which instant it is what time in the bag."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Protocol
+
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+
+
+class SteadyTime(Protocol):
+    """A clock that never jumps, and waiting by it; tests have one of their own."""
+
+    def now_ns(self) -> int:
+        """The time in nanoseconds, from any origin."""
+
+    def wait(self, changed: threading.Condition, longest_ns: int | None) -> None:
+        """Wait until a condition, which the caller holds, is notified or the time is over.
+
+        Args:
+            changed: The condition.
+            longest_ns: Upper bound in nanoseconds; None for none.
+        """
+
+
+class _ProcessTime:
+    """The steady clock of the operating system."""
+
+    def now_ns(self) -> int:
+        return time.monotonic_ns()
+
+    def wait(self, changed: threading.Condition, longest_ns: int | None) -> None:
+        changed.wait(None if longest_ns is None else longest_ns / NANOSECONDS_PER_SECOND)
+
+
+class TimeLine:
+    """Playback time, which runs at a rate, stands still while paused, and jumps.
+
+    One thread waits on it; any thread may change it, and a change takes effect in the wait.
+
+    Args:
+        start_ns: Where it begins, in nanoseconds since the epoch.
+        rate: Seconds of playback time per second.
+        is_paused: Whether it stands still at first.
+        steady: The clock that it runs by.
+    """
+
+    def __init__(
+        self,
+        start_ns: int = 0,
+        rate: float = 1.0,
+        *,
+        is_paused: bool = False,
+        steady: SteadyTime | None = None,
+    ) -> None:
+        self._steady = steady or _ProcessTime()
+        self._changed = threading.Condition()
+        self._rate = rate
+        self._is_paused = is_paused
+        # At this instant it was this time; from there on it runs at the rate, or stands still.
+        self._anchor_ns = self._steady.now_ns()
+        self._time_ns = start_ns
+        self._is_woken = False
+
+    @property
+    def rate(self) -> float:
+        """Seconds of playback time per second."""
+        return self._rate
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether it stands still."""
+        return self._is_paused
+
+    def now_ns(self) -> int:
+        """The playback time, in nanoseconds since the epoch."""
+        with self._changed:
+            return self._now_ns()
+
+    def pause(self) -> None:
+        """Let it stand still. Idempotent."""
+        with self._changed:
+            self._set(self._now_ns())
+            self._is_paused = True
+
+    def resume(self) -> None:
+        """Let it run on. Idempotent."""
+        with self._changed:
+            self._set(self._now_ns())
+            self._is_paused = False
+
+    def set_rate(self, rate: float) -> bool:
+        """Change how fast it runs from now on; False, and no change, for a rate of 0 or less."""
+        if not 0 < rate < float("inf"):
+            return False
+        with self._changed:
+            self._set(self._now_ns())
+            self._rate = rate
+        return True
+
+    def jump(self, time_ns: int) -> None:
+        """Make it another time, in nanoseconds since the epoch."""
+        with self._changed:
+            self._set(time_ns)
+
+    def wake(self) -> None:
+        """End the wait that is going on, or else the next one."""
+        with self._changed:
+            self._is_woken = True
+            self._changed.notify_all()
+
+    def wait_until(self, time_ns: int | None) -> bool:
+        """Wait for a playback time; while paused it does not come.
+
+        Args:
+            time_ns: In nanoseconds since the epoch; None waits until something changes.
+
+        Returns:
+            True when the time has come, False when anything was changed meanwhile or `wake` was
+            called: whoever waits then looks at everything anew.
+        """
+        with self._changed:
+            while not self._is_woken:
+                longest_ns = None
+                if time_ns is not None and not self._is_paused:
+                    longest_ns = self._steady_ns(time_ns) - self._steady.now_ns()
+                    if longest_ns <= 0:
+                        return True
+                self._steady.wait(self._changed, longest_ns)
+            self._is_woken = False
+            return False
+
+    def _now_ns(self) -> int:
+        if self._is_paused:
+            return self._time_ns
+        return self._time_ns + int((self._steady.now_ns() - self._anchor_ns) * self._rate)
+
+    def _steady_ns(self, time_ns: int) -> int:
+        """When a time comes, by the steady clock."""
+        return self._anchor_ns + int((time_ns - self._time_ns) / self._rate)
+
+    def _set(self, time_ns: int) -> None:
+        self._anchor_ns = self._steady.now_ns()
+        self._time_ns = time_ns
+        self._is_woken = True
+        self._changed.notify_all()

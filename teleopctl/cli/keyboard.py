@@ -1,0 +1,101 @@
+"""Single keys, as they are pressed on the terminal of a command."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any, Self
+
+SPACE, UP, DOWN, RIGHT, LEFT = "SPACE", "UP", "DOWN", "RIGHT", "LEFT"
+
+_CURSOR = {"A": UP, "B": DOWN, "C": RIGHT, "D": LEFT}
+_MOST_BYTES = 64
+
+
+def keys_can_be_read() -> bool:
+    """Whether standard input is a terminal that this process may read: not in the background."""
+    if os.name == "nt" or sys.stdin is None or not sys.stdin.isatty():
+        return False
+    try:
+        return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    except OSError:
+        return False
+
+
+class Keyboard:
+    """Calls back with each key that is pressed, on a thread of its own, inside its ``with``.
+
+    The terminal shows no keys meanwhile and hands them over at once; Ctrl-C stays what it is. It
+    is as before when the ``with`` ends, however that comes. Where `keys_can_be_read` says no,
+    nothing is read.
+
+    Args:
+        pressed: Called with ``SPACE``, ``UP``, ``DOWN``, ``RIGHT``, ``LEFT``, or the character.
+    """
+
+    def __init__(self, pressed: Callable[[str], object]) -> None:
+        self._pressed = pressed
+        self._before: list[Any] | None = None  # Any: what termios has
+        self._thread: threading.Thread | None = None
+
+    def __enter__(self) -> Self:
+        if keys_can_be_read():
+            import termios
+            import tty
+
+            self._file = sys.stdin.fileno()
+            self._before = termios.tcgetattr(self._file)
+            self._end, self._ending = os.pipe()
+            self._thread = threading.Thread(target=self._read, name="keyboard", daemon=True)
+            tty.setcbreak(self._file, termios.TCSANOW)
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._thread is None:
+            return
+        import termios
+
+        termios.tcsetattr(self._file, termios.TCSANOW, self._before or [])
+        os.close(self._ending)
+        # A key's work may be what ends the command.
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+        os.close(self._end)
+
+    def _read(self) -> None:
+        while True:
+            readable, _, _ = select.select([self._file, self._end], [], [])
+            if self._end in readable:
+                return
+            try:
+                text = os.read(self._file, _MOST_BYTES).decode(errors="ignore")
+            except OSError:
+                return  # the terminal is gone
+            if not text:
+                return
+            for key in keys_in(text):
+                self._pressed(key)
+
+
+def keys_in(text: str) -> list[str]:
+    """Return the keys that a terminal sends as a text; those that are unknown are left out."""
+    keys = []
+    position = 0
+    while position < len(text):
+        if text.startswith(("\x1b[", "\x1bO"), position):
+            # A sequence ends with its first letter behind the introducer.
+            end = position + 2
+            while end < len(text) and not text[end].isalpha() and text[end] != "~":
+                end += 1
+            if end == position + 2 and text[end : end + 1] in _CURSOR:
+                keys.append(_CURSOR[text[end]])
+            position = end + 1
+            continue
+        if text[position] != "\x1b":
+            keys.append(SPACE if text[position] == " " else text[position])
+        position += 1
+    return keys
