@@ -76,6 +76,7 @@ class McapFileReader:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
+        left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
         """Yield messages by log time; those of the same time as they stand in the file.
 
@@ -86,15 +87,13 @@ class McapFileReader:
             topics: Only these; all if None.
             start_ns: Only from this log time on, in nanoseconds since the epoch.
             end_ns: Only up to this log time, and not at it.
+            left_out: Called with a sentence for each chunk that is broken; its messages are
+                missing then.
 
         Raises:
-            InvalidFileError: A chunk is broken; the message says where.
+            InvalidFileError: A chunk is broken, and nobody is to be told; the message says where.
         """
-        channels = {
-            id_: channel.topic
-            for id_, channel in self._summary.channels.items()
-            if topics is None or channel.topic in topics
-        }
+        channels = self._channels(topics)
         if not self._summary.chunk_indexes:
             chosen = self._loose_messages(channels, start_ns, end_ns)
             yield from sorted(chosen, key=_log_time_ns)
@@ -105,9 +104,31 @@ class McapFileReader:
             due = bisect.bisect_left(waiting, chunk.message_start_time, key=_log_time_ns)
             yield from waiting[:due]
             waiting = waiting[due:]
-            waiting += _chosen(self._read(chunk), channels, start_ns, end_ns)
+            waiting += _chosen(self._read(chunk, left_out), channels, start_ns, end_ns)
             waiting.sort(key=_log_time_ns)
         yield from waiting
+
+    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
+        """Return the last messages of a topic before a log time, oldest first.
+
+        Chunks that cannot be read are passed over.
+
+        Args:
+            topic: Its full name.
+            end_ns: The log time, in nanoseconds since the epoch.
+            most: How many.
+        """
+        channels = self._channels((topic,))
+        if not self._summary.chunk_indexes:
+            return sorted(self._loose_messages(channels, 0, end_ns), key=_log_time_ns)[-most:]
+        found: list[BagMessage] = []
+        chunks = self._chunks(channels, 0, end_ns)
+        for chunk in sorted(chunks, key=lambda chunk: chunk.message_end_time, reverse=True):
+            if len(found) >= most and chunk.message_end_time < found[0].log_time_ns:
+                break
+            found += _chosen(self._read(chunk, lambda _: None), channels, 0, end_ns)
+            found = sorted(found, key=_log_time_ns)[-most:]
+        return found
 
     def attachments(self) -> Iterator[BagAttachment]:
         """Yield the files inside it."""
@@ -191,6 +212,14 @@ class McapFileReader:
                 f"{self.path}, topic {channel.topic}: {error.message}"
             ) from error
 
+    def _channels(self, topics: Collection[str] | None) -> dict[int, str]:
+        """The names of topics by the numbers of their channels."""
+        return {
+            id_: channel.topic
+            for id_, channel in self._summary.channels.items()
+            if topics is None or channel.topic in topics
+        }
+
     def _chunks(self, channels: Mapping[int, str], start_ns: int, end_ns: int) -> list[ChunkIndex]:
         """The chunks that may have messages that are wanted, by their first log time."""
         found = [
@@ -205,14 +234,19 @@ class McapFileReader:
         ]
         return sorted(found, key=lambda chunk: (chunk.message_start_time, chunk.chunk_start_offset))
 
-    def _read(self, chunk: ChunkIndex) -> Iterator[Message]:
+    def _read(
+        self, chunk: ChunkIndex, left_out: Callable[[str], object] | None = None
+    ) -> Iterator[Message]:
         try:
             records = read_chunk(self._stream, chunk)
         except BROKEN as error:
-            raise InvalidFileError(
-                f"{self.path}: {_broken(chunk, error)}",
-                hint=f"teleopctl bag recover {self.path} saves the others.",
-            ) from error
+            what = f"{self.path}: {_broken(chunk, error)}"
+            if left_out is None:
+                raise InvalidFileError(
+                    what, hint=f"teleopctl bag recover {self.path} saves the others."
+                ) from error
+            left_out(what)
+            return iter(())
         return (record for record in records if isinstance(record, Message))
 
     def _loose_messages(

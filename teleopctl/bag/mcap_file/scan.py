@@ -34,6 +34,7 @@ from mcap.records import (
 from mcap.stream_reader import breakup_chunk, get_chunk_data_stream
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
+from zstandard import ZstdError
 
 from teleopctl.errors import InvalidFileError
 
@@ -43,7 +44,10 @@ _CHUNK_HEAD = struct.Struct("<QQQI")
 _LARGEST_SMALL_RECORD = 2**28
 
 # What decompressors and the library raise for bytes that are not what they should be.
-BROKEN = (McapError, ValueError, OSError, RuntimeError, EOFError, struct.error, MemoryError)
+BROKEN = (
+    *(McapError, ZstdError, struct.error),
+    *(ValueError, OSError, RuntimeError, EOFError, MemoryError),
+)
 """What reading a broken chunk or record may raise."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Protocol, Self
 
@@ -39,6 +39,7 @@ class Bag(Protocol):
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
+        left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
         """Yield messages in the order of their log times.
 
@@ -46,9 +47,21 @@ class Bag(Protocol):
             topics: Only these; all if None.
             start_ns: Only from this log time on, in nanoseconds since the epoch.
             end_ns: Only up to this log time, and not at it.
+            left_out: Called with a sentence for each part of an MCAP file that is broken; its
+                messages are missing then.
 
         Raises:
-            InvalidFileError: A part of it is broken; the message says where.
+            InvalidFileError: A part of it is broken, and nobody is to be told; the message says
+                where.
+        """
+
+    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
+        """Return the last messages of a topic before a log time, oldest first.
+
+        Args:
+            topic: Its full name.
+            end_ns: The log time, in nanoseconds since the epoch.
+            most: How many.
         """
 
     def attachments(self) -> Iterator[BagAttachment]:
@@ -146,13 +159,24 @@ class _McapBag:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
+        left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
         readers = sorted(self._readers, key=lambda reader: reader.description.start_ns)
         for group in _overlapping(readers):
             yield from heapq.merge(
-                *(reader.messages(topics, start_ns, end_ns) for reader in group),
+                *(reader.messages(topics, start_ns, end_ns, left_out) for reader in group),
                 key=lambda message: message.log_time_ns,
             )
+
+    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
+        found: list[BagMessage] = []
+        readers = [reader for reader in self._readers if reader.description.message_count]
+        for reader in sorted(readers, key=lambda r: r.description.end_ns, reverse=True):
+            if len(found) >= most and reader.description.end_ns < found[0].log_time_ns:
+                break
+            found += reader.latest(topic, end_ns, most)
+            found = sorted(found, key=lambda message: message.log_time_ns)[-most:]
+        return found
 
     def attachments(self) -> Iterator[BagAttachment]:
         seen = set()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -64,6 +65,7 @@ class ForeignBag:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
+        left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (MCAP's)
     ) -> Iterator[BagMessage]:
         """See `Bag`."""
         from rosbags.highlevel import AnyReaderError
@@ -81,6 +83,10 @@ class ForeignBag:
                 yield BagMessage(connection.topic, time_ns, time_ns, cdr)
         except (AnyReaderError, ReaderError, Ros1ReaderError, OSError) as error:
             raise InvalidFileError(f"{self.path}: {error}") from error
+
+    def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
+        """See `Bag`."""
+        return list(deque(self.messages((topic,), 0, end_ns), maxlen=most))
 
     def attachments(self) -> Iterator[BagAttachment]:
         """Yield nothing: these forms have no place for files."""
