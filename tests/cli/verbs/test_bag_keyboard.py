@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from teleopctl.cli.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, keys_in
+from teleopctl.cli.verbs.bag.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, keys_in
 
 termios = pytest.importorskip("termios")
 
