@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
+    from teleopctl.bag.look.tables import ExportedFile as ExportedFile, TableExport as TableExport
     from teleopctl.bag.mcap_file.file_reader import McapFileReader as McapFileReader
     from teleopctl.bag.mcap_file.file_writer import Compression as Compression
     from teleopctl.bag.mcap_file.repair import Repair as Repair, finish_file as finish_file
@@ -42,6 +44,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "look.decoding": "Decoded Decoder",
+            "look.tables": "ExportedFile TableExport",
             "mcap_file.file_reader": "McapFileReader",
             "mcap_file.file_writer": "Compression",
             "mcap_file.repair": "Repair finish_file",

@@ -5,13 +5,27 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.interfaces.cdr import deserialize as deserialize, serialize as serialize
+    from teleopctl.interfaces.cdr import (
+        as_numpy as as_numpy,
+        check_readable as check_readable,
+        class_within as class_within,
+        deserialize as deserialize,
+        serialize as serialize,
+    )
+    from teleopctl.interfaces.definition import (
+        Field as Field,
+        FieldType as FieldType,
+        Shape as Shape,
+    )
     from teleopctl.interfaces.fields.numeric import (
+        MOST_ELEMENTS as MOST_ELEMENTS,
         NumericField as NumericField,
         numeric_fields as numeric_fields,
     )
     from teleopctl.interfaces.fields.path import field_reader as field_reader
+    from teleopctl.interfaces.foreign.written_types import message_of_text as message_of_text
     from teleopctl.interfaces.message import (
+        Message as Message,
         MessageT as MessageT,
         RequestT as RequestT,
         ResponseT as ResponseT,
@@ -77,10 +91,12 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "cdr": "deserialize serialize",
-            "fields.numeric": "NumericField numeric_fields",
+            "cdr": "as_numpy check_readable class_within deserialize serialize",
+            "definition": "Field FieldType Shape",
+            "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
             "fields.path": "field_reader",
-            "message": "MessageT RequestT ResponseT",
+            "foreign.written_types": "message_of_text",
+            "message": "Message MessageT RequestT ResponseT",
             "protocols": "ServiceType",
             "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "
             "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "

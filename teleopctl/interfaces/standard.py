@@ -84,7 +84,7 @@ class StandardTypes:
         if row is None:
             return None
         try:
-            return _definition(type_name, row)
+            return definition_of(type_name, row)
         except (TypeError, ValueError, LookupError):
             if not self._from_cache:
                 raise
@@ -102,7 +102,13 @@ class StandardTypes:
         return table
 
 
-def _definition(type_name: str, row: Any) -> Definition:
+# Any: pairs and triples of what rosbags' tables hold.
+def definition_of(type_name: str, row: Any) -> Definition:
+    """Return the definition that a row of rosbags' tables holds.
+
+    Raises:
+        TypeError, ValueError or LookupError: It is no such row.
+    """
     raw_constants, raw_fields = row
     constants = tuple(Constant(str(name), str(base), value) for name, base, value in raw_constants)
     values = {constant.name: constant.value for constant in constants}

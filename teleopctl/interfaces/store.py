@@ -294,7 +294,7 @@ def add_description(description: TypeDescription) -> None:
     Raises:
         InvalidMessageError: The description makes no sense, or contradicts what is known.
     """
-    from teleopctl.interfaces.description import definitions
+    from teleopctl.interfaces.foreign.description import definitions
 
     described = definitions(description)
     for definition in described:

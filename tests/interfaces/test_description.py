@@ -5,7 +5,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import store
-from teleopctl.interfaces.description import definitions
+from teleopctl.interfaces.foreign.description import definitions
 from teleopctl.interfaces.hashing import fields_of
 
 PACKAGE = "type_description_interfaces/msg"

@@ -4,6 +4,12 @@
 a function by those rules, `codec` compiles and keeps the functions, `serialization` uses them.
 """
 
-from teleopctl.interfaces.cdr.serialization import as_numpy, deserialize, serialize
+from teleopctl.interfaces.cdr.serialization import (
+    as_numpy,
+    check_readable,
+    class_within,
+    deserialize,
+    serialize,
+)
 
-__all__ = ["as_numpy", "deserialize", "serialize"]
+__all__ = ["as_numpy", "check_readable", "class_within", "deserialize", "serialize"]

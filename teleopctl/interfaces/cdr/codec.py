@@ -36,11 +36,14 @@ class Codecs:
 
     Args:
         message_class: Gives the class of a message by the name of its type.
+
+    Attributes:
+        message_class: The same.
     """
 
     # Any, here and in the code generator: values of generated code.
-    def __init__(self, message_class: Callable[[str], Any]) -> None:
-        self._message_class = message_class
+    def __init__(self, message_class: Callable[[str], type[Any]]) -> None:
+        self.message_class = message_class
         self._layout = Layout(lambda name: message_class(name).__definition__)
         self._functions: dict[_Key, Any] = {}
         self._lock = threading.RLock()
@@ -82,7 +85,7 @@ class Codecs:
             generator: Generator = (
                 Write(self._layout, nested)
                 if key.direction == "write"
-                else Read(self._layout, nested, self._message_class, key.direction == "read_little")
+                else Read(self._layout, nested, self.message_class, key.direction == "read_little")
             )
             source = generator.source(key.type_name, key.is_nested)
             return _compile(key, source, generator.constants)

@@ -26,6 +26,8 @@ _BIG_ENDIAN, _LITTLE_ENDIAN = b"\0\0", b"\0\1"
 _HEADER = _LITTLE_ENDIAN + bytes(HEADER_SIZE - 2)
 
 _CODECS = Codecs(get_message)
+# Of the classes that are not this process's own, and so have their nested types elsewhere.
+_codecs_apart: dict[type[Any], Codecs] = {}
 _writers: dict[type[Any], Writer] = {}
 _little_readers: dict[type[Any], Reader] = {}
 _big_readers: dict[type[Any], Reader] = {}
@@ -84,6 +86,30 @@ def deserialize(
     return message  # type: ignore[no-any-return] # made by the class that was passed
 
 
+def use_codecs(message_class: type[Message], codecs: Codecs) -> None:
+    """Serialise a class, of which this process may have another one of that name, by codecs."""
+    _codecs_apart[message_class] = codecs
+
+
+# Any, of both: a class is made from its definition.
+def class_within(message_class: type[Any], type_name: str) -> type[Any]:
+    """Return the class of the nested messages of a type in messages of a class.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    return _codecs_of(message_class).message_class(type_name)
+
+
+def check_readable(message_class: type[Any]) -> None:
+    """Check that there can be bytes for messages of a class.
+
+    Raises:
+        InvalidMessageError: There cannot; the message says why.
+    """
+    _find_reader(message_class, True)
+
+
 def as_numpy(message: Message, field: str) -> NumberArray:
     """Return an array or sequence of numbers as a numpy array, without a copy where possible.
 
@@ -102,15 +128,21 @@ def as_numpy(message: Message, field: str) -> NumberArray:
 
 def _find_writer(message_class: type[Any]) -> Writer:
     _check_class(message_class)
-    write = _writers[message_class] = _CODECS.writer(message_class.TYPE_NAME)
+    write = _writers[message_class] = _codecs_of(message_class).writer(message_class.TYPE_NAME)
     return write
 
 
 def _find_reader(message_class: type[Any], is_little: bool) -> Reader:
     _check_class(message_class)
     readers = _little_readers if is_little else _big_readers
-    read = readers[message_class] = _CODECS.reader(message_class.TYPE_NAME, is_little)
+    read = readers[message_class] = _codecs_of(message_class).reader(
+        message_class.TYPE_NAME, is_little
+    )
     return read
+
+
+def _codecs_of(message_class: type[Any]) -> Codecs:
+    return _codecs_apart.get(message_class, _CODECS)
 
 
 def _check_class(message_class: object) -> None:
@@ -143,7 +175,7 @@ def _first_fault(message: Message, path: str) -> str | None:
 def _fault(message: Message, field: Field, where: str) -> str | None:
     try:
         value = getattr(message, field.attribute)
-        converter(field.type, get_message)(value)
+        converter(field.type, _codecs_of(type(message)).message_class)(value)
         if field.type.base == "string":
             for text in [value] if isinstance(value, str) else value:
                 text.encode()

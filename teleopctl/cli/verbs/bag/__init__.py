@@ -5,6 +5,7 @@ from __future__ import annotations
 from teleopctl.cli.verb import Group, Verb
 
 _FILES = f"{__name__}.files"
+_LOOK = f"{__name__}.look"
 
 GROUP = Group(
     "Record, play and look at sessions.",
@@ -15,5 +16,13 @@ GROUP = Group(
             examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
         ),
         "list": Verb(f"{_FILES}.list_:list_plugins", "List the forms that bags may have."),
+        "export": Verb(
+            f"{_LOOK}.export:export",
+            "Write tables of a bag: CSV or Parquet.",
+            examples=(
+                "teleopctl bag export my_bag",
+                "teleopctl bag export my_bag --topics /joint_states --format parquet",
+            ),
+        ),
     },
 )

@@ -1,0 +1,49 @@
+"""The folder that is written to, and the name of each topic's file in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from teleopctl.errors import RefusedError, SystemFailureError
+
+_OTHER = re.compile(r"[^A-Za-z0-9_~-]")
+_LONGEST = 150
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder that files are written to.
+
+    Raises:
+        RefusedError: It holds something already.
+        SystemFailureError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        is_empty = next(folder.iterdir(), None) is None
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write to {folder}: {error.strerror}") from error
+    if not is_empty:
+        raise RefusedError(
+            f"Output folder '{folder}' already exists.", hint="Name another one with -o."
+        )
+
+
+def file_stems(topics: Iterable[str]) -> dict[str, str]:
+    """The name of a file, without suffix, for each topic.
+
+    ``/arm/joint_states`` is ``arm__joint_states``. No name of ROS 2 has two underscores in a row,
+    so that names which are valid stay different; others, and those that differ in case only, get a
+    number behind them.
+    """
+    stems: dict[str, str] = {}
+    taken: set[str] = set()
+    for topic in topics:
+        plain = _OTHER.sub("_", topic.strip("/").replace("/", "__"))[:_LONGEST] or "_"
+        stem, number = plain, 2
+        while stem.lower() in taken:
+            stem, number = f"{plain}_{number}", number + 1
+        taken.add(stem.lower())
+        stems[topic] = stem
+    return stems

@@ -1,0 +1,64 @@
+"""``teleopctl bag export``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.bag.options import BagPath
+from teleopctl.errors import NotFoundError
+
+if TYPE_CHECKING:
+    from teleopctl.bag import Bag
+
+_FORMATS = ("csv", "parquet")
+
+
+def export(
+    bag_path: BagPath,
+    topics: Annotated[
+        list[str] | None,
+        Option("--topics", help="Only this topic; may be given again.", metavar="TOPIC"),
+    ] = None,
+    output: Annotated[
+        str | None,
+        Option(
+            "-o",
+            "--output",
+            help="The new folder; the bag's name with _csv or so behind it by default.",
+            metavar="FOLDER",
+        ),
+    ] = None,
+    form: Annotated[str, Option("--format", help="What is written.", choices=_FORMATS)] = "csv",
+) -> None:
+    """Write a bag for other programs: a table for each topic.
+
+    A row is a message: when it was recorded and when it was sent, in nanoseconds since 1970, then
+    every field of it.
+    """
+    from teleopctl.bag import open_bag
+
+    path = Path(bag_path)
+    folder = Path(output) if output else Path(f"{path.resolve().stem}_{form}")
+    with open_bag(path) as bag:
+        for remark in bag.remarks:
+            console.warn(remark)
+        _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv")
+
+
+def _export_tables(
+    bag: "Bag", folder: Path, topics: list[str] | None, form: Literal["csv", "parquet"]
+) -> None:
+    from teleopctl.bag import TableExport
+
+    tables = TableExport(bag, folder, topics, form)
+    for topic, reason in tables.left_out.items():
+        console.warn(f"{topic} is left out. {reason}")
+    written = 0
+    for file in tables.files():
+        console.out(f"{file.path}: messages {file.rows}, columns {file.columns}")
+        if file.unreadable:
+            console.warn(f"{file.topic}: {file.unreadable} not readable. {file.reason}")
+        written += 1
+    if not written:
+        raise NotFoundError(f"{bag.path} has no topic that makes a table")

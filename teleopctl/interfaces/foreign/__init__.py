@@ -1,0 +1,1 @@
+"""Types as others define them: a node by its description, a bag by its text."""

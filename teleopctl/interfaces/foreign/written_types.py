@@ -1,0 +1,115 @@
+"""Message types by the texts that bags carry, apart from the types of this process.
+
+A bag may hold types that this machine does not know, or knows in another version. Their classes are
+made from the text alone, and nothing else in the process is told of them.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from teleopctl.errors import InvalidDefinitionError, TeleopctlError
+from teleopctl.interfaces import hashing
+from teleopctl.interfaces.cdr.codec import Codecs
+from teleopctl.interfaces.cdr.serialization import use_codecs
+from teleopctl.interfaces.definition import Definition
+from teleopctl.interfaces.message import Message, make_class
+from teleopctl.interfaces.parser import parse
+from teleopctl.interfaces.standard import definition_of
+from teleopctl.interfaces.store import get_message, known_types
+from teleopctl.interfaces.typenames import normalize, split
+
+ROS2MSG, ROS2IDL = "ros2msg", "ros2idl"
+
+# Between the parts of a text, as rosbag2 and ROS 1 write it.
+_PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MULTILINE)
+
+
+# Any: the class is made from the text.
+@cache
+def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[Any]:
+    """Return the class of the message type that a text defines.
+
+    Where all that the text defines is known here with the same fields, that is the class that
+    `get_message` returns. Else it is one of its own, which takes part in nothing but `serialize`
+    and `deserialize`. The same text gives the same class.
+
+    Args:
+        type_name: ``package/msg/Name``.
+        text: Its definition, with those of the types that it uses; what is missing there is looked
+            for among the types of this process.
+        encoding: The language of the text: ``ros2msg`` or ``ros2idl``.
+
+    Raises:
+        InvalidDefinitionError: The text cannot be understood.
+        InvalidTypeNameError: The name is none of a type.
+        InvalidMessageError: A type is neither in the text nor known here.
+    """
+    definitions = _definitions(normalize(type_name), text, encoding)
+    if all(map(_is_known, definitions.values())):
+        return get_message(type_name)
+    return _Apart(definitions).message_class(type_name)
+
+
+class _Apart:
+    """The classes of some definitions, by name; other names are those of this process."""
+
+    def __init__(self, definitions: Mapping[str, Definition]) -> None:
+        self._definitions = definitions
+        self._classes: dict[str, type[Message]] = {}
+        self._codecs = Codecs(self.message_class)
+        self._lock = threading.RLock()
+
+    def message_class(self, type_name: str) -> type[Any]:
+        definition = self._definitions.get(type_name)
+        if definition is None:
+            return get_message(type_name)
+        with self._lock:
+            if type_name not in self._classes:
+                made = make_class(definition, self.message_class)
+                use_codecs(made, self._codecs)
+                self._classes[type_name] = made
+            return self._classes[type_name]
+
+
+def _is_known(definition: Definition) -> bool:
+    try:
+        known = known_types().find(definition.type_name)
+    except TeleopctlError:  # A file of the user's that cannot be read.
+        return False
+    return known is not None and hashing.fields_of(known) == hashing.fields_of(definition)
+
+
+def _definitions(type_name: str, text: str, encoding: str) -> dict[str, Definition]:
+    if encoding not in (ROS2MSG, ROS2IDL):
+        raise InvalidDefinitionError(
+            f"{type_name} is defined in the language '{encoding}', which cannot be read",
+            hint=f"{ROS2MSG} and {ROS2IDL} can.",
+        )
+    first, *others = _PART.split(text)
+    parts = [(type_name, first)] if first.strip() or not others else []
+    parts += [(normalize(name), part) for name, part in zip(others[::2], others[1::2], strict=True)]
+    found: dict[str, Definition] = {}
+    for name, part in parts:
+        if encoding == ROS2IDL:
+            found.update(_from_idl(name, part))
+        else:
+            found[name] = parse(part, name, split(name)[0])
+    if type_name not in found:
+        raise InvalidDefinitionError(f"The text that should define {type_name} does not")
+    return found
+
+
+def _from_idl(name: str, text: str) -> dict[str, Definition]:
+    from rosbags.typesys import get_types_from_idl
+    from rosbags.typesys.base import TypesysError
+
+    try:
+        rows = get_types_from_idl(text)
+        return {found: definition_of(found, row) for found, row in rows.items()}
+    except (TypesysError, ValueError, TypeError, LookupError) as error:
+        raise InvalidDefinitionError(f"The IDL of {name} cannot be understood: {error}") from error

@@ -1,0 +1,61 @@
+"""``teleopctl bag export`` writes tables and says what it wrote, and what it did not."""
+
+from __future__ import annotations
+
+import pytest
+
+from teleopctl.bag import BagMessage, BagWriter
+from teleopctl.cli import main
+from tests.bag.bags import START_NS, message, topic
+
+
+@pytest.fixture
+def session(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with BagWriter(tmp_path / "session") as writer:
+        writer.add_topic(topic("/chatter"))
+        writer.add_topic(topic("/arm/notes"))
+        writer.add_topic(topic("/image_raw", "sensor_msgs/msg/Image"))
+        writer.write(message("/chatter", 0, data="hello"))
+        writer.write(BagMessage("/chatter", START_NS + 5, START_NS, b"\0\1\0\0"))
+    return tmp_path / "session"
+
+
+def test_each_topic_becomes_a_file_and_what_is_left_out_is_told(session, capsys):
+    assert main.run(["bag", "export", "session"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out == (
+        "session_csv/chatter.csv: messages 1, columns 3\n"
+        "session_csv/arm__notes.csv: messages 0, columns 3\n"
+    )
+    assert printed.err == (
+        "WARNING: /image_raw is left out. Pictures make no table\n"
+        "WARNING: /chatter: 1 not readable. 4 bytes are not a message of type "
+        "std_msgs/msg/String: it ends too early\n"
+    )
+    content = (session.parent / "session_csv" / "chatter.csv").read_bytes()
+    assert content == (
+        b"log_time_ns,publish_time_ns,data\r\n1700000000000000000,1699999999999999000,hello\r\n"
+    )
+
+
+def test_topics_folder_and_format_are_chosen(session, capsys):
+    line = ["bag", "export", "session", "--topics", "/chatter", "--format", "parquet"]
+    assert main.run([*line, "-o", "a/b"]) == 0
+    assert capsys.readouterr().out == "a/b/chatter.parquet: messages 1, columns 3\n"
+
+
+def test_a_bag_without_a_topic_for_tables_is_an_error(session, capsys):
+    assert main.run(["bag", "export", "session", "--topics", "/image_raw"]) == 1
+    assert "session has no topic that makes a table" in capsys.readouterr().err
+
+
+def test_a_bag_that_is_not_there_is_named(session, capsys):
+    assert main.run(["bag", "export", "sesion"]) == 1
+    assert "Bag path 'sesion' does not exist!" in capsys.readouterr().err
+
+
+def test_a_missing_library_is_named_with_its_line(session, capsys, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    assert main.run(["bag", "export", "session", "--format", "parquet"]) == 1
+    assert "This needs pyarrow, which is not installed" in capsys.readouterr().err
