@@ -14,6 +14,7 @@ from teleopctl.viewer.displays.base import Display, Stage
 from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.framing import round_number, view_of
 from teleopctl.viewer.rviz_file import RvizFile, View
+from teleopctl.viewer.rviz_leftovers import leftovers
 
 if TYPE_CHECKING:
     import viser
@@ -76,22 +77,16 @@ class Picture:
                 self.add(rviz_class, name, copy.deepcopy(given))
         else:
             self.file = RvizFile.load(path)
-            self._take(self.file)
+            self._take(self.file, path)
         self.look_from(self.file.view or _DEFAULT_VIEW)
 
-    def _take(self, file: RvizFile) -> None:
-        unknown: dict[str, None] = {}
+    def _take(self, file: RvizFile, path: Path) -> None:
         for entry in file.displays():
-            if plugins.find(plugins.DISPLAYS, entry.rviz_class) is None:
-                unknown[entry.rviz_class] = None
-                continue
-            display = self._make(entry.rviz_class, entry.name, entry.given)
-            display.in_shown_group = entry.in_shown_group
-        if unknown:
-            self._stage.node.get_logger().warning(
-                f"{self.path}: not shown, and kept when it is saved: displays of class "
-                f"{', '.join(unknown)}"
-            )
+            if plugins.find(plugins.DISPLAYS, entry.rviz_class) is not None:
+                display = self._make(entry.rviz_class, entry.name, entry.given)
+                display.in_shown_group = entry.in_shown_group
+        if text := leftovers(file, path, self.displays):
+            self._stage.node.get_logger().warning(text)
         if file.fixed_frame:
             self._stage.frames.fix(file.fixed_frame)
         if file.background is not None:

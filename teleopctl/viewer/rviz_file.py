@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.ros_yaml import load
+from teleopctl.ros_yaml import RosLoader, load
 from teleopctl.text_file import read_text
 from teleopctl.tf import Vector3
 
@@ -30,6 +30,9 @@ _FOV_RAD = math.radians(75.0)
 _STEEPEST_RAD = math.radians(89.9)
 
 # Any stands for what YAML holds.
+
+Lines = dict[tuple[int, Any], int]
+"""Lines of a file by the mapping's identity and the key."""
 
 
 class RvizFileError(TeleopctlError):
@@ -69,10 +72,12 @@ class RvizFile:
 
     Args:
         document: What the file holds; None for a new one.
+        lines: The lines of its keys; see `line_of`.
     """
 
-    def __init__(self, document: dict[str, Any] | None = None) -> None:
+    def __init__(self, document: dict[str, Any] | None = None, lines: Lines | None = None) -> None:
         self.document: dict[str, Any] = {} if document is None else document
+        self._lines: Lines = lines or {}
         self._manager = _inner(self.document, _MANAGER)
 
     @classmethod
@@ -85,20 +90,27 @@ class RvizFile:
         import yaml
 
         try:
-            document = load(read_text(path))
+            text = read_text(path)
+            document = load(text)
         except yaml.YAMLError as error:
             raise RvizFileError(f"{path} is no YAML: {error}") from error
         if not isinstance(document, dict) or not isinstance(document.get(_MANAGER), dict):
             raise RvizFileError(
                 f"{path} is no .rviz file", hint=f"It has no '{_MANAGER}' at its beginning."
             )
-        return cls(document)
+        lines: Lines = {}
+        _find_lines(document, yaml.compose(text, Loader=RosLoader), lines)
+        return cls(document, lines)
 
     def text(self) -> str:
         """The file, as RViz reads it."""
         import yaml
 
         return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True)
+
+    def line_of(self, mapping: dict[str, Any], key: str) -> int | None:
+        """The line of the file in which a key of one of its mappings stands, if it was there."""
+        return self._lines.get((id(mapping), key))
 
     # --- displays -----------------------------------------------------------------------------
 
@@ -146,11 +158,21 @@ class RvizFile:
             return None
         return red, green, blue
 
+    def tools(self) -> list[dict[str, Any]]:
+        """What the file says of tools."""
+        tools = self._manager.get("Tools")
+        return [one for one in tools if isinstance(one, dict)] if isinstance(tools, list) else []
+
+    @property
+    def current_view(self) -> dict[str, Any]:
+        """What the file says of where the picture is seen from."""
+        current = _inner(self._manager, "Views").get("Current")
+        return current if isinstance(current, dict) else {}
+
     @property
     def view(self) -> View | None:
         """Where the picture is seen from; None if the file does not say."""
-        current = _inner(self._manager, "Views").get("Current")
-        return _view(current) if isinstance(current, dict) else None
+        return _view(self.current_view) if self.current_view else None
 
     @view.setter
     def view(self, view: View) -> None:
@@ -174,6 +196,18 @@ class RvizFile:
 def plain_class(name: str) -> str:
     """A class's name without its package: ``rviz_default_plugins/TF`` and ``rviz/TF`` are TF."""
     return name.rpartition("/")[2]
+
+
+def _find_lines(value: Any, node: Any, found: Lines) -> None:
+    """Note the lines of all keys of what has been made from a node of PyYAML."""
+    # A key that is there twice, or merged from elsewhere, leaves the two different.
+    if isinstance(value, dict) and len(value) == len(node.value):
+        for key, (key_node, inner) in zip(value, node.value, strict=True):
+            found[id(value), key] = key_node.start_mark.line + 1
+            _find_lines(value[key], inner, found)
+    elif isinstance(value, list):
+        for one, inner in zip(value, node.value, strict=True):
+            _find_lines(one, inner, found)
 
 
 def _inner(mapping: dict[str, Any], key: str) -> dict[str, Any]:

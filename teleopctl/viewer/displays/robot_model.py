@@ -40,6 +40,10 @@ class RobotModel(Display):
     # Any, here and below: the base class checks its own; messages are of its topic's type.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        # ROS 1's files name the parameter, which ROS 2 has as a topic.
+        said = self.values.given.get("Robot Description")
+        if not self.topic and isinstance(said, str):
+            self.topic = said
         self._description: RobotDescription | None = None
         self._parts = Parts()
         self._reported: set[str] = set()
