@@ -5,7 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
+    from teleopctl.bag.look.picture import (
+        check_picture_name as check_picture_name,
+        save_picture as save_picture,
+    )
     from teleopctl.bag.look.tables import ExportedFile as ExportedFile, TableExport as TableExport
     from teleopctl.bag.mcap_file.file_reader import McapFileReader as McapFileReader
     from teleopctl.bag.mcap_file.file_writer import Compression as Compression
@@ -44,7 +49,9 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "look.curves": "Curve read_curves",
             "look.decoding": "Decoded Decoder",
+            "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
             "mcap_file.file_reader": "McapFileReader",
             "mcap_file.file_writer": "Compression",

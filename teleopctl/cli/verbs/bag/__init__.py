@@ -24,5 +24,13 @@ GROUP = Group(
                 "teleopctl bag export my_bag --topics /joint_states --format parquet",
             ),
         ),
+        "plot": Verb(
+            f"{_LOOK}.plot:plot",
+            "Draw numbers of a bag over time, in the terminal or as a picture.",
+            examples=(
+                "teleopctl bag plot my_bag /joint_states/position",
+                "teleopctl bag plot my_bag /joint_states/effort[1] /wrench/force/z -o forces.svg",
+            ),
+        ),
     },
 )

@@ -77,40 +77,62 @@ class Traces:
 
     def drawing(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
         """Draw what came in the window before ``now_s``, in so many characters and lines."""
-        from uniplot import plot_to_string
-
-        width = max(_LEAST_WIDTH, width - _OTHER_COLUMNS)
         since_s = now_s - self.window_s
         with self._lock:
-            reduced = [
-                (trace.label, *_reduced(trace.points, since_s, now_s, width))
+            lines = [
+                (trace.label, *reduced(trace.points, since_s, now_s, width))
                 for trace in self._traces.values()
             ]
-        columns = [(xs, ys) for _, xs, ys in reduced if xs]
-        labels = [label for label, xs, _ in reduced if xs]
-        missing = ", ".join(label for label, xs, _ in reduced if not xs)
-        if not columns:
-            return f"No message in the last {self.window_s:g} s"
-        low, high = _range([y for _, ys in columns for y in ys])
-        scale, unit = _scale(max(abs(low), abs(high)))
-        below = bool(missing) + (len(labels) if sum(map(len, labels)) > width else 1)
-        text: str = plot_to_string(
-            ys=[[y / scale for y in ys] for _, ys in columns],
-            xs=[xs for xs, _ in columns],
-            lines=True,
-            x_min=-self.window_s,
-            x_max=0.0,
-            y_min=low / scale,
-            y_max=high / scale,
-            y_unit=unit,
-            width=width,
-            height=max(_LEAST_HEIGHT, height - _OTHER_LINES - below),
-            legend_labels=labels,
-            x_unit=" s",
-            character_set="braille",
-            color=[_COLOURS[i % len(_COLOURS)] for i in range(len(labels))] if colour else False,
-        )
-        return f"{text}\nNo numbers: {missing}" if missing else text
+        lines = [(label, [time_s - now_s for time_s in xs], ys) for label, xs, ys in lines]
+        text = drawn_lines(lines, (-self.window_s, 0.0), width, height, colour=colour)
+        return text or f"No message in the last {self.window_s:g} s"
+
+
+def drawn_lines(
+    lines: Sequence[tuple[str, list[float], list[float]]],
+    span_s: tuple[float, float],
+    width: int,
+    height: int,
+    *,
+    colour: bool,
+) -> str:
+    """Draw lines over seconds; empty where none has a number.
+
+    Args:
+        lines: The label of each, the seconds and values of its points; see `reduced`.
+        span_s: Where the axis begins and ends.
+        width: Characters of a line.
+        height: Lines.
+        colour: Whether the lines have colours.
+    """
+    from uniplot import plot_to_string
+
+    width = _canvas_width(width)
+    columns = [(xs, ys) for _, xs, ys in lines if xs]
+    labels = [label for label, xs, _ in lines if xs]
+    missing = ", ".join(label for label, xs, _ in lines if not xs)
+    if not columns:
+        return ""
+    low, high = _range([y for _, ys in columns for y in ys])
+    scale, unit = _scale(max(abs(low), abs(high)))
+    below = bool(missing) + (len(labels) if sum(map(len, labels)) > width else 1)
+    text: str = plot_to_string(
+        ys=[[y / scale for y in ys] for _, ys in columns],
+        xs=[xs for xs, _ in columns],
+        lines=True,
+        x_min=span_s[0],
+        x_max=span_s[1],
+        y_min=low / scale,
+        y_max=high / scale,
+        y_unit=unit,
+        width=width,
+        height=max(_LEAST_HEIGHT, height - _OTHER_LINES - below),
+        legend_labels=labels,
+        x_unit=" s",
+        character_set="braille",
+        color=[_COLOURS[i % len(_COLOURS)] for i in range(len(labels))] if colour else False,
+    )
+    return f"{text}\nNo numbers: {missing}" if missing else text
 
 
 def _numbers(path: str, value: Any) -> list[tuple[str, float]]:
@@ -126,20 +148,30 @@ def _numbers(path: str, value: Any) -> list[tuple[str, float]]:
     raise InvalidMessageError(f"'{path}' is no number but {kind}")
 
 
-def _reduced(
-    points: Sequence[tuple[float, float]], since_s: float, now_s: float, width: int
+def _canvas_width(width: int) -> int:
+    return max(_LEAST_WIDTH, width - _OTHER_COLUMNS)
+
+
+def reduced(
+    points: Sequence[tuple[float, float]], since_s: float, until_s: float, width: int
 ) -> tuple[list[float], list[float]]:
     """The points of a window, of each half column the lowest and the highest.
 
     So no peak is lost, and the cost of a drawing does not grow with the rate of the topic. What is
     no number (NaN, infinite) is left out.
+
+    Args:
+        points: Seconds and values.
+        since_s: Where the window begins.
+        until_s: Where it ends.
+        width: Characters of a line.
     """
-    column_s = (now_s - since_s) / (2 * width)
+    column_s = (until_s - since_s) / (2 * _canvas_width(width))
     xs: list[float] = []
     ys: list[float] = []
     bins: dict[int, list[tuple[float, float]]] = {}
     for time_s, value in points:
-        if since_s <= time_s <= now_s and math.isfinite(value):
+        if since_s <= time_s <= until_s and math.isfinite(value):
             bins.setdefault(int((time_s - since_s) / column_s), []).append((time_s, value))
     for inside in bins.values():
         if len(inside) > 2:
@@ -147,7 +179,7 @@ def _reduced(
             highest = max(inside, key=lambda point: point[1])
             inside = sorted({lowest, highest})
         for time_s, value in inside:
-            xs.append(time_s - now_s)
+            xs.append(time_s)
             ys.append(value)
     return xs, ys
 
