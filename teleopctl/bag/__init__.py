@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.bag.editing.copying import Output as Output, copy_bags as copy_bags
+    from teleopctl.bag.editing.output_file import read_outputs as read_outputs
     from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
     from teleopctl.bag.look.picture import (
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
         format_metadata as format_metadata,
         read_metadata as read_metadata,
     )
+    from teleopctl.bag.recorder.selection import Selection as Selection
     from teleopctl.bag.records import (
         BagAttachment as BagAttachment,
         BagMessage as BagMessage,
@@ -53,10 +56,13 @@ else:
             "look.decoding": "Decoded Decoder",
             "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
+            "editing.copying": "Output copy_bags",
+            "editing.output_file": "read_outputs",
             "mcap_file.file_reader": "McapFileReader",
             "mcap_file.file_writer": "Compression",
             "mcap_file.repair": "Repair finish_file",
             "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
+            "recorder.selection": "Selection",
             "records": "BagAttachment BagMessage BagTopic TypeText",
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
+import numpy as np
 import pytest
+from rosbags.convert.converter import default_message
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -17,8 +22,10 @@ from rosbags.typesys import Stores, get_typestore
 
 from teleopctl.bag import open_bag
 from teleopctl.errors import InvalidFileError
+from teleopctl.interfaces import deserialize, get_message, type_hash
 from tests.bag.bags import LATCHED, START_NS, STRING, message, topic
 
+JOINT_STATE = "sensor_msgs/msg/JointState"
 _FOREVER = QosTime(9223372036, 854775807)
 LATCHED_THERE = Qos(
     QosHistory.KEEP_LAST,
@@ -92,3 +99,54 @@ def test_a_file_that_is_no_bag_is_told(tmp_path):
         (tmp_path / name).write_text("nothing")
         with pytest.raises(InvalidFileError, match="Cannot read"):
             open_bag(tmp_path / name)
+
+
+def test_types_of_ros_1_become_those_of_ros_2_with_their_hashes(tmp_path):
+    types = get_typestore(Stores.ROS1_NOETIC)
+    header, time, state = (
+        types.types[name]
+        for name in ("std_msgs/msg/Header", "builtin_interfaces/msg/Time", JOINT_STATE)
+    )
+    sent = state(
+        header=header(seq=7, stamp=time(sec=1, nanosec=2), frame_id="map"),
+        name=["a", "b"],
+        position=np.array([1.0, 2.0]),
+        velocity=np.array([]),
+        effort=np.array([]),
+    )
+    with Ros1Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/joint_states", JOINT_STATE, typestore=types)
+        writer.write(connection, START_NS, types.serialize_ros1(sent, JOINT_STATE))
+    with open_bag(tmp_path / "old.bag") as bag:
+        (found,) = bag.messages()
+        ((found_topic, _),) = bag.metadata.topics
+    assert found_topic.type_hash == type_hash(JOINT_STATE)
+    assert "builtin_interfaces/Time stamp" in found_topic.definition.text
+    assert "seq" not in found_topic.definition.text
+    read = deserialize(found.data, get_message(JOINT_STATE))
+    assert (read.header.stamp.nanosec, read.name, list(read.position)) == (2, ["a", "b"], [1, 2])
+
+
+def test_a_database_of_an_older_distribution_gets_hashes(tmp_path):
+    write_with_rosbags(tmp_path / "bag", StoragePlugin.SQLITE3)
+    metadata = tmp_path / "bag" / "metadata.yaml"
+    text = re.sub(r"type_description_hash:\s+RIHS01_\w+", "x: y", metadata.read_text("utf-8"))
+    metadata.write_text(text.replace("version: 9", "version: 5"), encoding="utf-8")
+    with open_bag(tmp_path / "bag") as bag:
+        assert bag.metadata.topics[0][0].type_hash == type_hash(STRING)
+
+
+def test_a_type_that_changed_since_ros_1_is_taken_over_by_names(tmp_path):
+    name = "sensor_msgs/msg/CameraInfo"
+    types = get_typestore(Stores.ROS1_NOETIC)
+    sent: Any = default_message(types, name)
+    sent.K[:] = range(9)
+    sent.width = 640
+    with Ros1Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/info", name, typestore=types)
+        writer.write(connection, START_NS, types.serialize_ros1(sent, name))
+    with open_bag(tmp_path / "old.bag") as bag:
+        assert bag.metadata.topics[0][0].type_hash == type_hash(name)
+        (found,) = bag.messages()
+    read = deserialize(found.data, get_message(name))
+    assert (read.width, list(read.k)) == (640, list(range(9)))

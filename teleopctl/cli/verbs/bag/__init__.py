@@ -16,6 +16,32 @@ GROUP = Group(
             examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
         ),
         "list": Verb(f"{_FILES}.list_:list_plugins", "List the forms that bags may have."),
+        "convert": Verb(
+            f"{_FILES}.convert:convert_bag",
+            "Write bags in another form.",
+            examples=(
+                "teleopctl bag convert old_session.bag -o session",
+                "teleopctl bag convert -i my_bag -o outputs.yaml",
+            ),
+        ),
+        "filter": Verb(
+            f"{_FILES}.filter_:filter_bag",
+            "Write a bag with some topics of another one.",
+            examples=(
+                "teleopctl bag filter my_bag -o arm --topics /joint_states /tf",
+                "teleopctl bag filter my_bag -o small --exclude-topic-types sensor_msgs/msg/Image",
+            ),
+        ),
+        "merge": Verb(
+            f"{_FILES}.merge:merge_bags",
+            "Write one bag from several.",
+            examples=("teleopctl bag merge robot_bag camera_bag -o both",),
+        ),
+        "cut": Verb(
+            f"{_FILES}.cut:cut_bag",
+            "Write a bag with a part of the time of another one.",
+            examples=("teleopctl bag cut my_bag -o part --start-offset 10 --duration 5",),
+        ),
         "export": Verb(
             f"{_LOOK}.export:export",
             "Write tables of a bag: CSV or Parquet.",

@@ -1,0 +1,1 @@
+"""Bags from bags: chosen, cut, merged and converted; looked through and repaired."""

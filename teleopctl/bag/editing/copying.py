@@ -1,0 +1,152 @@
+"""The one way in which bags become bags: sources, what is chosen of them, and writers.
+
+Messages pass through one by one, undecoded; what is kept of them at once is a chunk a file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from teleopctl.bag.editing.sources import Sources
+from teleopctl.bag.records import NO_TIME_NS, BagMessage, BagTopic
+from teleopctl.bag.storage.bag import Bag
+from teleopctl.bag.storage.bag_writer import BagWriter, WriterOptions
+
+# Of a latched topic that is continued in a bag that begins later. It may have many publishers, as
+# /tf_static has, and a bag does not tell them apart: so several messages are kept, not the last.
+_MOST_LATCHED = 100
+_MOST_LATCHED_BYTES = 2**24
+
+Told = Callable[[float], object]
+"""Called now and then with the part that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """A bag that is to be written.
+
+    Attributes:
+        folder: Where; nothing may be there.
+        chooses: Whether a topic is in it.
+        start_ns: Log time of its first message at the earliest, in nanoseconds since the epoch.
+        end_ns: Log time that its last message has to be before.
+        continues_latched: Whether it begins with what latched topics had before its start.
+        options: How it is written. Distribution and custom data of the sources are added, and
+            nothing is repeated in its further files.
+    """
+
+    folder: Path
+    chooses: Callable[[BagTopic], bool] = lambda _topic: True
+    start_ns: int = 0
+    end_ns: int = NO_TIME_NS
+    continues_latched: bool = False
+    options: WriterOptions = field(default_factory=WriterOptions)
+
+
+def copy_bags(
+    bags: Sequence[Bag], outputs: Sequence[Output], told: Told = lambda _done: None
+) -> list[int]:
+    """Write bags from bags; attachments, records, profiles, hashes and definitions go with them.
+
+    What was written so far is removed where it cannot be ended.
+
+    Args:
+        bags: What is read, merged by log time.
+        outputs: What is written.
+        told: Progress.
+
+    Returns:
+        How many messages each output has.
+
+    Raises:
+        RefusedError: Something is where an output is to be, or a topic has several types.
+        InvalidFileError: A source is broken.
+        SystemFailureError: An output cannot be written.
+    """
+    sources = Sources(bags)
+    begun: list[Path] = []
+    try:
+        with contextlib.ExitStack() as stack:
+            writers = []
+            for output in outputs:
+                writer = stack.enter_context(_writer(output, sources))
+                begun.append(output.folder)
+                writers.append(_Selected(output, writer, sources))
+            _copy(sources, writers, told)
+        return [selected.count for selected in writers]
+    except BaseException:
+        for folder in begun:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _writer(output: Output, sources: Sources) -> BagWriter:
+    options = replace(
+        output.options,
+        repeat_latched=False,
+        distribution=output.options.distribution or sources.distribution,
+        custom_data={**sources.custom_data, **output.options.custom_data},
+    )
+    return BagWriter(output.folder, options)
+
+
+class _Selected:
+    """A writer with what it takes."""
+
+    def __init__(self, output: Output, writer: BagWriter, sources: Sources) -> None:
+        self._output = output
+        self._writer = writer
+        chosen = [topic for topic, _ in sources.topics.values() if output.chooses(topic)]
+        sources.require_one_type([topic.name for topic in chosen])
+        self.topics = {topic.name for topic in chosen}
+        self.start_ns, self.end_ns = output.start_ns, output.end_ns
+        self.count = 0
+        for topic in chosen:
+            writer.add_topic(topic)
+        for attachment in sources.attachments():
+            writer.attach(attachment)
+        for name, values in sources.records():
+            writer.add_record(name, values)
+        if output.continues_latched:
+            latched = {topic.name for topic in chosen if topic.is_latched}
+            for message in _last_of(sources.messages(latched, 0, output.start_ns)):
+                self._write(message._replace(log_time_ns=output.start_ns))
+
+    def take(self, message: BagMessage) -> None:
+        """Write a message, if it is one of those that were chosen."""
+        if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
+            self._write(message)
+
+    def _write(self, message: BagMessage) -> None:
+        self._writer.write(message)
+        self.count += 1
+
+
+def _copy(sources: Sources, writers: Sequence[_Selected], told: Told) -> None:
+    topics = set().union(*(selected.topics for selected in writers))
+    start_ns = min((selected.start_ns for selected in writers), default=0)
+    end_ns = max((selected.end_ns for selected in writers), default=0)
+    first_ns = max(start_ns, sources.start_ns)
+    length_ns = max(1, min(end_ns, sources.end_ns) - first_ns)
+    for message in sources.messages(topics, start_ns, end_ns):
+        for selected in writers:
+            selected.take(message)
+        told((message.log_time_ns - first_ns) / length_ns)
+
+
+def _last_of(messages: Iterator[BagMessage]) -> list[BagMessage]:
+    """What each topic had last: different messages, in order, up to a number and a size."""
+    kept: dict[str, dict[bytes, BagMessage]] = {}
+    for message in messages:
+        of_topic = kept.setdefault(message.topic, {})
+        of_topic.pop(message.data, None)
+        of_topic[message.data] = message
+        while len(of_topic) > 1 and (
+            len(of_topic) > _MOST_LATCHED or sum(map(len, of_topic)) > _MOST_LATCHED_BYTES
+        ):
+            del of_topic[next(iter(of_topic))]
+    return [message for of_topic in kept.values() for message in of_topic.values()]

@@ -1,0 +1,241 @@
+"""``convert -o FILE.yaml``: the outputs that rosbag2's file describes.
+
+Every key that rosbag2 knows is either done, or told with its line: what cannot be done is an
+error, and what only concerns recording, or only speed, is a remark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from teleopctl import ros_yaml
+from teleopctl.bag.editing.copying import Output
+from teleopctl.bag.mcap_file.file_writer import Compression
+from teleopctl.bag.recorder.selection import Selection
+from teleopctl.bag.records import NO_TIME_NS, BagTopic
+from teleopctl.bag.storage.bag_writer import WriterOptions
+from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.text_file import read_text
+
+_ROOT = "output_bags"
+
+# Any: values of YAML; `_Entry` checks them.
+_Values = dict[str, Any]
+
+_CHOICES: dict[str, type] = {
+    "all_topics": bool,
+    "all_services": bool,
+    "all_actions": bool,
+    "topics": list,
+    "topic_types": list,
+    "services": list,
+    "actions": list,
+    "regex": str,
+    "exclude_regex": str,
+    "exclude_topics": list,
+    "exclude_topic_types": list,
+    "exclude_services": list,
+    "exclude_actions": list,
+    "include_hidden_topics": bool,
+}
+_FORMS: dict[str, type] = {
+    "uri": str,
+    "storage_id": str,
+    "max_bagfile_size": int,
+    "max_bagfile_duration": int,
+    "storage_preset_profile": str,
+    "start_time_ns": int,
+    "end_time_ns": int,
+    "custom_data": dict,
+    "compression_mode": str,
+    "compression_format": str,
+    "all": bool,
+    "exclude": str,
+}
+# What is done where it says nothing, and cannot be done where it says something.
+_EMPTY_ONLY: dict[str, tuple[Any, ...]] = {
+    "storage_config_uri": ("", None),
+    "snapshot_mode": (False,),
+    "topic_qos_profile_overrides": ({}, "", None),
+    "rmw_serialization_format": ("", "cdr"),
+}
+_OF_RECORDING = {
+    *("is_discovery_disabled", "topic_polling_interval", "node_prefix"),
+    *("include_unpublished_topics", "ignore_leaf_topics", "start_paused", "use_sim_time"),
+    *("disable_keyboard_controls", "max_cache_size", "compression_queue_size"),
+    *("compression_threads", "compression_threads_priority"),
+}
+_PRESETS = {
+    "fastwrite": Compression.NONE,
+    "zstd_fast": Compression.ZSTD,
+    "zstd_small": Compression.ZSTD,
+}
+
+
+def read_outputs(path: Path) -> tuple[list[Output], list[str]]:
+    """Read a file of outputs.
+
+    Returns:
+        The outputs, and remarks on what has no effect, each with its place.
+
+    Raises:
+        InvalidFileError: It cannot be read, or a value is not what it should be.
+        UnsupportedError: It wants what is not possible here.
+    """
+    text = read_text(path)
+    try:
+        loader = ros_yaml.RosLoader(text)
+        try:
+            entries = _entries(path, loader)
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise InvalidFileError(f"{path}:{line}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise InvalidFileError(f"{path}: not YAML: {error}") from error
+    return [entry.output() for entry in entries], [r for entry in entries for r in entry.remarks]
+
+
+def _entries(path: Path, loader: Any) -> list[_Entry]:
+    root = loader.get_single_node()
+    listed = _pairs(path, root)
+    for key, line, _ in listed:
+        if key != _ROOT:
+            raise InvalidFileError(f"{path}:{line}: '{key}' is not known", hint=_expected())
+    node = listed[0][2] if listed else None
+    if not isinstance(node, yaml.SequenceNode) or not node.value:
+        raise InvalidFileError(f"{path}: it has no list '{_ROOT}'", hint=_expected())
+    return [_Entry(path, loader, item) for item in node.value]
+
+
+def _expected() -> str:
+    return f"The file has one key, {_ROOT}, with a list of bags: {_ROOT}: [{{uri: …, all: true}}]"
+
+
+def _pairs(path: Path, node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
+    """Keys of a mapping with their lines and values."""
+    if not isinstance(node, yaml.MappingNode):
+        line = node.start_mark.line + 1 if node is not None else 1
+        raise InvalidFileError(f"{path}:{line}: here has to be a mapping", hint=_expected())
+    return [(str(k.value), k.start_mark.line + 1, v) for k, v in node.value]
+
+
+class _Entry:
+    """One output of the file."""
+
+    def __init__(self, path: Path, loader: Any, node: yaml.Node) -> None:
+        self._path = path
+        self._line = node.start_mark.line + 1
+        self._lines: dict[str, int] = {}
+        self._values: _Values = {}
+        self.remarks: list[str] = []
+        for key, line, value_node in _pairs(path, node):
+            if key in self._lines:
+                raise InvalidFileError(f"{path}:{line}: '{key}' stands here twice")
+            self._lines[key] = line
+            self._take(key, loader.construct_object(value_node, deep=True))
+
+    def output(self) -> Output:
+        """What is to be written."""
+        values = self._values
+        if not values.get("uri"):
+            raise InvalidFileError(f"{self._path}:{self._line}: an output has no 'uri'")
+        if values.get("storage_id", "") not in ("", "mcap"):
+            self._refuse("storage_id", "bags are written as mcap only")
+        selection = self._selection()
+        end_ns = values.get("end_time_ns", -1)
+        return Output(
+            Path(values["uri"]),
+            chooses=lambda topic: _chooses(selection, topic),
+            start_ns=max(0, values.get("start_time_ns", -1)),
+            # rosbag2 takes a message at that time too.
+            end_ns=end_ns + 1 if end_ns >= 0 else NO_TIME_NS,
+            options=WriterOptions(
+                compression=self._compression(),
+                split_bytes=values.get("max_bagfile_size", 0),
+                split_duration_ns=values.get("max_bagfile_duration", 0) * NANOSECONDS_PER_SECOND,
+                custom_data=self._custom_data(),
+            ),
+        )
+
+    def _take(self, key: str, value: object) -> None:
+        place = f"{self._path}:{self._lines[key]}"
+        kind = _CHOICES.get(key) or _FORMS.get(key)
+        if kind is not None:
+            is_bool_for_int = kind is int and isinstance(value, bool)
+            if not isinstance(value, kind) or is_bool_for_int:
+                raise InvalidFileError(f"{place}: '{key}' has to be {_WORDS[kind]}, not {value!r}")
+            if isinstance(value, list) and not all(isinstance(name, str) for name in value):
+                raise InvalidFileError(f"{place}: '{key}' has to be a list of names")
+            if isinstance(value, int) and value < 0 and key.startswith("max_"):
+                raise InvalidFileError(f"{place}: '{key}' cannot be negative")
+            self._values[key] = value
+        elif key in _EMPTY_ONLY:
+            if value not in _EMPTY_ONLY[key]:
+                raise UnsupportedError(f"{place}: '{key}' is not possible when converting")
+        elif key in _OF_RECORDING:
+            self.remarks.append(f"{place}: '{key}' has no effect when converting")
+        else:
+            known = {*_CHOICES, *_FORMS, *_EMPTY_ONLY, *_OF_RECORDING}
+            raise InvalidFileError(f"{place}: '{key}' is not known", hint=did_you_mean(key, known))
+
+    def _selection(self) -> Selection:
+        values = {key: value for key, value in self._values.items() if key in _CHOICES}
+        if self._values.get("all"):
+            values |= {"all_topics": True, "all_services": True, "all_actions": True}
+        values.setdefault("exclude_regex", self._values.get("exclude", ""))
+        place = f"{self._path}:{self._line}"
+        try:
+            selection = Selection(**values)
+        except UsageError as error:
+            raise error.at(place) from error
+        if selection.is_empty:
+            self.remarks.append(f"{place}: nothing is chosen (all: true chooses everything)")
+        return selection
+
+    def _compression(self) -> Compression:
+        values = self._values
+        preset = values.get("storage_preset_profile") or ""
+        if preset not in ("", "none", *_PRESETS):
+            self._refuse("storage_preset_profile", f"a profile is one of {', '.join(_PRESETS)}")
+        mode = (values.get("compression_mode") or "").lower()
+        if mode not in ("", "none", "file", "message"):
+            self._refuse("compression_mode", "it is none, file or message")
+        form = (values.get("compression_format") or "").lower()
+        if form not in ("", "zstd", "lz4"):
+            self._refuse("compression_format", "it is zstd or lz4")
+        if mode in ("file", "message"):
+            place = f"{self._path}:{self._lines['compression_mode']}"
+            self.remarks.append(f"{place}: MCAP files are compressed by chunks")
+        elif mode == "none" and not preset:
+            return Compression.NONE
+        if form:
+            return Compression(form)
+        return _PRESETS.get(preset, Compression.ZSTD)
+
+    def _custom_data(self) -> Mapping[str, str]:
+        return {str(key): str(value) for key, value in self._values.get("custom_data", {}).items()}
+
+    def _refuse(self, key: str, why: str) -> None:
+        place = f"{self._path}:{self._lines[key]}"
+        raise UnsupportedError(f"{place}: {key} cannot be {self._values[key]!r}: {why}")
+
+
+_WORDS = {
+    bool: "true or false",
+    int: "a whole number",
+    str: "a text",
+    list: "a list of names",
+    dict: "a mapping",
+}
+
+
+def _chooses(selection: Selection, topic: BagTopic) -> bool:
+    name, type_name = topic.name, topic.type_name
+    return selection.chooses(name, type_name) and selection.takes_hidden(name, type_name)

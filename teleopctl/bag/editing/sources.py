@@ -1,0 +1,111 @@
+"""Several bags that are read as one, in the order of log times."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Collection, Iterator, Sequence
+from operator import attrgetter
+
+from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
+from teleopctl.bag.storage.bag import Bag
+from teleopctl.errors import RefusedError
+
+
+class Sources:
+    """Bags that are open, as one.
+
+    Args:
+        bags: The bags; they stay whoever opened them's to close.
+
+    Attributes:
+        topics: All topics by name, each with its number of messages.
+    """
+
+    def __init__(self, bags: Sequence[Bag]) -> None:
+        self._bags = bags
+        self._conflicts: dict[str, str] = {}
+        self.topics: dict[str, tuple[BagTopic, int]] = {}
+        for bag in bags:
+            for topic, count in bag.metadata.topics:
+                self._add(topic, count)
+
+    @property
+    def start_ns(self) -> int:
+        """Log time of the first message, in nanoseconds since the epoch; `NO_TIME_NS` for none."""
+        return min((bag.metadata.start_ns for bag in self._bags), default=NO_TIME_NS)
+
+    @property
+    def end_ns(self) -> int:
+        """Log time of the last message, in nanoseconds since the epoch; `NO_TIME_NS` for none."""
+        filled = [bag for bag in self._bags if bag.metadata.message_count]
+        return max((bag.metadata.end_ns for bag in filled), default=NO_TIME_NS)
+
+    @property
+    def distribution(self) -> str:
+        """The ROS 2 distribution of the first bag that names one."""
+        return next(filter(None, (bag.metadata.distribution for bag in self._bags)), "")
+
+    @property
+    def custom_data(self) -> dict[str, str]:
+        """What people added; of equal keys the first bag's counts."""
+        merged: dict[str, str] = {}
+        for bag in reversed(self._bags):
+            merged |= bag.metadata.custom_data
+        return merged
+
+    def require_one_type(self, names: Collection[str]) -> None:
+        """Refuse topics that have several types.
+
+        Raises:
+            RefusedError: One has, since no bag can hold that.
+        """
+        for name in names:
+            if name in self._conflicts:
+                raise RefusedError(
+                    f"{name} has several types in these bags: {self._conflicts[name]}",
+                    hint=f"Leave it out (--exclude-topics {name}), or keep these bags apart.",
+                )
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        start_ns: int = 0,
+        end_ns: int = NO_TIME_NS,
+    ) -> Iterator[BagMessage]:
+        """Yield messages in the order of their log times; see `Bag.messages`."""
+        parts = [bag.messages(topics, start_ns, end_ns) for bag in self._bags]
+        if len(parts) == 1:
+            return parts[0]
+        return heapq.merge(*parts, key=attrgetter("log_time_ns"))
+
+    def attachments(self) -> Iterator[BagAttachment]:
+        """Yield the files inside the bags, each once."""
+        seen = set()
+        for bag in self._bags:
+            for attachment in bag.attachments():
+                if attachment not in seen:
+                    seen.add(attachment)
+                    yield attachment
+
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """Yield the records of metadata, each once, but for those that a writer makes itself."""
+        seen: list[tuple[str, dict[str, str]]] = []
+        for bag in self._bags:
+            for record in bag.records():
+                if record[0] != "rosbag2" and record not in seen:
+                    seen.append(record)
+                    yield record
+
+    def _add(self, topic: BagTopic, count: int) -> None:
+        known, before = self.topics.get(topic.name, (topic, 0))
+        hashes = {known.type_hash, topic.type_hash} - {""}
+        if known.type_name != topic.type_name:
+            self._conflicts[topic.name] = f"{known.type_name} and {topic.type_name}"
+        elif len(hashes) > 1:
+            self._conflicts[topic.name] = f"{topic.type_name} with different definitions"
+        merged = known._replace(
+            type_hash=known.type_hash or topic.type_hash,
+            definition=known.definition if known.definition.text else topic.definition,
+            qos=tuple(dict.fromkeys((*known.qos, *topic.qos))),
+        )
+        self.topics[topic.name] = (merged, before + count)

@@ -1,0 +1,1 @@
+"""Records topics of the graph into a bag."""

@@ -1,0 +1,76 @@
+"""``teleopctl bag convert``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.bag.options import CompressionName, MaxBagDuration, MaxBagSize
+from teleopctl.errors import UsageError
+
+_STORAGES = ("mcap", "sqlite3")
+
+
+def convert_bag(
+    output: Annotated[
+        str,
+        Option(
+            "-o",
+            "--output-options",
+            help="The folder to be made, or a YAML file with the outputs, as ros2 bag has it.",
+            metavar="FOLDER_OR_YAML",
+        ),
+    ],
+    words: Annotated[
+        list[str] | None,
+        Argument(help="The bags, merged by time.", metavar="BAG...", complete="bags"),
+    ] = None,
+    inputs: Annotated[
+        list[str] | None,
+        Option(
+            "-i",
+            "--input",
+            help="A bag, and mcap or sqlite3 where its files do not tell; again for more.",
+            metavar="BAG",
+            complete="bags",
+        ),
+    ] = None,
+    compression: CompressionName = "zstd",
+    max_bag_size: MaxBagSize = 0,
+    max_bag_duration: MaxBagDuration = 0.0,
+) -> None:
+    """Write bags in another form: from SQLite databases, rosbag2's compression and ROS 1's bags.
+
+    What is written is MCAP. With a YAML file there may be several outputs, each with its own choice
+    of topics; it says compression and sizes itself.
+    """
+    from teleopctl.bag import Output, read_outputs
+    from teleopctl.cli.verbs.bag.files import writing
+
+    paths, storages = _inputs(inputs or [], words or [])
+    target = Path(output)
+    options = writing.writer_options(compression, max_bag_size, max_bag_duration)
+    outputs = [Output(target, options=options)]
+    if target.suffix in (".yaml", ".yml") or target.is_file():
+        outputs, remarks = read_outputs(target)
+        for remark in remarks:
+            console.warn(remark)
+    with writing.opened(paths, storages) as bags:
+        writing.write(bags, outputs)
+
+
+def _inputs(inputs: Sequence[str], words: Sequence[str]) -> tuple[list[str], list[str | None]]:
+    """Bags, and the form of the files of each where it was given."""
+    paths: list[str] = []
+    storages: list[str | None] = []
+    for word in inputs:
+        if paths and storages[-1] is None and word in _STORAGES and not Path(word).exists():
+            storages[-1] = word
+        else:
+            paths.append(word)
+            storages.append(None)
+    paths += words
+    if not paths:
+        raise UsageError("Name a bag to convert")
+    return paths, storages

@@ -1,0 +1,142 @@
+"""What the verbs that write bags from bags share."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.bag import Compression, Output, Selection, WriterOptions, copy_bags, open_bag
+from teleopctl.cli import console
+from teleopctl.errors import UsageError
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
+
+if TYPE_CHECKING:
+    from teleopctl.bag import Bag, BagTopic
+
+_PROGRESS_PERIOD_S = 0.2
+
+
+@contextlib.contextmanager
+def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterator[list[Bag]]:
+    """Open bags, and say what is not as it should be with them."""
+    with contextlib.ExitStack() as stack:
+        bags = []
+        for number, path in enumerate(paths):
+            storage = storages[number] if number < len(storages) else None
+            bag = stack.enter_context(open_bag(Path(path), storage))
+            for remark in bag.remarks:
+                console.warn(remark)
+            bags.append(bag)
+        yield bags
+
+
+def write(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
+    """Copy, with progress on a terminal, and say what was written."""
+    with progress() as told:
+        counts = copy_bags(bags, outputs, told)
+    for output, count in zip(outputs, counts, strict=True):
+        console.out(f"{output.folder}: {count} messages")
+
+
+def writer_options(compression: str, max_bag_size: int, max_bag_duration: float) -> WriterOptions:
+    """The options of a writer as they stand on the command line."""
+    if max_bag_size < 0 or max_bag_duration < 0:
+        raise UsageError("Size and duration of a file cannot be negative")
+    return WriterOptions(
+        compression=Compression(compression),
+        split_bytes=max_bag_size,
+        split_duration_ns=from_seconds(max_bag_duration),
+    )
+
+
+def chooser(
+    topics: list[str] | None,
+    services: list[str] | None,
+    types: list[str] | None,
+    regex: str,
+    exclude_regex: str,
+    exclude_topics: list[str] | None,
+    exclude_types: list[str] | None,
+) -> Callable[[BagTopic], bool]:
+    """Which topics are chosen; all but those that are excluded where none is named."""
+    everything = not (topics or services or types or regex)
+    selection = Selection(
+        all_topics=everything,
+        all_services=everything,
+        all_actions=everything,
+        topics=topics or (),
+        services=services or (),
+        topic_types=types or (),
+        regex=regex,
+        exclude_regex=exclude_regex,
+        exclude_topics=exclude_topics or (),
+        exclude_topic_types=exclude_types or (),
+    )
+
+    def chooses(topic: BagTopic) -> bool:
+        # A topic that is named is meant, even one that belongs to an action or a service.
+        named = topic.name in selection.topics and topic.name not in selection.exclude_topics
+        return named or selection.chooses(topic.name, topic.type_name)
+
+    return chooses
+
+
+def time_range(
+    bags: Sequence[Bag],
+    start_offset: float | None,
+    duration: float | None,
+    start: float | None,
+    until: float | None,
+) -> tuple[int, int]:
+    """From which log time on, and before which, in nanoseconds since the epoch."""
+    if start_offset is not None and start is not None:
+        raise UsageError("--start-offset and --from say the same thing; give one of them")
+    if duration is not None and until is not None:
+        raise UsageError("--duration and --until say the same thing; give one of them")
+    if (start_offset or 0) < 0 or (duration or 0) < 0:
+        raise UsageError("--start-offset and --duration cannot be negative")
+    filled = [bag.metadata for bag in bags if bag.metadata.message_count]
+    first_ns = min((metadata.start_ns for metadata in filled), default=0)
+    end_ns = max((metadata.end_ns for metadata in filled), default=0) + 1
+    length_s = max(0, end_ns - 1 - first_ns) / NANOSECONDS_PER_SECOND
+    start_ns = first_ns + from_seconds(start_offset or 0)
+    if start is not None:
+        start_ns = max(0, from_seconds(start))
+    if duration is not None:
+        end_ns = start_ns + from_seconds(duration)
+    elif until is not None:
+        end_ns = from_seconds(until)
+    if end_ns <= start_ns:
+        raise UsageError(
+            f"That leaves no time: the bag lasts {length_s:.3f} s",
+            hint="teleopctl bag info BAG shows from when to when it goes.",
+        )
+    return start_ns, end_ns
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[float], None]]:
+    """Show on a terminal how far something is; yields what is to be called with the part."""
+    if not sys.stderr.isatty():
+        yield lambda _part: None
+        return
+    due_s = time.monotonic() + _PROGRESS_PERIOD_S
+    shown = False
+
+    def tell(part: float) -> None:
+        nonlocal due_s, shown
+        if time.monotonic() >= due_s:
+            sys.stderr.write(f"\r{100 * min(1, max(0, part)):3.0f} %")
+            sys.stderr.flush()
+            due_s, shown = time.monotonic() + _PROGRESS_PERIOD_S, True
+
+    try:
+        yield tell
+    finally:
+        if shown:
+            sys.stderr.write("\r     \r")
+            sys.stderr.flush()

@@ -1,0 +1,109 @@
+"""``bag filter | merge | cut | convert``: words into copies, and what is wrong with the words."""
+
+from __future__ import annotations
+
+import pytest
+
+from teleopctl.bag import BagWriter, open_bag
+from teleopctl.cli import main
+from tests.bag.bags import LATCHED, START_NS, message, topic, write_bag
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def written(folder):
+    with open_bag(folder) as bag:
+        return list(bag.messages())
+
+
+def run(line: str) -> int:
+    return main.run(["bag", *line.split()])
+
+
+@pytest.mark.parametrize(
+    ("words", "chosen"),
+    [
+        ("--topics /topic_1", lambda m: m.topic == "/topic_1"),
+        ("--topics /topic_1 /topic_0", lambda m: m.topic in ("/topic_0", "/topic_1")),
+        ("-e _[12]$ --exclude-topics /topic_2", lambda m: m.topic == "/topic_1"),
+        ("--exclude-regex [01]", lambda m: m.topic == "/topic_2"),
+        ("--exclude-topic-types std_msgs/msg/String", lambda _: False),
+        ("--topic-types std_msgs/msg/String", lambda _: True),
+        ("--start-offset 0.05 --duration 0.02", lambda m: 50 <= m.sequence < 70),
+        ("--until 1700000000.010", lambda m: m.sequence < 10),
+        ("--from 1700000000.010 --duration 1", lambda m: m.sequence >= 10),
+    ],
+)
+def test_filter_keeps_what_the_words_choose(here, words, chosen, capsys):
+    messages = write_bag(here / "in", topics=3)
+    expected = [m for m in messages if chosen(m)]
+    assert run(f"filter in -o out {words}") == 0
+    assert capsys.readouterr().out == f"out: {len(expected)} messages\n"
+    assert written(here / "out") == expected
+
+
+def test_merge_sorts_by_time(here):
+    one = write_bag(here / "one", count=10, topics=1)
+    with BagWriter(here / "two") as writer:
+        writer.add_topic(topic("/other"))
+        other = message("/other", 5)
+        writer.write(other)
+    assert run("merge one two -o both") == 0
+    assert written(here / "both") == [*one[:6], other, *one[6:]]
+
+
+def test_cut_continues_latched_topics(here):
+    with BagWriter(here / "in") as writer:
+        writer.add_topic(topic("/tf_static", qos=LATCHED))
+        writer.add_topic(topic("/plain"))
+        writer.write(message("/tf_static", 0))
+        for number in range(1, 10):
+            writer.write(message("/plain", number))
+    assert run("cut in -o out --start-offset 0.005 --duration 0.003") == 0
+    assert [(m.topic, m.log_time_ns - START_NS) for m in written(here / "out")] == [
+        ("/tf_static", 5_000_000),
+        *(("/plain", number * 1_000_000) for number in (5, 6, 7)),
+    ]
+
+
+def test_convert_writes_a_folder_or_what_a_file_says(here, capsys):
+    messages = write_bag(here / "in")
+    assert run("convert in -o straight --compression lz4") == 0
+    assert written(here / "straight") == messages
+    (here / "out.yaml").write_text(
+        "output_bags:\n"
+        "- {uri: one, topics: [/topic_0], max_cache_size: 1}\n"
+        "- {uri: all, all: true}\n"
+    )
+    capsys.readouterr()
+    assert run("convert -i in mcap -o out.yaml") == 0
+    printed = capsys.readouterr()
+    assert printed.out == "one: 50 messages\nall: 100 messages\n"
+    assert printed.err == "WARNING: out.yaml:2: 'max_cache_size' has no effect when converting\n"
+    assert written(here / "one") == messages[::2]
+    assert written(here / "all") == messages
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "told"),
+    [
+        ("cut in -o out", 2, "Say what to keep"),
+        ("cut in -o out --start-offset 5", 2, "That leaves no time: the bag lasts 0.099 s"),
+        ("cut in -o out --start-offset 0 --from 1", 2, "say the same thing"),
+        ("filter in -o in", 1, "Output folder 'in' already exists."),
+        ("filter in -o out -e (", 2, "'(' is no regular expression"),
+        ("filter none -o out", 1, "Bag path 'none' does not exist!"),
+        ("convert -o out", 2, "Name a bag to convert"),
+        ("convert -i in mcap sqlite3 -o out", 1, "Bag path 'sqlite3' does not exist!"),
+        ("convert in -o none.yaml", 1, "Cannot read none.yaml"),
+    ],
+)
+def test_what_cannot_be_is_told_and_nothing_is_written(here, line, status, told, capsys):
+    write_bag(here / "in")
+    assert run(line) == status
+    assert told in capsys.readouterr().err
+    assert not (here / "out").exists()
