@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from teleopctl.control.controllers.base import ControllerInterface, InterfaceConfiguration
 from teleopctl.control.lifecycle import State
+from teleopctl.control.statistics.measuring import WorkStatistics
 
 _NO_INTERFACES = InterfaceConfiguration()
 
@@ -24,6 +25,7 @@ class ControllerSpec:
         required_state_interfaces: Full names of the state interfaces, likewise.
         last_update_cycle_time_ns: Time of its last update on the clock that triggers the cycles,
             or None since its activation.
+        statistics: Of its updates since its activation.
     """
 
     controller: ControllerInterface
@@ -34,6 +36,7 @@ class ControllerSpec:
     required_command_interfaces: tuple[str, ...] = ()
     required_state_interfaces: tuple[str, ...] = ()
     last_update_cycle_time_ns: int | None = None
+    statistics: WorkStatistics = field(default_factory=WorkStatistics)
 
     @property
     def name(self) -> str:

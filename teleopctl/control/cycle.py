@@ -17,6 +17,7 @@ from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue
+from teleopctl.control.statistics.measuring import CycleTimes
 from teleopctl.control.switching import start_fallbacks
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
@@ -42,6 +43,7 @@ class Cycle:
 
     Attributes:
         time_ns: Time of the latest cycle; 0 before the first.
+        times: How long its parts took.
     """
 
     def __init__(self, manager: ControllerManager, publish_queue: PublishQueue) -> None:
@@ -52,6 +54,7 @@ class Cycle:
         self._changed = False
         self._trigger_ns: int | None = None
         self.time_ns = 0
+        self.times = CycleTimes()
 
     def report(self, sentence: str) -> None:
         """Keep a warning for after the cycle: logging is too slow to be done inside."""
@@ -77,12 +80,16 @@ class Cycle:
                 resources.restart()
             self.time_ns = time_ns
             period = period_ns / NANOSECONDS_PER_SECOND
+            began_ns = time.perf_counter_ns()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
+            read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
+            updated_ns = time.perf_counter_ns()
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
+            self.times.note(began_ns, read_ns, updated_ns, None if last_ns is None else period)
         self._publish_queue.flush()
         while self._reports:
             manager.logger.warning(self._reports.popleft())
@@ -105,8 +112,10 @@ class Cycle:
             ):
                 continue
             spec.last_update_cycle_time_ns = trigger_ns
+            since = since_ns / NANOSECONDS_PER_SECOND
+            began_ns = time.perf_counter_ns()
             try:
-                outcome = controller.update(time_ns, since_ns / NANOSECONDS_PER_SECOND)
+                outcome = controller.update(time_ns, since)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 where = _innermost(error)
                 self.report(
@@ -114,6 +123,7 @@ class Cycle:
                     f"{type(error).__name__}: {error} ({where})"
                 )
                 outcome = ReturnType.ERROR
+            spec.statistics.add(began_ns, None if last_ns is None else since)
             if outcome is not None and outcome is not ReturnType.OK:
                 failed = [*(failed or ()), spec]
         if failed is not None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.control.statistics.measuring import WorkStatistics
 
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger
@@ -31,6 +33,8 @@ class HardwareComponent:
 
     Attributes:
         lifecycle_state: Where it stands in its life cycle.
+        reads: How long reading it takes, and how often that is done.
+        writes: The same of writing.
     """
 
     def __init__(self, hardware: HardwareComponentInterface, logger: RcutilsLogger) -> None:
@@ -39,6 +43,8 @@ class HardwareComponent:
         self.state_interfaces: list[StateInterface] = list(hardware.state_interfaces.values())
         self.command_interfaces: list[CommandInterface] = list(hardware.command_interfaces.values())
         self.lifecycle_state = State.UNCONFIGURED
+        self.reads = WorkStatistics()
+        self.writes = WorkStatistics()
         self._logger = logger
 
     def initialize(self) -> bool:
@@ -95,13 +101,19 @@ class HardwareComponent:
         """Read the hardware; anything but OK means that the component has left its state."""
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
-        return self._exchange(self.hardware.read, time_ns, period)
+        began_ns = time.perf_counter_ns()
+        outcome = self._exchange(self.hardware.read, time_ns, period)
+        self.reads.add(began_ns, period)
+        return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
         """Write to the hardware, see ``read``."""
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
-        return self._exchange(self.hardware.write, time_ns, period)
+        began_ns = time.perf_counter_ns()
+        outcome = self._exchange(self.hardware.write, time_ns, period)
+        self.writes.add(began_ns, period)
+        return outcome
 
     def _exchange(
         self, function: Callable[[int, float], ReturnType | None], time_ns: int, period: float

@@ -395,3 +395,28 @@ class TestSpawner:
         robot.manager.wait_for_line(
             r"Activating controllers: \[ joint_state_broadcaster arm_controller "
         )
+
+
+def test_statistics_and_diagnostics_come_for_those_who_listen(ros):
+    ros.launch("controller.yaml", "hardware:=mock")
+    named = ros.wait_for_message(
+        get_message("pal_statistics_msgs/msg/StatisticsNames"),
+        "/controller_manager/statistics/names",
+        lambda message: "arm_controller.stats/execution_time/average" in message.names,
+        qos=qos_profile_latched,
+    )
+    values = ros.wait_for_message(
+        get_message("pal_statistics_msgs/msg/StatisticsValues"),
+        "/controller_manager/statistics/values",
+        lambda message: message.names_version == named.names_version,
+    )
+    assert len(values.values) == len(named.names)
+    full = ros.wait_for_message(
+        get_message("pal_statistics_msgs/msg/Statistics"), "/controller_manager/statistics/full"
+    )
+    assert [one.name for one in full.statistics] == list(named.names)
+    told = ros.wait_for_message(get_message("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics")
+    assert [(one.name, one.hardware_id) for one in told.status] == [
+        (f"controller_manager: {task} Activity", "ros2_control")
+        for task in ("Controllers", "Hardware Components", "Controller Manager")
+    ]

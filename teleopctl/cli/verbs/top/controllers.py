@@ -5,23 +5,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.control import ControllerManagerClient, ControllerManagerUnavailableError
+from teleopctl.interfaces import deserialize, get_message
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.wire import Graph
 
 _SERVICE = "/list_controllers"
+_STATISTICS = "pal_statistics_msgs/msg/Statistics"
+_TIME = ".stats/execution_time"
 _LONGEST_WAIT_S = 2.0
 
 
 class ControllerRow(NamedTuple):
-    """A controller as its manager tells it; the rate is in Hz."""
+    """A controller as its manager tells it; the rate is in Hz.
+
+    How long its updates take, on average and at most, is in microseconds, where that is known.
+    """
 
     manager: str
     name: str
     state: str
     type_name: str
     update_rate: int
+    average_us: float | None = None
+    longest_us: float | None = None
 
 
 class Controllers:
@@ -34,6 +42,7 @@ class Controllers:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._clients: dict[str, ControllerManagerClient] = {}
+        self._measured: dict[str, bytes] = {}
 
     def look(self, graph: Graph) -> list[ControllerRow]:
         """The controllers of the managers that answer."""
@@ -46,11 +55,39 @@ class Controllers:
                 self._clients[manager] = ControllerManagerClient(
                     self._node, manager, call_timeout=_LONGEST_WAIT_S, attempts=1
                 )
+                self._listen(manager)
+            times = self._times(manager)
             try:
                 rows += [
-                    ControllerRow(manager, c.name, c.state, c.type, c.update_rate)
+                    ControllerRow(
+                        manager,
+                        c.name,
+                        c.state,
+                        c.type,
+                        c.update_rate,
+                        times.get(f"{c.name}{_TIME}/average"),
+                        times.get(f"{c.name}{_TIME}/max"),
+                    )
                     for c in self._clients[manager].list_controllers()
                 ]
             except ControllerManagerUnavailableError:
                 continue
         return rows
+
+    def _listen(self, manager: str) -> None:
+        def keep(data: bytes) -> None:
+            # In ROS 2 one comes in each cycle: only the last one is read.
+            self._measured[manager] = data
+
+        statistics = get_message(_STATISTICS)
+        self._node.create_subscription(
+            statistics, f"{manager}/statistics/full", keep, 1, raw=True, immediate=True
+        )
+
+    def _times(self, manager: str) -> dict[str, float]:
+        """What the manager measures, by name; nothing before it has told."""
+        data = self._measured.get(manager)
+        if data is None:
+            return {}
+        message = deserialize(data, get_message(_STATISTICS))
+        return {one.name: one.value for one in message.statistics}

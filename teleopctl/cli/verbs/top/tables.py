@@ -43,8 +43,10 @@ COLUMNS: Mapping[str, tuple[str, Sequence[Column]]] = {
         (
             Column("STATE", 12, is_number=False),
             Column("HZ", 5, 50),
-            Column("TYPE", 34, _WIDE, is_number=False),
-            Column("MANAGER", 20, _MIDDLE, is_number=False),
+            Column("TIME", 7, 60),
+            Column("MAX", 7, _MIDDLE),
+            Column("TYPE", 26, 120, is_number=False),
+            Column("MANAGER", 20, 90, is_number=False),
         ),
     ),
     "log": (
@@ -104,7 +106,14 @@ def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
         Row(
             f"{c.manager} {c.name}",
             c.name,
-            (c.state, str(c.update_rate or ""), c.type_name, c.manager),
+            (
+                c.state,
+                str(c.update_rate or ""),
+                text.work(c.average_us),
+                text.work(c.longest_us),
+                c.type_name,
+                c.manager,
+            ),
             _STATE_STYLES.get(c.state, ""),
         )
         for c in controllers

@@ -40,6 +40,15 @@ def age(seconds: float | None) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
+def work(microseconds: float | None) -> str:
+    """How long something takes, in microseconds or, from a thousand on, in milliseconds."""
+    if microseconds is None:
+        return ""
+    if microseconds < _THOUSAND:
+        return f"{microseconds:.0f} µs"
+    return f"{microseconds / _THOUSAND:.1f} ms"
+
+
 def shortened(name: str, width: int) -> str:
     """A name within so many characters: of a long one the end says more than the beginning."""
     return name if len(name) <= width else f"…{name[len(name) - width + 1 :]}"

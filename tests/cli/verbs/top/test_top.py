@@ -291,6 +291,12 @@ def test_controllers_are_shown_with_their_state(ros):
         row = await screen.until(lambda: screen.row("joint_state_broadcaster"))
         assert row[1] == "active"
         assert row[-1] == "/controller_manager"
+        # How long an update takes on average, and took at most.
+        row = await screen.until(
+            lambda: (row := screen.row("joint_state_broadcaster")) and row[3] and row
+        )
+        assert row[3].endswith("s")
+        assert row[4].endswith("s")
 
     on_screen(scenario)
 

@@ -1,0 +1,219 @@
+"""``/diagnostics``: whether controllers, hardware and the cycle do what they should, once a second.
+
+Names and thresholds are ros2_control's, so that robot monitors show what they show there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.cycle import Cycle
+from teleopctl.control.lifecycle import State
+from teleopctl.control.statistics.measuring import MovingStatistics
+from teleopctl.interfaces import get_message
+from teleopctl.node import Clock, ClockType
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+_TOPIC = "/diagnostics"
+_HARDWARE_ID = "ros2_control"
+# Hz for periodicity, microseconds for execution time.
+_DEFAULTS = {
+    "periodicity.mean_error": (5.0, 10.0),
+    "periodicity.standard_deviation": (5.0, 10.0),
+    "execution_time.mean_error": (1000.0, 2000.0),
+    "execution_time.standard_deviation": (100.0, 200.0),
+}
+
+# Any: a parameter has one of nine types, and files decide which.
+Parameter = Callable[[str], Any]
+
+
+class Level(IntEnum):
+    """The levels of a diagnostic status."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+class Status(NamedTuple):
+    """One diagnostic status: its task, what is the matter, and the values behind that."""
+
+    name: str
+    level: Level
+    message: str
+    values: Sequence[tuple[str, str]]
+
+
+class Diagnostics:
+    """Publishes the statuses while somebody listens.
+
+    Args:
+        node: The manager's node.
+        manager: Whose controllers and hardware it is about.
+        cycle: Their cycle.
+        parameter: The value of one of the manager's parameters, or None.
+    """
+
+    def __init__(
+        self, node: Node, manager: ControllerManager, cycle: Cycle, parameter: Parameter
+    ) -> None:
+        self._node = node
+        self._manager = manager
+        self._cycle = cycle
+        self._parameter = parameter
+        self._array = get_message("diagnostic_msgs/msg/DiagnosticArray")
+        self._publisher = node.create_publisher(self._array, _TOPIC, 1)
+        node.create_timer(1.0, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _publish(self) -> None:
+        if not self._publisher.get_subscription_count():
+            return
+        status: Any = get_message("diagnostic_msgs/msg/DiagnosticStatus")
+        pair = get_message("diagnostic_msgs/msg/KeyValue")
+        message = self._array(
+            status=[
+                status(
+                    level=bytes([one.level]),
+                    name=f"{self._node.get_name()}: {one.name}",
+                    message=one.message,
+                    hardware_id=_HARDWARE_ID,
+                    values=[pair(key=key, value=value) for key, value in one.values],
+                )
+                for one in statuses(self._manager, self._cycle, self._parameter)
+            ]
+        )
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+
+
+def statuses(
+    manager: ControllerManager, cycle: Cycle, parameter: Parameter
+) -> tuple[Status, Status, Status]:
+    """What is known of the controllers, of the hardware, and of the manager itself.
+
+    Args:
+        manager: Its controllers and hardware.
+        cycle: Their cycle.
+        parameter: The value of one of the manager's parameters, or None.
+    """
+    return (
+        _controllers(manager, parameter),
+        _hardware(manager, parameter),
+        _manager(manager, cycle, parameter),
+    )
+
+
+def _controllers(manager: ControllerManager, parameter: Parameter) -> Status:
+    thresholds = _Thresholds("controllers", parameter)
+    specs = list(manager.controllers.values())
+    values: list[tuple[str, str]] = []
+    for spec in specs:
+        values.append((f"{spec.name}.state", spec.lifecycle_state.label))
+        if spec.lifecycle_state is not State.ACTIVE:
+            continue
+        rate = round(spec.controller.update_rate)
+        work = spec.statistics
+        values.append(thresholds.judge(spec.name, work.execution_time, "execution_time", 0.0))
+        if rate != manager.update_rate:
+            values.append(thresholds.judge(spec.name, work.periodicity, "periodicity", rate))
+    return thresholds.status("Controllers Activity", "controllers", specs, values)
+
+
+def _hardware(manager: ControllerManager, parameter: Parameter) -> Status:
+    thresholds = _Thresholds("hardware_components", parameter)
+    components = list(manager.resource_manager.components.values())
+    values: list[tuple[str, str]] = []
+    for component in components:
+        values.append((f"{component.name}.state", component.lifecycle_state.label))
+        if component.lifecycle_state is not State.ACTIVE:
+            continue
+        for part, work in (("read_cycle", component.reads), ("write_cycle", component.writes)):
+            name = f"{component.name}.{part}"
+            values.append(thresholds.judge(name, work.execution_time, "execution_time", 0.0))
+    return thresholds.status(
+        "Hardware Components Activity", "hardware components", components, values
+    )
+
+
+def _manager(manager: ControllerManager, cycle: Cycle, parameter: Parameter) -> Status:
+    thresholds = _Thresholds("controller_manager", parameter)
+    rate = manager.update_rate
+    values = [
+        ("update_rate", str(rate)),
+        thresholds.judge("", cycle.times.periodicity, "periodicity", rate),
+    ]
+    message = "The control cycle keeps its rate"
+    if thresholds.level is not Level.OK:
+        message = f"The control cycle does not keep its rate of {rate} Hz"
+    return Status("Controller Manager Activity", thresholds.level, message, values)
+
+
+class _Thresholds:
+    """Compares measurements with what a kind of things is allowed, and keeps the worst.
+
+    Args:
+        kind: Of the things, as the parameters have it.
+        parameter: The value of one of the manager's parameters, or None.
+
+    Attributes:
+        level: The worst so far.
+    """
+
+    def __init__(self, kind: str, parameter: Parameter) -> None:
+        self._prefix = f"diagnostics.threshold.{kind}"
+        self._parameter = parameter
+        self._off: list[str] = []
+        self.level = Level.OK
+
+    def judge(
+        self, name: str, measured: MovingStatistics, quantity: str, wanted: float
+    ) -> tuple[str, str]:
+        """Compare one quantity of one thing; returns its key and its numbers."""
+        level = Level.OK
+        if measured.count:
+            error = measured.average - wanted
+            # What takes less time than it may is no mistake.
+            error = error if quantity == "execution_time" else abs(error)
+            level = max(
+                self._level(f"{quantity}.mean_error", error),
+                self._level(f"{quantity}.standard_deviation", measured.standard_deviation),
+            )
+        if level is not Level.OK and name:
+            self._off.append(f"{name} ({quantity})")
+        self.level = max(self.level, level)
+        unit = "us" if quantity == "execution_time" else "Hz"
+        return (
+            f"{name}.{quantity}".lstrip("."),
+            f"Avg: {measured.average:.2f} [{measured.least:.2f} - {measured.greatest:.2f}] {unit}, "
+            f"StdDev: {measured.standard_deviation:.2f}"
+            + (f" -> Desired : {wanted:g} Hz" if wanted else ""),
+        )
+
+    def _level(self, quantity: str, value: float) -> Level:
+        levels = (Level.WARN, Level.ERROR)
+        above = Level.OK
+        for level, default in zip(levels, _DEFAULTS[quantity], strict=True):
+            limit = self._parameter(f"{self._prefix}.{quantity}.{level.name.lower()}")
+            if value > (default if limit is None else float(limit)):
+                above = level
+        return above
+
+    def status(
+        self, task: str, things: str, all_: Iterable[Any], values: Sequence[tuple[str, str]]
+    ) -> Status:
+        """The status of all things of the kind."""
+        states = [one.lifecycle_state for one in all_]
+        message = f"All {things} are active"
+        if not states:
+            message = f"There are no {things}"
+        elif any(state is not State.ACTIVE for state in states):
+            message = f"Not all {things} are active"
+        if self._off:
+            message += f"; slow or irregular: {', '.join(dict.fromkeys(self._off))}"
+        return Status(task, self.level, message, values)
