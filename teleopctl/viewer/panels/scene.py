@@ -12,6 +12,7 @@ from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.page.html import escaped_markdown
 from teleopctl.viewer.page.server import PageError
 from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"
 _MARKS = {OK: "", ERROR: "🔴 "}
@@ -26,13 +27,15 @@ class ScenePanel(Panel):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._rows: dict[int, _Row] = {}
+        self._tools = ClickTools(page)
 
     def build(self) -> None:
-        """Add the choice of the fixed frame, of a new display, and the list."""
+        """Add the choice of the fixed frame, the tools, the list and a new display for it."""
         self._fixed: Any = self.gui.add_dropdown(
             "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
         )
         self._fixed.on_update(self.page.on(self._fix))
+        self._tools.build()
         self._list = self.gui.add_folder("Displays")
         with self.gui.add_folder("Add", expand_by_default=False):
             self._kind = self.gui.add_dropdown(
@@ -71,6 +74,10 @@ class ScenePanel(Panel):
         self._show_displays()
         for row in self._rows.values():
             row.follow()
+
+    def ended(self) -> None:
+        """Put the tool away with whom it was for."""
+        self._tools.put_away()
 
     def graph_changed(self) -> None:
         """Offer the topics that there are."""

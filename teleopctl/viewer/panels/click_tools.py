@@ -1,0 +1,226 @@
+"""RViz's tools that publish where somebody clicks: a goal, a first estimate, a point.
+
+The click meets the ground: the plane z = 0 of the fixed frame. A goal and an estimate take two
+clicks, where they are and where they look, since a drag turns the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import get_message
+from teleopctl.node import QoSProfile
+from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
+from teleopctl.viewer.page.html import escaped_markdown
+from teleopctl.viewer.page.server import PageError
+from teleopctl.viewer.rviz_file import RvizFile, plain_class
+from teleopctl.viewer.scene.canvas import Canvas
+from teleopctl.viewer.scene.drawing import ArrowSize, Drawing, Rgba
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.panels.base import Page
+
+# Any stands for messages, and for viser's events and handles.
+
+_PATH = "/click_tool"
+_COLOR: Rgba = (0.0, 0.75, 0.25, 1.0)
+# Beyond this a click is at the horizon.
+_FARTHEST_M = 1e4
+_DOT_M = 0.05
+# As RViz publishes.
+_DEPTH = 5
+# The variances of an estimate where a file has none: (0.5 m)^2, and (15 degrees)^2.
+_VARIANCES = {"Covariance x": 0.25, "Covariance y": 0.25, "Covariance yaw": (math.pi / 12) ** 2}
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """A tool.
+
+    Attributes:
+        title: What its button says.
+        rviz_class: Its class in ``.rviz`` files, without the package.
+        message_type: What it publishes.
+        topic: Where, unless a file says otherwise.
+        has_direction: Whether a second click says where it looks.
+    """
+
+    title: str
+    rviz_class: str
+    message_type: str
+    topic: str
+    has_direction: bool
+
+
+TOOLS = (
+    Tool("Goal", "SetGoal", "geometry_msgs/msg/PoseStamped", "/goal_pose", True),
+    Tool(
+        "Estimate",
+        "SetInitialPose",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "/initialpose",
+        True,
+    ),
+    Tool("Point", "PublishPoint", "geometry_msgs/msg/PointStamped", "/clicked_point", False),
+)
+
+
+class ClickTools:
+    """The row of tools; at most one is in somebody's hand.
+
+    Args:
+        page: What it works with.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._scene = page.stage.scene
+        self._canvas = Canvas(self._scene, _PATH)
+        self._tool: Tool | None = None
+        self._client_id = -1
+        self._where: Vector3 | None = None
+        self._fixed = ""
+        self._publishers: dict[tuple[str, str], Any] = {}
+        self._heed: Callable[..., None] | None = None
+
+    def build(self) -> None:
+        """Add the buttons, and what stands below them while one is pressed."""
+        gui = self._page.gui
+        self._buttons: Any = gui.add_button_group(
+            "Click for",
+            tuple(tool.title for tool in TOOLS),
+            hint="2D Goal Pose, 2D Pose Estimate and Publish Point of RViz; again to put it away",
+        )
+        self._buttons.on_click(self._page.on(self._press))
+        self._advice: Any = gui.add_markdown("", visible=False)
+
+    def put_away(self) -> None:
+        """Take no more clicks, and remove what was drawn."""
+        self._let_go()
+        self._say("")
+        self._canvas.remove()
+
+    def _press(self, event: Any) -> None:
+        tool = next(one for one in TOOLS if one.title == event.target.value)
+        again = tool is self._tool
+        self.put_away()
+        if again:
+            return
+        if not self._page.frames.fixed:
+            raise PageError("There is no fixed frame yet in which a click could mean a place")
+        # Whoever listens finds it while the person aims.
+        self._publisher(tool)
+        self._tool, self._client_id = tool, event.client_id
+        self._heed = self._page.on(self._click)
+        self._scene.on_click()(self._heed)
+        self._say(f"{tool.title} for {self._topic(tool)}: click on the ground")
+
+    def _click(self, event: Any) -> None:
+        tool = self._tool
+        # Who else looks may click without aiming at anything.
+        if tool is None or event.client_id != self._client_id:
+            return
+        if self._fixed != self._page.frames.fixed:
+            # The first click was on another ground.
+            self._fixed, self._where = self._page.frames.fixed, None
+        place = ground_at(event.ray_origin, event.ray_direction)
+        if place is None:
+            self._say("That is not on the ground: click below the horizon")
+        elif tool.has_direction and self._where is None:
+            self._where = place
+            self._draw(place, None)
+            self._say("Click once more: where it looks")
+        else:
+            where, yaw = self._where or place, 0.0
+            if tool.has_direction:
+                yaw = math.atan2(place[1] - where[1], place[0] - where[0])
+            self._publish(tool, where, yaw)
+
+    def _publish(self, tool: Tool, where: Vector3, yaw: float) -> None:
+        message = get_message(tool.message_type)()
+        message.header.frame_id = self._page.frames.fixed
+        message.header.stamp = self._page.node.get_clock().now().to_msg()
+        if tool.has_direction:
+            pose = message.pose
+            if hasattr(pose, "covariance"):
+                x, y, around = (self._number(tool, name) for name in _VARIANCES)
+                # Row by row of x, y, z, roll, pitch, yaw.
+                pose.covariance[0], pose.covariance[7], pose.covariance[35] = x, y, around
+                pose = pose.pose
+            turn = quaternion_from_rpy(0.0, 0.0, yaw)
+            pose.orientation.z, pose.orientation.w = turn[2], turn[3]
+            point = pose.position
+        else:
+            point = message.point
+        point.x, point.y, point.z = where
+        publisher = self._publisher(tool)
+        publisher.publish(message)
+        self._let_go()
+        self._draw(where, yaw if tool.has_direction else None)
+        heard = "" if publisher.get_subscription_count() else "; nobody listens there"
+        self._say(f"Published on {self._topic(tool)}: {where[0]:.2f}, {where[1]:.2f}{heard}")
+
+    def _let_go(self) -> None:
+        if self._heed is not None:
+            self._scene.remove_click_callback(self._heed)
+        self._heed = self._tool = self._where = None
+
+    # --- what a file says -----------------------------------------------------------------------
+
+    def _given(self, tool: Tool) -> dict[str, Any]:
+        file: RvizFile = self._page.picture.file
+        named = (one for one in file.tools() if _class_of(one) == tool.rviz_class)
+        return next(named, {})
+
+    def _topic(self, tool: Tool) -> str:
+        said = self._given(tool).get("Topic")
+        if isinstance(said, dict):
+            said = said.get("Value")
+        return said if isinstance(said, str) and said else tool.topic
+
+    def _number(self, tool: Tool, name: str) -> float:
+        said = self._given(tool).get(name)
+        is_variance = isinstance(said, int | float) and 0.0 <= said < math.inf
+        return float(said) if said is not None and is_variance else _VARIANCES[name]
+
+    def _publisher(self, tool: Tool) -> Any:
+        key = (tool.message_type, self._topic(tool))
+        if key not in self._publishers:
+            self._publishers[key] = self._page.node.create_publisher(
+                get_message(tool.message_type), key[1], QoSProfile(depth=_DEPTH)
+            )
+        return self._publishers[key]
+
+    # --- what is seen ---------------------------------------------------------------------------
+
+    def _draw(self, where: Vector3, yaw: float | None) -> None:
+        drawing = Drawing()
+        if yaw is None:
+            drawing.solid("sphere", Transform(where), (_DOT_M,) * 3, _COLOR)
+        else:
+            turn = quaternion_from_rpy(0.0, 0.0, yaw)
+            size = ArrowSize(0.35, 0.03, 0.15, 0.1)
+            drawing.arrow(Transform(where, turn), size, _COLOR)
+        self._canvas.show(drawing)
+
+    def _say(self, text: str) -> None:
+        self._advice.content, self._advice.visible = escaped_markdown(text), bool(text)
+
+
+def _class_of(given: dict[str, Any]) -> str:
+    return plain_class(str(given.get("Class", "")))
+
+
+def ground_at(origin: Vector3, direction: Vector3) -> Vector3 | None:
+    """Where a ray meets the plane z = 0; None for one that does not, or at the horizon only."""
+    x, y, z = (float(part) for part in origin)
+    dx, dy, dz = (float(part) for part in direction)
+    # Away from the plane, along it, or no number.
+    if not z * dz < 0.0:
+        return None
+    way = -z / dz
+    place = (x + way * dx, y + way * dy, 0.0)
+    return place if math.hypot(way * dx, way * dy, z) < _FARTHEST_M else None
