@@ -46,6 +46,8 @@ if TYPE_CHECKING:
         BagWriter as BagWriter,
         WriterOptions as WriterOptions,
     )
+    from teleopctl.bag.verify.comparison import Difference as Difference, Verdict as Verdict
+    from teleopctl.bag.verify.session import Session as Session, read_session as read_session
 else:
     from teleopctl.lazy import attach
 
@@ -67,5 +69,7 @@ else:
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
             "storage.bag": "Bag bag_files open_bag",
             "storage.bag_writer": "BagWriter WriterOptions",
+            "verify.comparison": "Difference Verdict",
+            "verify.session": "Session read_session",
         },
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.sim.building import SimulatedRobot as SimulatedRobot, simulate as simulate
     from teleopctl.sim.gl_backend import (
         check_drawing as check_drawing,
         choose_backend as choose_backend,
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
         CameraRenderer as CameraRenderer,
         make_renderer as make_renderer,
     )
+    from teleopctl.sim.replay import replay_session as replay_session
     from teleopctl.sim.sensors.base import Sensor as Sensor
     from teleopctl.sim.sensors.imu import Imu as Imu
     from teleopctl.sim.simulation import Simulation as Simulation
@@ -24,10 +26,12 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "building": "SimulatedRobot simulate",
             "gl_backend": "check_drawing choose_backend",
             "node": "MujocoSim",
             "pacing": "Beat",
             "rendering": "CameraRenderer make_renderer",
+            "replay": "replay_session",
             "sensors.base": "Sensor",
             "sensors.imu": "Imu",
             "simulation": "Simulation",

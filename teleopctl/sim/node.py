@@ -10,19 +10,18 @@ import mujoco
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
-from teleopctl.mujoco_model import RobotModel, build_model
+from teleopctl.mujoco_model import RobotModel
 from teleopctl.node import (
     Node,
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.packages import resolve_uri
-from teleopctl.robot import RobotDescription, read_world
+from teleopctl.robot import RobotDescription
+from teleopctl.sim.building import simulate
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.ports import TopicPorts
-from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
-from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.sensors.publishing import SensorPublisher
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
@@ -143,28 +142,15 @@ class MujocoSim(Node):
         logger = self.get_logger()
         progress.tell(progress.STARTING)
         logger.info("Received the robot description, parsing...")
-        description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
-        sensors = make_sensors(description.gazebo.sensors, logger.warning)
-        file = str(self.get_parameter("world").value)
-        world = read_world(resolve_uri(file)) if file else None
-        model = build_model(
-            description, lambda spec: add_sensors(spec, sensors, logger.warning), world
-        )
-        for warning in model.warnings:
-            logger.warning(warning)
-        for first, second in model.excluded:
-            logger.warning(
-                f"'{first}' and '{second}' overlap at the start: they touch once they have come "
-                "apart"
-            )
-        self._report(description, model)
-        rate = int(self._number("update_rate"))
-        simulation = Simulation(
-            model,
-            control_period_ns=round(1e9 / rate),
+        description, model, simulation, sensors = simulate(
+            urdf,
+            world=str(self.get_parameter("world").value),
+            control_period_ns=round(1e9 / int(self._number("update_rate"))),
             timestep_ns=round(self._number("timestep") * 1e9),
+            warn=logger.warning,
         )
+        self._report(description, model)
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
         if period_s > step_s:
             # Gazebo's plug-in warns, though it is as it should be: several steps for each command.

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from teleopctl.interfaces import get_message, set_stamp, to_seconds
+from teleopctl.mujoco_model import RobotModel
 from teleopctl.sim.simulation import Simulation
 from teleopctl.tf import TransformBroadcaster
 
@@ -23,6 +25,16 @@ VIEW_TOPIC = "/mujoco_sim/joint_states"
 FREE_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
 
 
+def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
+    """The joints that the state of a control tick has, as indices into those of the model, (n,)."""
+    reported = [
+        index
+        for index, joint in enumerate(model.joints)
+        if joint.state_interfaces or joint.mimic is not None
+    ]
+    return np.array(reported, dtype=np.intp)
+
+
 class TopicPorts:
     """Publishes a simulation; implements `teleopctl.sim.lockstep.Ports`.
 
@@ -37,14 +49,9 @@ class TopicPorts:
     def __init__(self, node: Node, simulation: Simulation, states_topic: str) -> None:
         self._simulation = simulation
         self._logger = node.get_logger()
-        joints = simulation.model.joints
-        reported = [
-            index
-            for index, joint in enumerate(joints)
-            if joint.state_interfaces or joint.mimic is not None
-        ]
-        self._reported = np.array(reported, dtype=int)
-        self._state = _JointState(name=[joints[index].name for index in reported])
+        self._reported = reported_joints(simulation.model)
+        names = [simulation.joint_names[index] for index in self._reported]
+        self._state = _JointState(name=names)
         self._view = _JointState(name=list(simulation.joint_names))
         self._time = _Clock()
         self._clock_publisher = node.create_publisher(_Clock, "/clock", 10)

@@ -54,12 +54,14 @@ class Verdict:
     Attributes:
         tolerance: What two numbers may be apart; 0 asks for the same bits.
         states: How many states were compared.
+        end_ns: Simulated time of the last one, in nanoseconds.
         first: What differed at the first time at which anything did, each joint and field.
         largest: The largest difference of each joint and field that differed.
     """
 
     tolerance: float = 0.0
     states: int = 0
+    end_ns: int = 0
     first: list[Difference] = field(default_factory=list)
     largest: dict[tuple[str, str], Difference] = field(default_factory=dict)
 
@@ -77,6 +79,7 @@ class Verdict:
             replayed: As it is now; the order of its joints may be another one.
         """
         self.states += 1
+        self.end_ns = max(self.end_ns, time_ns)
         found = [
             difference
             for difference in differences(time_ns, recorded, replayed)

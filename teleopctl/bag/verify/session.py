@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
 DESCRIPTION_TOPIC = "/robot_description"
+SIMULATOR = "/mujoco_sim"
+
+RECORD_NAME = "teleopctl"
+"""The record of metadata that has the versions of programs and libraries."""
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _STRING = "std_msgs/msg/String"
@@ -32,6 +36,8 @@ class Session:
         commands: The command that answered the state of a time; where there is none, nobody did.
         period_ns: Simulated time between two states, in nanoseconds.
         other_commands: Commands that answer no state, so that nobody knows when they took effect.
+        parameters: Of the simulator's node, by name, as far as the bag has them.
+        versions: Of the programs and libraries, by name, as far as the bag has them.
     """
 
     robot_description: str
@@ -39,6 +45,8 @@ class Session:
     commands: Mapping[int, JointState]
     period_ns: int
     other_commands: int = 0
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -50,7 +58,10 @@ class _Found:
 
 
 def read_session(
-    bag: Bag, states_topic: str = STATES_TOPIC, commands_topic: str = COMMANDS_TOPIC
+    bag: Bag,
+    states_topic: str = STATES_TOPIC,
+    commands_topic: str = COMMANDS_TOPIC,
+    simulator: str = SIMULATOR,
 ) -> Session:
     """Read the session that a bag has recorded.
 
@@ -58,6 +69,7 @@ def read_session(
         bag: The bag.
         states_topic: Where the simulator published the state of each control tick.
         commands_topic: Where the controllers answered it.
+        simulator: Full name of the simulator's node.
 
     Raises:
         InvalidFileError: The bag lacks a part of it; the message says which.
@@ -83,7 +95,28 @@ def read_session(
         answers,
         period_ns,
         found.other_commands + len(found.commands) - len(answers),
+        read_parameters(bag, simulator),
+        dict(bag.records()).get(RECORD_NAME, {}),
     )
+
+
+def read_parameters(bag: Bag, node: str) -> dict[str, object]:
+    """Return the parameters of a node that were recorded with a bag; empty where none were.
+
+    Args:
+        bag: The bag.
+        node: The node's full name.
+    """
+    import yaml
+
+    found: dict[str, object] = {}
+    for attachment in bag.attachments():
+        if attachment.name.startswith("parameters") and attachment.name.endswith(".yaml"):
+            document = yaml.safe_load(attachment.data)
+            listed = document.get(node) if isinstance(document, dict) else None
+            if isinstance(listed, dict):
+                found |= listed.get("ros__parameters") or {}
+    return found
 
 
 def _read(bag: Bag, states_topic: str, commands_topic: str) -> _Found:

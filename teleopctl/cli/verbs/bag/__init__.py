@@ -58,5 +58,10 @@ GROUP = Group(
                 "teleopctl bag plot my_bag /joint_states/effort[1] /wrench/force/z -o forces.svg",
             ),
         ),
+        "verify": Verb(
+            f"{_LOOK}.verify:verify",
+            "Simulate a recorded session once more, and compare.",
+            examples=("teleopctl bag verify my_bag", "teleopctl bag verify my_bag --json"),
+        ),
     },
 )

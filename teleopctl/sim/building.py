@@ -1,0 +1,62 @@
+"""From a robot description, and perhaps a world, to a simulation that can be stepped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from teleopctl.mujoco_model import RobotModel, build_model
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import RobotDescription, read_world
+from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
+from teleopctl.sim.simulation import Simulation
+
+
+class SimulatedRobot(NamedTuple):
+    """A simulation and what it was built from.
+
+    Attributes:
+        description: The robot, as its URDF says.
+        model: The robot and the world, as MuJoCo has them.
+        simulation: At its start.
+        sensors: What measures in it.
+    """
+
+    description: RobotDescription
+    model: RobotModel
+    simulation: Simulation
+    sensors: list[Sensor]
+
+
+def simulate(
+    urdf: str,
+    *,
+    world: str = "",
+    control_period_ns: int,
+    timestep_ns: int,
+    warn: Callable[[str], object] = lambda _: None,
+) -> SimulatedRobot:
+    """Build a simulation.
+
+    Args:
+        urdf: The robot description.
+        world: File or URI of what stands around the robot; empty for nothing.
+        control_period_ns: Time between two control ticks, in nanoseconds.
+        timestep_ns: Longest physics step, in nanoseconds.
+        warn: Takes one sentence for each thing that is not as somebody wrote it.
+
+    Raises:
+        InvalidDescriptionError: The robot or the world cannot be simulated.
+        NotFoundError: The world's file is not there.
+    """
+    description = RobotDescription.from_urdf(urdf)
+    sensors = make_sensors(description.gazebo.sensors, warn)
+    surroundings = read_world(resolve_uri(world)) if world else None
+    model = build_model(description, lambda spec: add_sensors(spec, sensors, warn), surroundings)
+    for warning in model.warnings:
+        warn(warning)
+    for first, second in model.excluded:
+        warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
+    simulation = Simulation(model, control_period_ns=control_period_ns, timestep_ns=timestep_ns)
+    return SimulatedRobot(description, model, simulation, sensors)
