@@ -15,6 +15,24 @@ from tests import ROOT
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
+
+# Pages whose commands tests/system/test_pages.py types in their order, as a reader would.
+TYPED = {
+    path.stem: path
+    for path in PAGES
+    if path.stem in ("README", "nodes", "page", "ten_words", "terminal", "tutorial")
+}
+
+# What runs the commands of the other pages.
+ELSEWHERE = {
+    "bag": "tests/bag",
+    "own_robot": "tests/system/test_own_robot.py",
+    "simulation": "tests/system/test_sim.py",
+    "foxglove": "tests/system/test_foxglove_bridge.py",
+    "ros2": "tests/interop",
+    **{path.stem: "tests/test_extending.py" for path in PAGES if path.parent.name == "extending"},
+}
+
 LARGEST_PICTURE_BYTES = 300_000
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -142,6 +160,13 @@ def test_every_verb_named_in_the_text_exists(page):
         words = line.split()
         if words[0][0].isalpha():
             command_named([word for word in words if word[0].isalpha()])
+
+
+def test_the_commands_of_every_page_are_run_by_a_test():
+    with_commands = {page.stem for page in PAGES if list(command_lines(page))}
+    assert with_commands <= TYPED.keys() | ELSEWHERE.keys()
+    assert not TYPED.keys() & ELSEWHERE.keys()
+    assert all((ROOT / test).exists() for test in ELSEWHERE.values())
 
 
 def test_a_misspelled_option_would_be_noticed():

@@ -1,55 +1,18 @@
 """Figures of many topics as a table, and fields drawn in the terminal, between real processes."""
 
-import contextlib
 import json
-import os
-import re
-import subprocess
 import sys
-import time
 
 import pytest
 
-from teleopctl.testing import LONGEST_WAIT_S, eventually
+from teleopctl.testing import eventually
 
 if sys.platform == "win32":
     pytest.skip("needs a terminal of POSIX", allow_module_level=True)
-import pty
+from tests.system.terminal import Terminal
 
 STRING = "std_msgs/msg/String"
 TWIST = "geometry_msgs/msg/Twist"
-
-
-class Terminal:
-    """A command in a terminal of its own."""
-
-    def __init__(self, words, env):
-        self._master, slave = pty.openpty()
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "teleopctl", *words],
-            env={**env, "TERM": "xterm-256color", "COLUMNS": "90", "LINES": "24"},
-            stdin=slave,
-            stdout=slave,
-            stderr=slave,
-            start_new_session=True,
-        )
-        os.close(slave)
-        self.text = ""
-
-    def until(self, pattern):
-        deadline = time.monotonic() + LONGEST_WAIT_S
-        while not (match := re.search(pattern, self.text, re.DOTALL)):
-            assert time.monotonic() < deadline, self.text
-            self.text += os.read(self._master, 65536).decode(errors="replace")
-        return match
-
-    def close(self):
-        self._process.terminate()
-        with contextlib.suppress(OSError):  # the other end is closed
-            while os.read(self._master, 65536):
-                pass
-        self._process.wait(LONGEST_WAIT_S)
-        os.close(self._master)
 
 
 @pytest.fixture
@@ -57,7 +20,8 @@ def terminal(ros):
     opened = []
 
     def open_terminal(line):
-        opened.append(Terminal(line.split(), ros.env))
+        argv = [sys.executable, "-m", "teleopctl", *line.split()]
+        opened.append(Terminal(argv, ros.env))
         return opened[-1]
 
     yield open_terminal

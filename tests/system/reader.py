@@ -1,0 +1,307 @@
+"""Types a page of the documentation as its reader would: its files, its commands, in their order.
+
+What a page shows below a command has to come, whatever numbers, times and paths it has. A command
+that goes on until Ctrl-C is interrupted when that has come; a node or a launch in the foreground
+stays in its terminal until the next heading, as it does for a reader with two terminals.
+
+A comment in the page, in the line above a block, tells the exceptions:
+
+- ``<!-- not typed: REASON -->``: what no test can do; `NOT_TYPED` of the test lists them all.
+- ``<!-- stays open -->``: what runs in the foreground stays to the end of the page.
+- ``<!-- to the digit -->``: the numbers have to be right too, but for times.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import signal
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+
+from teleopctl.testing import Process, RosGraph, eventually
+from tests.system.terminal import Terminal
+from tests.test_docs import whole_lines
+
+STEP = re.compile(
+    r"^#+ (?P<heading>[^\n]+)$|^(?:<!-- (?P<remark>[^>\n]*) -->\n\n?)?"
+    r"```(?P<language>\w*)\n(?P<text>.*?)^```$|^\|(?P<row>[^\n]*)\|$",
+    re.MULTILINE | re.DOTALL,
+)
+FILE_NAME = re.compile(r"^(?:# |<!-- )([\w./]+\.\w+)(?: -->)?\n")
+IN_TABLE = re.compile(r"`(teleopctl (?:[^`])+)`")
+
+# Rather than what puts out the cursor.
+A_WORD = r"[a-z_]{4}"
+
+LONGEST_COMMAND_S = 90.0
+TOLERANCE = 2e-3  # Of numbers that are printed with three digits.
+
+# What is different at every run: folders, identifiers, numbers with what they count.
+CHANGES = re.compile(
+    r"(?P<left_out>…)|(?P<path>/home/me\b[^\s:',)]*)|(?P<gid>(?:[0-9a-f]{2}\.){15}[0-9a-f]{2})"
+    r"|(?P<number>(?<!\w)-?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:m\d+)?s?(?!\w))|(?P<blank>\s+)"
+)
+STANDS_FOR = {
+    "left_out": r".*",
+    "path": r"\S+",
+    "gid": r"[0-9a-f.]+",
+    "number": r"-?[\d.][\w.+-]*",
+    "blank": r"\s+",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A command of a page.
+
+    Attributes:
+        line: What is typed; it may have several lines.
+        shown: What the page shows below it.
+        remark: The comment above its block, or nothing.
+        file: A file to write instead, as name and text.
+        is_heading: Whether a part of the page begins here.
+    """
+
+    line: str = ""
+    shown: tuple[str, ...] = ()
+    remark: str = ""
+    file: tuple[str, str] | None = None
+    is_heading: bool = False
+
+    @property
+    def is_typed(self) -> bool:
+        """Whether a test can do it."""
+        return not self.remark.startswith("not typed")
+
+    def lacks(self, shown: tuple[str, ...], process: Process) -> list[str]:
+        """What of some lines that the page shows a process has not written."""
+        output = process.stdout + process.stderr
+        return missing(shown, output, numbers=self.remark == "to the digit")
+
+
+def steps(text: str, *, tables: bool = False) -> Iterator[Step]:
+    """What a page has its reader do; the commands in its tables too if asked for."""
+    for match in STEP.finditer(text):
+        if match["heading"] is not None:
+            yield Step(is_heading=True)
+        elif match["row"] is not None:
+            if tables:
+                for command in IN_TABLE.findall(match["row"]):
+                    yield Step(line=command.replace("\\|", "|"))
+        elif match["language"] in ("sh", "console"):
+            yield from _commands(match["language"], match["text"], match["remark"] or "")
+        elif name := FILE_NAME.match(match["text"]):
+            yield Step(file=(name[1], match["text"]))
+
+
+def _commands(language: str, text: str, remark: str) -> Iterator[Step]:
+    prompt = "$ " if language == "console" else ""
+    lines = text.splitlines()
+    typed = list(whole_lines(lines, prompt))
+    if not prompt:
+        yield from (Step(line=line, remark=remark) for line in typed)
+        return
+    # What follows a prompt is the command, which may have several lines, then its output.
+    parts = [part.splitlines() for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]]
+    for line, part in zip(typed, parts, strict=True):
+        own = next(n for n in range(1, len(part) + 1) if _is_whole(part[:n]))
+        yield Step(line=line, shown=tuple(part[own:]), remark=remark)
+
+
+def _is_whole(lines: list[str]) -> bool:
+    text = "\n".join(lines)
+    if text.endswith("\\"):
+        return False
+    try:
+        shlex.split(text, comments=True)
+    except ValueError:
+        return False
+    return True
+
+
+def goes_on(words: list[str]) -> bool:
+    """Whether a command goes on until Ctrl-C."""
+    options = {word for word in words if word.startswith("-")}
+    match words[1:]:
+        case ["launch", *_]:
+            return not options & {"-d", "--detach", "-s", "--show-args", "-p", "--print"}
+        case ["run", "-d" | "--detach" | "xacro", *_] | ["run", _, "view_frames", *_]:
+            return False
+        case ["topic", "echo", *_]:
+            return not options & {"--once", "--timeout"}
+        case ["topic", "pub", *_]:
+            return not options & {"-1", "--once", "-t", "--times"}
+        case ["tf", "echo", *_]:
+            return "--once" not in options
+        case ["logs", *_]:
+            return "-f" in options
+        case ["run" | "top", *_] | ["topic", "hz" | "bw" | "delay", *_]:
+            return True
+    return False
+
+
+def stays(words: list[str]) -> bool:
+    """Whether a reader leaves it running, and goes on in another terminal."""
+    return words[1] in ("run", "launch") and "tf2_echo" not in words
+
+
+def only_looks(words: list[str]) -> bool:
+    """Whether typing it again changes nothing."""
+    return not {"run", "launch", "stop", "start", "set", "load", "pub", "call", "rm"} & set(words)
+
+
+def pattern(line: str) -> re.Pattern[str]:
+    """A regular expression for a line that a page shows, as another run may write it."""
+    parts, at = [], 0
+    for match in CHANGES.finditer(line):
+        parts += [re.escape(line[at : match.start()]), STANDS_FOR[match.lastgroup or ""]]
+        at = match.end()
+    return re.compile("".join([*parts, re.escape(line[at:])]))
+
+
+def missing(shown: tuple[str, ...], output: str, *, numbers: bool = False) -> list[str]:
+    """The lines that a page shows and an output lacks; all of them if its numbers are others."""
+    lines = [line.strip() for line in output.splitlines()]
+    wanted = [line.strip().removeprefix("^C") for line in shown if line.strip()]
+    if numbers:
+        expected = _numbers("\n".join(wanted))
+        if _numbers(output)[: len(expected)] != pytest.approx(expected, abs=TOLERANCE):
+            return wanted
+    return [line for line in wanted if not any(pattern(line).fullmatch(one) for one in lines)]
+
+
+def _numbers(text: str) -> list[float]:
+    text = re.sub(r"(?m)^ *At time.*$|^ *(?:sec|nanosec): .*$|\[\d{10}\.\d{9}\]", "", text)
+    return [float(number) for number in re.findall(r"(?<!\w)-?\d+\.\d+", text)]
+
+
+@dataclass
+class Reader:
+    """Somebody with a few terminals in one folder.
+
+    Attributes:
+        ros: The graph.
+    """
+
+    ros: RosGraph
+    _settings: list[str] = field(default_factory=list)
+    _running: list[tuple[Process | Terminal, bool]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Put a `teleopctl` on the path that is the one under test."""
+        programs = self.ros.folder / "programs"
+        programs.mkdir()
+        for name in ("teleopctl", "pytest", "mypy"):
+            script = f'#!/bin/sh\nexec "{sys.executable}" -m {name} "$@"\n'
+            (programs / name).write_text(script, encoding="utf-8")
+            (programs / name).chmod(0o755)
+        # CI installs with README's own line.
+        (programs / "pip").write_text("#!/bin/sh\n", encoding="utf-8")
+        (programs / "pip").chmod(0o755)
+        self.ros.env["PATH"] = os.pathsep.join([str(programs), os.environ["PATH"]])
+
+    def follow(self, text: str, *, tables: bool = False) -> None:
+        """Do what a page says."""
+        try:
+            for step in steps(text, tables=tables):
+                if step.is_heading:
+                    self._close(final=False)
+                elif step.file is not None:
+                    self.write(*step.file)
+                elif step.is_typed:
+                    self._type(step)
+            self._close(final=True)
+        finally:
+            for process, _ in self._running:
+                process.kill()
+
+    def write(self, name: str, text: str) -> None:
+        """Make a file in the reader's folder."""
+        path = self.ros.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+    def _type(self, step: Step) -> None:
+        words = shlex.split(step.line, comments=True)
+        if words[0] in ("export", "unset", "cd"):
+            self._settings.append(step.line)
+            return
+        command = step.line.removesuffix(" &")
+        argv = ["bash", "-c", "\n".join([*self._settings, command])]
+        stripped = words[words.index("teleopctl") :] if "teleopctl" in words else words
+        if stripped[0] == "teleopctl" and goes_on(stripped) and not any(step.shown):
+            self._unseen(step, argv, stripped)
+            return
+        process = self.ros.spawn_command(argv)
+        if command != step.line:
+            self._running.append((process, False))
+        elif stripped[0] == "teleopctl" and goes_on(stripped):
+            self._until_shown(step, process, stripped)
+        else:
+            self._to_the_end(step, process, argv, stripped)
+
+    def _unseen(self, step: Step, argv: list[str], words: list[str]) -> None:
+        """Type what the page does not show: until it is up, or has drawn something."""
+        before = self.ros.run("node list").stdout if words[1] == "run" else ""
+        terminal = Terminal(argv, self.ros.env, self.ros.folder)
+        self._running.append((terminal, step.remark == "stays open"))
+        if words[1] == "run":
+            eventually(lambda: self.ros.run("node list").stdout != before, what=step.line)
+        else:
+            terminal.until(r"Up: " if words[1] == "launch" else A_WORD)
+        if words[1] == "top":
+            terminal.press("q")
+            assert terminal.wait() == 0, step.line
+            self._running.pop()
+        elif not stays(words):
+            _press_ctrl_c(terminal)
+            self._running.pop()
+
+    def _until_shown(self, step: Step, process: Process, words: list[str]) -> None:
+        shown = _of_this_command(step.shown)
+
+        def has_come() -> bool:
+            assert process.returncode is None, f"it ends by itself:\n{process.report()}"
+            return not step.lacks(shown, process)
+
+        eventually(has_come, what=f"what the page shows of {step.line}, {shown}")
+        if stays(words) and shown == step.shown:
+            self._running.append((process, step.remark == "stays open"))
+            return
+        _press_ctrl_c(process)
+        assert not step.lacks(step.shown, process), process.report()
+
+    def _to_the_end(self, step: Step, process: Process, argv: list[str], words: list[str]) -> None:
+        fails = any(re.search(r"^teleopctl: |: error: ", line) for line in step.shown)
+
+        def is_right() -> bool:
+            nonlocal process
+            failed = process.wait(LONGEST_COMMAND_S) != 0
+            if failed == fails and not step.lacks(step.shown, process):
+                return True
+            assert only_looks(words), process.report() + f"\nthe page shows {step.shown}"
+            process = self.ros.spawn_command(argv)
+            return False
+
+        eventually(is_right, what=f"what the page shows, {step.shown}, of {step.line}")
+
+    def _close(self, *, final: bool) -> None:
+        while self._running and (final or not self._running[-1][1]):
+            _press_ctrl_c(self._running[-1][0])
+            self._running.pop()
+
+
+def _of_this_command(shown: tuple[str, ...]) -> tuple[str, ...]:
+    """What comes before Ctrl-C."""
+    end = next((n for n, line in enumerate(shown) if line.startswith("^C")), len(shown))
+    return shown[:end]
+
+
+def _press_ctrl_c(process: Process | Terminal) -> None:
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait() in (0, 130, -signal.SIGINT), process.report()

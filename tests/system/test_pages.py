@@ -1,0 +1,90 @@
+"""The commands of the documentation's pages work in their order, and write what the pages show."""
+
+import sys
+
+import pytest
+
+from tests import ROOT
+from tests.test_docs import TYPED, command_lines, text_of
+
+if sys.platform == "win32":
+    pytest.skip("the pages are typed into a shell of POSIX", allow_module_level=True)
+from tests.system.reader import Reader, missing, steps
+
+# What no test types; the pages say why, in a comment.
+NOT_TYPED = {
+    "README": ["pip install '.[test]' && pytest"],
+    "nodes": ["mypy --strict my_node.py"],
+    "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0 --token SECRET"],
+}
+
+# What its reader has already.
+OWN_FILES = {
+    "nodes": {
+        "ws/src/ros2_control/controller_manager/package.xml": (
+            "<package><name>controller_manager</name><version>1.0.0</version></package>"
+        )
+    },
+    "page": {
+        "my_robot.rviz": "Visualization Manager: {Displays: [{Class: rviz_default_plugins/TF}]}",
+    },
+    "tutorial": {
+        "simple_publisher.py": text_of(ROOT / "teleopctl" / "nodes" / "simple_publisher.py")
+    },
+}
+
+
+@pytest.fixture
+def reader(ros_without_router):
+    """A reader in the checkout's folder, on whose machine nothing runs yet."""
+    ros = ros_without_router
+    (ros.folder / "robot").symlink_to(ROOT / "robot")
+    ros.env["TELEOPCTL_ROUTER"] = f"tcp/localhost:{ros.port}"
+    return Reader(ros)
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("name", TYPED)
+def test_the_commands_of_a_page_work_in_their_order(reader, name):
+    if name == "page":
+        reader.ros.env["TELEOPCTL_VIEWER"] = "true"
+    for file, text in OWN_FILES.get(name, {}).items():
+        reader.write(file, text)
+    reader.follow(text_of(TYPED[name]))
+
+
+def test_every_command_of_a_page_is_typed_unless_it_is_listed_here():
+    for name, page in TYPED.items():
+        commands = [step for step in steps(text_of(page)) if step.line]
+        assert sorted(step.line for step in commands) == sorted(command_lines(page))
+        left_out = [step.line for step in commands if not step.is_typed]
+        assert left_out == NOT_TYPED.get(name, [])
+
+
+def test_the_numbers_of_a_block_that_is_marked_have_to_be_right():
+    shown = ("[INFO] [1795251226.173626512] position 1.75", "At time 15.3", "- -1.115 nan")
+    assert missing(shown, "\n".join(shown), numbers=True) == []
+    again = "[INFO] [1795251299.173626512] position 1.7501\nAt time 17.3\n- -1.115 nan\n"
+    assert missing(shown, again, numbers=True) == []
+    assert missing(shown, again.replace("1.7501", "1.71"), numbers=True)
+    assert missing(shown, again.replace("- -", "- "), numbers=True)
+
+
+@pytest.mark.parametrize(
+    ("shown", "output", "is_there"),
+    [
+        ("average rate: 10.000", "average rate: 9.987", True),
+        ("average rate: 10.000", "average delay: 10.000", False),
+        ("talker is up: /anna [pid 6439]", "talker is up: /anna [pid 12]", True),
+        ("talker is up: /anna [pid 6439]", "talker is up: /bert [pid 12]", False),
+        ("joint_1: 0.5", "joint_2: 0.5", False),
+        ("/home/me/ws/a.yaml:3: no", "/tmp/x/a.yaml:17: no", True),
+        ("router  5217  router  1m14s  …", "router 9 router 2s python -m x", True),
+        ("^C[INFO] done", "[INFO] done", True),
+        ("GID: " + ".".join(["d5"] * 16), "GID: " + ".".join(["0a"] * 16), True),
+    ],
+)
+def test_what_a_page_shows_has_to_come_but_for_numbers_times_and_paths(shown, output, is_there):
+    assert missing((shown,), f"before\n{output}\nafter") == (
+        [] if is_there else [shown.strip("^C")]
+    )
