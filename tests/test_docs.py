@@ -18,9 +18,11 @@ PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 
 # Pages whose commands tests/system/test_pages.py types in their order, as a reader would.
 TYPED = {
-    path.stem: path
-    for path in PAGES
-    if path.stem in ("README", "nodes", "page", "ten_words", "terminal", "tutorial")
+    page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
+    for page in (
+        *("README", "cheat_sheet", "from_ros2", "nodes", "page", "ten_words", "terminal"),
+        "tutorial",
+    )
 }
 
 # What runs the commands of the other pages.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-_VERBS = {
+VERBS = {
     "action": "echo find info list send_goal type",
     "bag": "burst convert info list play record reindex",
     "component": "list load standalone types unload",
@@ -43,4 +43,4 @@ _VERBS = {
 def exists(path: Sequence[str]) -> bool:
     """Whether ``ros2`` has a verb, given as one word (``action``) or two (``topic``, ``list``)."""
     verb, *rest = path
-    return verb in _VERBS and (not rest or rest[0] in _VERBS[verb].split())
+    return verb in VERBS and (not rest or rest[0] in VERBS[verb].split())

@@ -18,7 +18,7 @@ import re
 import shlex
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import pytest
@@ -77,6 +77,13 @@ class Step:
     def is_typed(self) -> bool:
         """Whether a test can do it."""
         return not self.remark.startswith("not typed")
+
+    @property
+    def is_side_by_side(self) -> bool:
+        """Whether it changes nothing and the page shows nothing of it, so that others may run."""
+        words = shlex.split(self.line, comments=True)
+        looks = words[:1] == ["teleopctl"] and only_looks(words) and not goes_on(words)
+        return looks and not any(self.shown) and self.is_typed
 
     def lacks(self, shown: tuple[str, ...], process: Process) -> list[str]:
         """What of some lines that the page shows a process has not written."""
@@ -189,6 +196,7 @@ class Reader:
     """
 
     ros: RosGraph
+    _asked: list[Callable[[], None]] = field(default_factory=list)
     _settings: list[str] = field(default_factory=list)
     _running: list[tuple[Process | Terminal, bool]] = field(default_factory=list)
 
@@ -209,12 +217,15 @@ class Reader:
         """Do what a page says."""
         try:
             for step in steps(text, tables=tables):
+                if not step.is_side_by_side:
+                    self._read_answers()
                 if step.is_heading:
                     self._close(final=False)
                 elif step.file is not None:
                     self.write(*step.file)
                 elif step.is_typed:
                     self._type(step)
+            self._read_answers()
             self._close(final=True)
         finally:
             for process, _ in self._running:
@@ -238,7 +249,9 @@ class Reader:
             self._unseen(step, argv, stripped)
             return
         process = self.ros.spawn_command(argv)
-        if command != step.line:
+        if step.is_side_by_side:
+            self._asked.append(lambda: self._to_the_end(step, process, argv, stripped))
+        elif command != step.line:
             self._running.append((process, False))
         elif stripped[0] == "teleopctl" and goes_on(stripped):
             self._until_shown(step, process, stripped)
@@ -251,9 +264,11 @@ class Reader:
         terminal = Terminal(argv, self.ros.env, self.ros.folder)
         self._running.append((terminal, step.remark == "stays open"))
         if words[1] == "run":
-            eventually(lambda: self.ros.run("node list").stdout != before, what=step.line)
+            eventually(
+                lambda: self.ros.run("node list").stdout != before, LONGEST_COMMAND_S, step.line
+            )
         else:
-            terminal.until(r"Up: " if words[1] == "launch" else A_WORD)
+            terminal.until(r"Up: " if words[1] == "launch" else A_WORD, LONGEST_COMMAND_S)
         if words[1] == "top":
             terminal.press("q")
             assert terminal.wait() == 0, step.line
@@ -269,7 +284,8 @@ class Reader:
             assert process.returncode is None, f"it ends by itself:\n{process.report()}"
             return not step.lacks(shown, process)
 
-        eventually(has_come, what=f"what the page shows of {step.line}, {shown}")
+        what = f"what the page shows of {step.line}, {shown}"
+        eventually(has_come, LONGEST_COMMAND_S, what)
         if stays(words) and shown == step.shown:
             self._running.append((process, step.remark == "stays open"))
             return
@@ -277,7 +293,7 @@ class Reader:
         assert not step.lacks(step.shown, process), process.report()
 
     def _to_the_end(self, step: Step, process: Process, argv: list[str], words: list[str]) -> None:
-        fails = any(re.search(r"^teleopctl: |: error: ", line) for line in step.shown)
+        fails = any(re.search(r"^teleopctl: |: error: |^\w+Error: ", line) for line in step.shown)
 
         def is_right() -> bool:
             nonlocal process
@@ -288,7 +304,14 @@ class Reader:
             process = self.ros.spawn_command(argv)
             return False
 
-        eventually(is_right, what=f"what the page shows, {step.shown}, of {step.line}")
+        what = f"what the page shows of {step.line}, {step.shown}"
+        eventually(is_right, LONGEST_COMMAND_S, what)
+
+    def _read_answers(self) -> None:
+        """Wait for what was typed side by side."""
+        for answer in self._asked:
+            answer()
+        self._asked.clear()
 
     def _close(self, *, final: bool) -> None:
         while self._running and (final or not self._running[-1][1]):
