@@ -83,7 +83,7 @@ class Step:
         """Whether it changes nothing and the page shows nothing of it, so that others may run."""
         words = shlex.split(self.line, comments=True)
         looks = words[:1] == ["teleopctl"] and only_looks(words) and not goes_on(words)
-        return looks and not any(self.shown) and self.is_typed
+        return looks and self.is_typed and not any(self.shown) and not self.line.endswith("&")
 
     def lacks(self, shown: tuple[str, ...], process: Process) -> list[str]:
         """What of some lines that the page shows a process has not written."""
