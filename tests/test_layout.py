@@ -34,7 +34,8 @@ GROUND = {
 ALLOWED = {
     "interfaces": set(),
     "wire": {"interfaces"},
-    "bag": {"interfaces", "node", "wire"},
+    "bag": {"interfaces", "node", "pictures", "wire"},
+    "pictures": set(),
     "diagram": {"wire"},
     "node": {"interfaces", "wire"},
     "robot": {"tf"},
@@ -44,7 +45,7 @@ ALLOWED = {
     "launch": {"node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"interfaces", "node", "tf"},
-    "viewer": {"diagram", "interfaces", "node", "robot", "tf"},
+    "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),
         *("sim", "tf", "viewer", "wire"),

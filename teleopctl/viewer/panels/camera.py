@@ -12,11 +12,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teleopctl.node import QoSProfile
+from teleopctl.pictures import COMPRESSED, RAW, Picture, PictureError
 from teleopctl.viewer.displays.topic_qos import topic_qos
 from teleopctl.viewer.page.html import escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
-from teleopctl.viewer.pictures.feed import COMPRESSED, RAW, PictureFeed, base_topic, type_by_name
-from teleopctl.viewer.pictures.picture import Picture, PictureError, put
+from teleopctl.viewer.pictures.feed import PictureFeed, base_topic, put, type_by_name
 
 _NONE = "no camera"
 _NOTHING = np.zeros((1, 1, 3), np.uint8)

@@ -1,1 +1,1 @@
-"""Pictures of cameras: messages as the JPEG and PNG that browsers show."""
+"""Pictures of cameras on the page: as many of them as make sense, and put where they are shown."""

@@ -7,16 +7,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.viewer.pictures.compressed import compressed_picture
-from teleopctl.viewer.pictures.grey import GreyRange
-from teleopctl.viewer.pictures.picture import Picture, PictureError
-from teleopctl.viewer.pictures.raw import raw_picture
+from teleopctl.pictures import COMPRESSED, RAW, GreyRange, Picture, PictureError, picture_of
 
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
-RAW = "sensor_msgs/msg/Image"
-COMPRESSED = "sensor_msgs/msg/CompressedImage"
 _TRANSPORTS = ("compressed", "compressedDepth")
 # More is not seen, and each costs the page's process and the browser.
 _PICTURES_PER_S = 12.0
@@ -103,20 +98,20 @@ class PictureFeed:
         self._show(message, result)
 
 
-def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return the picture of a message, compressed or not.
+# Any: viser's handles of pictures in a panel, in the scene and in a frustum share no class.
+def put(handle: Any, picture: Picture) -> None:
+    """Show a picture where viser shows one.
+
+    viser would take an array of pixels and encode it, on the thread that asks. What is encoded
+    already goes into the properties that it would set.
 
     Args:
-        message: An ``Image`` or a ``CompressedImage``.
-        width: The most pixels in a row.
-        shades: Which numbers are black and white, where pixels are numbers.
-
-    Raises:
-        PictureError: It cannot be shown.
+        handle: viser's image or camera frustum.
+        picture: What to show.
     """
-    if message.TYPE_NAME == COMPRESSED:
-        return compressed_picture(message, width, shades)
-    return raw_picture(message, width, shades)
+    handle._format = picture.format  # noqa: SLF001
+    name = "_image_data" if hasattr(handle, "_image_data") else "_data"
+    setattr(handle, name, picture.data)
 
 
 def base_topic(topic: str) -> str:

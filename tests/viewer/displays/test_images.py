@@ -130,6 +130,6 @@ def test_a_camera_that_does_not_say_how_it_sees_is_shown_and_that_is_told(stage)
 
 
 def _some_picture():
-    from teleopctl.viewer.pictures.picture import Picture
+    from teleopctl.pictures import Picture
 
     return Picture(b"\xff\xd8", "jpeg", 400, 300, "jpeg")

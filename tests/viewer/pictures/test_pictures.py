@@ -9,9 +9,8 @@ from hypothesis import example, given, settings, strategies
 from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.pictures.feed import base_topic, camera_info_topic, picture_of, type_by_name
-from teleopctl.viewer.pictures.grey import GreyRange
-from teleopctl.viewer.pictures.picture import PictureError
+from teleopctl.pictures import GreyRange, PictureError, picture_of
+from teleopctl.viewer.pictures.feed import base_topic, camera_info_topic, type_by_name
 
 IMAGE = get_message("sensor_msgs/msg/Image")
 COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")

@@ -11,11 +11,11 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from teleopctl.node import qos_profile_sensor_data
+from teleopctl.pictures import Picture
 from teleopctl.viewer.displays.base import WARN
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.sensors.pictures import GREY_PROPERTIES, PictureDisplay
-from teleopctl.viewer.pictures.feed import camera_info_topic
-from teleopctl.viewer.pictures.picture import Picture, put
+from teleopctl.viewer.pictures.feed import camera_info_topic, put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.pictures import Picture
 from teleopctl.viewer.displays.sensors.pictures import PictureDisplay
-from teleopctl.viewer.pictures.picture import Picture, put
+from teleopctl.viewer.pictures.feed import put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teleopctl.node import qos_profile_sensor_data
+from teleopctl.pictures import Picture
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
@@ -22,7 +23,7 @@ from teleopctl.viewer.displays.sensors.map_cells import (
     patch,
     to_png,
 )
-from teleopctl.viewer.pictures.picture import Picture, put
+from teleopctl.viewer.pictures.feed import put
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from teleopctl.errors import TeleopctlError
 
@@ -67,19 +67,3 @@ def to_jpeg(image: PilImage) -> bytes:
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=_JPEG_QUALITY)
     return buffer.getvalue()
-
-
-# Any: viser's handles of pictures in a panel, in the scene and in a frustum share no class.
-def put(handle: Any, picture: Picture) -> None:
-    """Show a picture where viser shows one.
-
-    viser would take an array of pixels and encode it, on the thread that asks. What is encoded
-    already goes into the properties that it would set.
-
-    Args:
-        handle: viser's image or camera frustum.
-        picture: What to show.
-    """
-    handle._format = picture.format  # noqa: SLF001
-    name = "_image_data" if hasattr(handle, "_image_data") else "_data"
-    setattr(handle, name, picture.data)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleopctl.viewer.pictures.grey import GreyRange
-from teleopctl.viewer.pictures.picture import Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.grey import GreyRange
+from teleopctl.pictures.picture import Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -44,15 +44,42 @@ def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
         return Picture(data, "jpeg", *size)
     if image.format == "PNG" and not image.mode.startswith(_DEEP):
         return Picture(data, "png", *size)
-    image = _decoded(image, message.format)
-    if image.mode.startswith(_DEEP):
-        image = _grey(np.asarray(image), width, shades)
-    else:
-        image = image.convert("RGB")
+    image = _shown(image, message.format, width, shades)
     return Picture(to_jpeg(fitted(image, width)), "jpeg", *size)
 
 
+def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
+    """Return the pixels of a message.
+
+    Args:
+        message: A ``sensor_msgs/msg/CompressedImage``.
+        width: Where a row has twice as many pixels and more, they may be thinned out.
+        shades: Which numbers are black and white, where pixels are numbers.
+
+    Raises:
+        PictureError: The bytes are no picture of a known format.
+    """
+    if "compressedDepth" in message.format:
+        return _grey(_depths(message), width, shades)
+    return _shown(_opened(bytes(message.data), message.format), message.format, width, shades)
+
+
+def _shown(image: PilImage, name: str, width: int, shades: GreyRange) -> PilImage:
+    image = _decoded(image, name)
+    if image.mode.startswith(_DEEP):
+        return _grey(np.asarray(image), width, shades)
+    return image.convert("RGB")
+
+
 def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
+    values = _depths(message)
+    height, whole_width = values.shape
+    grey = fitted(_grey(values, width, shades), width)
+    return Picture(to_jpeg(grey), "jpeg", whole_width, height, message.format)
+
+
+def _depths(message: Any) -> np.ndarray[Any, Any]:
+    """The numbers of a depth picture, (height, width)."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
         raise PictureError(f"Of '{message.format}' only what holds PNG can be shown")
@@ -65,8 +92,7 @@ def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
         # The inverse of the depth is what was kept; 0 is where nothing was measured.
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             values = np.where(values == 0, 0.0, scale / (values.astype(np.float32) - offset))
-    grey = fitted(_grey(values, width, shades), width)
-    return Picture(to_jpeg(grey), "jpeg", image.width, image.height, message.format)
+    return values
 
 
 def _opened(data: bytes, name: str) -> PilImage:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.viewer.pictures.grey import GreyRange
-from teleopctl.viewer.pictures.mosaics import (
+from teleopctl.pictures.grey import GreyRange
+from teleopctl.pictures.mosaics import (
     from_bayer,
     from_semi_planar,
     from_yuv422,
 )
-from teleopctl.viewer.pictures.picture import Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.picture import Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -53,26 +53,39 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
     Raises:
         PictureError: The encoding is not known, or size and bytes make no sense together.
     """
+    image, rows = raw_image(message, width, shades)
+    left_out = (
+        "" if rows >= message.height else f"Only {rows} of {message.height} rows have arrived."
+    )
+    jpeg = to_jpeg(fitted(image, width))
+    return Picture(jpeg, "jpeg", message.width, message.height, message.encoding, left_out)
+
+
+def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, int]:
+    """Return the pixels of a message, and how many of its rows have arrived.
+
+    Args:
+        message: A ``sensor_msgs/msg/Image``.
+        width: Where a row has twice as many pixels and more, they may be thinned out.
+        shades: Which numbers are black and white, where pixels are numbers.
+
+    Raises:
+        PictureError: The encoding is not known, or size and bytes make no sense together.
+    """
     from PIL import Image
 
     if not message.width or not message.height:
         raise PictureError(f"The picture is empty: {message.width} x {message.height} pixels")
     encoding = message.encoding
-    image: PilImage
     if encoding in _BYTES:
         mode, raw_mode, size = _BYTES[encoding]
         rows, step = _rows(message, size * message.width)
         data = np.frombuffer(message.data, np.uint8, rows * step)
         image = Image.frombuffer(mode, (message.width, rows), data, "raw", raw_mode, step, 1)
-    elif encoding in _SEMI_PLANAR:
-        image, rows = _semi_planar(message, coarse=message.width >= 2 * width)
-    else:
-        image, rows = _by_numbers(message, width, shades)
-    left_out = (
-        "" if rows >= message.height else f"Only {rows} of {message.height} rows have arrived."
-    )
-    jpeg = to_jpeg(fitted(image, width))
-    return Picture(jpeg, "jpeg", message.width, message.height, encoding, left_out)
+        return image, rows
+    if encoding in _SEMI_PLANAR:
+        return _semi_planar(message, coarse=message.width >= 2 * width)
+    return _by_numbers(message, width, shades)
 
 
 def _rows(message: Any, row: int) -> tuple[int, int]:

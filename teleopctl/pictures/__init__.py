@@ -1,0 +1,26 @@
+"""Floor 1: pictures of cameras, from messages to pixels and to what browsers show."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.pictures.grey import GreyRange as GreyRange
+    from teleopctl.pictures.messages import (
+        COMPRESSED as COMPRESSED,
+        RAW as RAW,
+        image_of as image_of,
+        picture_of as picture_of,
+    )
+    from teleopctl.pictures.picture import Picture as Picture, PictureError as PictureError
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "grey": "GreyRange",
+            "messages": "COMPRESSED RAW image_of picture_of",
+            "picture": "Picture PictureError",
+        },
+    )
