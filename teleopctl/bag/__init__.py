@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from teleopctl.bag.editing.output_file import read_outputs as read_outputs
     from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
+    from teleopctl.bag.look.films import ExportedFilm as ExportedFilm, FilmExport as FilmExport
     from teleopctl.bag.look.picture import (
         check_picture_name as check_picture_name,
         save_picture as save_picture,
@@ -56,6 +57,7 @@ else:
         {
             "look.curves": "Curve read_curves",
             "look.decoding": "Decoded Decoder",
+            "look.films": "ExportedFilm FilmExport",
             "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
             "editing.copying": "Output copy_bags",

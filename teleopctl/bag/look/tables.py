@@ -11,12 +11,10 @@ from teleopctl.bag.look.columns import Lengths, measure
 from teleopctl.bag.look.csv_table import CsvTable
 from teleopctl.bag.look.decoding import Decoder
 from teleopctl.bag.look.file_names import file_stems, make_folder
+from teleopctl.bag.look.films import PICTURES
 from teleopctl.bag.look.parquet_table import ParquetTable
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import SystemFailureError
-
-PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
-"""The types that a film is made of, and no table."""
 
 # Their numbers say nothing in a table.
 _CLOUDS = frozenset({"sensor_msgs/msg/PointCloud2"})
@@ -77,7 +75,7 @@ class TableExport:
         self.left_out = dict(self._decoder.left_out)
         for name, topic in self._decoder.topics.items():
             if topic.type_name in PICTURES:
-                self.left_out[name] = "Pictures make no table"
+                self.left_out[name] = "Pictures make a film: --format mp4"
             elif topic.type_name in _CLOUDS:
                 self.left_out[name] = "Point clouds make no table"
         self._topics = [name for name in self._decoder.topics if name not in self.left_out]

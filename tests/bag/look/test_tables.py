@@ -284,7 +284,11 @@ def test_what_makes_no_table_is_left_out_with_the_reason(tmp_path):
         with pytest.raises(NotFoundError, match="no topic '/txt'") as caught:
             TableExport(bag, tmp_path / "out", ["/txt"])
     assert caught.value.hint == "Did you mean /text?"
-    assert export.left_out["/image"] == export.left_out["/jpeg"] == ("Pictures make no table")
+    assert (
+        export.left_out["/image"]
+        == export.left_out["/jpeg"]
+        == ("Pictures make a film: --format mp4")
+    )
     assert export.left_out["/cloud"] == "Point clouds make no table"
     assert export.left_out["/lost"] == "Unknown interface type my/msg/Lost"
     assert "what is this" in export.left_out["/broken"]

@@ -44,10 +44,11 @@ GROUP = Group(
         ),
         "export": Verb(
             f"{_LOOK}.export:export",
-            "Write tables of a bag: CSV or Parquet.",
+            "Write a bag as tables or films: CSV, Parquet, MP4.",
             examples=(
                 "teleopctl bag export my_bag",
                 "teleopctl bag export my_bag --topics /joint_states --format parquet",
+                "teleopctl bag export my_bag --topics /image_raw --format mp4",
             ),
         ),
         "plot": Verb(

@@ -6,6 +6,7 @@ import pytest
 
 from teleopctl.bag import BagMessage, BagWriter
 from teleopctl.cli import main
+from teleopctl.interfaces import get_message, serialize
 from tests.bag.bags import START_NS, message, topic
 
 
@@ -29,7 +30,7 @@ def test_each_topic_becomes_a_file_and_what_is_left_out_is_told(session, capsys)
         "session_csv/arm__notes.csv: messages 0, columns 3\n"
     )
     assert printed.err == (
-        "WARNING: /image_raw is left out. Pictures make no table\n"
+        "WARNING: /image_raw is left out. Pictures make a film: --format mp4\n"
         "WARNING: /chatter: 1 not readable. 4 bytes are not a message of type "
         "std_msgs/msg/String: it ends too early\n"
     )
@@ -59,3 +60,27 @@ def test_a_missing_library_is_named_with_its_line(session, capsys, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
     assert main.run(["bag", "export", "session", "--format", "parquet"]) == 1
     assert "This needs pyarrow, which is not installed" in capsys.readouterr().err
+
+
+def test_pictures_become_films(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    image = get_message("sensor_msgs/msg/Image")(
+        width=16, height=16, step=16, encoding="mono8", data=bytes(256)
+    )
+    with BagWriter(tmp_path / "session") as writer:
+        writer.add_topic(topic("/image_raw", "sensor_msgs/msg/Image"))
+        for number in range(3):
+            time_ns = START_NS + number * 100_000_000
+            writer.write(BagMessage("/image_raw", time_ns, time_ns, bytes(serialize(image))))
+        writer.write(BagMessage("/image_raw", time_ns, time_ns, b""))
+    assert main.run(["bag", "export", "session", "--format", "mp4"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out == "session_mp4/image_raw.mp4: frames 3, 16 x 16, 0.2 s\n"
+    assert "WARNING: /image_raw: 1 not shown. 0 bytes are not a message" in printed.err
+    assert main.run(["bag", "export", "session", "--fps", "10"]) == 2
+    assert "--fps is for --format mp4" in capsys.readouterr().err
+
+
+def test_a_bag_without_pictures_has_no_films(session, capsys):
+    assert main.run(["bag", "export", "session", "--format", "mp4"]) == 1
+    assert "session has no topic with pictures" in capsys.readouterr().err

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from teleopctl.cli import console
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
-from teleopctl.errors import NotFoundError
+from teleopctl.errors import NotFoundError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.bag import Bag
 
-_FORMATS = ("csv", "parquet")
+_FORMATS = ("csv", "parquet", "mp4")
 
 
 def export(
@@ -29,21 +29,34 @@ def export(
             metavar="FOLDER",
         ),
     ] = None,
+    fps: Annotated[
+        float | None,
+        Option(
+            "--fps",
+            help="With mp4: a constant rate, of the latest pictures, instead of the real times.",
+            metavar="RATE",
+        ),
+    ] = None,
     form: Annotated[str, Option("--format", help="What is written.", choices=_FORMATS)] = "csv",
 ) -> None:
-    """Write a bag for other programs: a table for each topic.
+    """Write a bag for other programs: a table for each topic, or a film for each camera.
 
-    A row is a message: when it was recorded and when it was sent, in nanoseconds since 1970, then
-    every field of it.
+    A row of a table is a message: when it was recorded and when it was sent, in nanoseconds since
+    1970, then every field of it.
     """
     from teleopctl.bag import open_bag
 
+    if fps is not None and form != "mp4":
+        raise UsageError("--fps is for --format mp4")
     path = Path(bag_path)
     folder = Path(output) if output else Path(f"{path.resolve().stem}_{form}")
     with open_bag(path) as bag:
         for remark in bag.remarks:
             console.warn(remark)
-        _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv")
+        if form == "mp4":
+            _export_films(bag, folder, topics, fps)
+        else:
+            _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv")
 
 
 def _export_tables(
@@ -62,3 +75,19 @@ def _export_tables(
         written += 1
     if not written:
         raise NotFoundError(f"{bag.path} has no topic that makes a table")
+
+
+def _export_films(bag: "Bag", folder: Path, topics: list[str] | None, rate: float | None) -> None:
+    from teleopctl.bag import FilmExport
+
+    written = 0
+    for film in FilmExport(bag, folder, topics, rate).films():
+        width, height = film.size
+        console.out(
+            f"{film.path}: frames {film.frames}, {width} x {height}, {film.duration_s:.1f} s"
+        )
+        if film.left_out:
+            console.warn(f"{film.topic}: {film.left_out} not shown. {film.reason}")
+        written += 1
+    if not written:
+        raise NotFoundError(f"{bag.path} has no topic with pictures")

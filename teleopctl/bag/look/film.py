@@ -1,0 +1,92 @@
+"""Pictures as a film: H.264 in MP4, as every browser and player shows it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.extras import extra
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PilImage
+
+# The clock of video streams: 11 us. MP4 has 32 bits for what lies between some frames.
+_TICKS_PER_S = 90_000
+_LONGEST_TICKS = 2**28
+# What players expect where nobody tells; the real times are in the frames.
+_NOMINAL_RATE = 30
+# 0 is without loss, 51 the worst; x264's own default is 23.
+_QUALITY = 20
+# ITU-R BT.709 in the terms of H.264, as players take films that are larger than a thumbnail.
+_BT709 = 1
+
+
+class Film:
+    """A film that gets one frame after the other.
+
+    Each frame has its own time, so that a film is as long as what it shows, whatever the rate of
+    the camera was; frames of the same time follow each other by one tick.
+
+    Args:
+        path: The file.
+        size: Width and height of all frames, in pixels; an odd last column or row is repeated,
+            since the colours of H.264 stand for squares of four pixels.
+        key_every: The most frames from one that stands for itself to the next.
+
+    Attributes:
+        frame_count: How many frames were written.
+
+    Raises:
+        MissingExtraError: PyAV is not installed.
+    """
+
+    def __init__(self, path: Path, size: tuple[int, int], *, key_every: int = 250) -> None:
+        with extra("export", "av"):
+            import av
+        self.path = path
+        self.size = size
+        self.frame_count = 0
+        self._av = av
+        self._last_tick = -1
+        self._cut_ticks = 0
+        self._file = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
+        self._stream = self._file.add_stream("libx264", rate=_NOMINAL_RATE)
+        width, height = (side + side % 2 for side in size)
+        # Any: PyAV's classes, which are not there without the extra.
+        context: Any = self._stream.codec_context
+        context.width, context.height, context.pix_fmt = width, height, "yuv420p"
+        context.time_base = Fraction(1, _TICKS_PER_S)
+        context.gop_size = key_every
+        context.options = {"crf": str(_QUALITY), "preset": "veryfast"}
+        context.colorspace = context.color_primaries = context.color_trc = _BT709
+
+    def add(self, time_s: float, image: PilImage) -> None:
+        """Add a frame.
+
+        Args:
+            time_s: When it is shown, in seconds from the film's start.
+            image: Of the film's size.
+        """
+        import numpy as np
+
+        pixels = np.asarray(image.convert("RGB"))
+        if self.size[0] % 2 or self.size[1] % 2:
+            pixels = np.pad(pixels, ((0, self.size[1] % 2), (0, self.size[0] % 2), (0, 0)), "edge")
+        frame: Any = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
+        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
+        tick = max(round(time_s * _TICKS_PER_S) - self._cut_ticks, self._last_tick + 1)
+        # A longer gap than MP4 can keep, as of a clock that was set, is cut short.
+        cut = max(tick - self._last_tick - _LONGEST_TICKS, 0)
+        self._cut_ticks += cut
+        tick -= cut
+        frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_S)
+        self._last_tick = tick
+        self._file.mux(self._stream.encode(frame))
+        self.frame_count += 1
+
+    def close(self) -> None:
+        """Write what is left, and the end of the file."""
+        if self.frame_count:
+            self._file.mux(self._stream.encode(None))
+        self._file.close()
