@@ -25,6 +25,13 @@ if TYPE_CHECKING:
         format_metadata as format_metadata,
         read_metadata as read_metadata,
     )
+    from teleopctl.bag.qos_overrides import read_qos_overrides as read_qos_overrides
+    from teleopctl.bag.recorder.losses import Losses as Losses
+    from teleopctl.bag.recorder.options import RecorderOptions as RecorderOptions
+    from teleopctl.bag.recorder.recorder import (
+        Recorder as Recorder,
+        default_folder as default_folder,
+    )
     from teleopctl.bag.recorder.selection import Selection as Selection
     from teleopctl.bag.records import (
         BagAttachment as BagAttachment,
@@ -47,6 +54,7 @@ if TYPE_CHECKING:
         BagWriter as BagWriter,
         WriterOptions as WriterOptions,
     )
+    from teleopctl.bag.storage.presets import chunk_settings as chunk_settings
     from teleopctl.bag.verify.comparison import Difference as Difference, Verdict as Verdict
     from teleopctl.bag.verify.session import Session as Session, read_session as read_session
 else:
@@ -66,6 +74,10 @@ else:
             "mcap_file.file_writer": "Compression",
             "mcap_file.repair": "Repair finish_file",
             "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
+            "qos_overrides": "read_qos_overrides",
+            "recorder.losses": "Losses",
+            "recorder.options": "RecorderOptions",
+            "recorder.recorder": "Recorder default_folder",
             "recorder.selection": "Selection",
             "records": "BagAttachment BagMessage BagTopic TypeText",
             "service_events": "ServiceCounter ServiceCounts is_service_event service_of",
@@ -73,5 +85,6 @@ else:
             "storage.bag_writer": "BagWriter WriterOptions",
             "verify.comparison": "Difference Verdict",
             "verify.session": "Session read_session",
+            "storage.presets": "chunk_settings",
         },
     )

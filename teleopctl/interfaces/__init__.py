@@ -63,6 +63,7 @@ if TYPE_CHECKING:
         complete_definition_text as complete_definition_text,
         definition_file as definition_file,
         definition_text as definition_text,
+        described_definition_text as described_definition_text,
         get_class as get_class,
         get_message as get_message,
         get_service as get_service,
@@ -105,8 +106,8 @@ else:
             "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
             "to_seconds",
             "store": "add_description complete_definition_text definition_file definition_text "
-            "get_class get_message get_service known_types list_types type_description "
-            "type_hash",
+            "described_definition_text get_class get_message get_service known_types list_types "
+            "type_description type_hash",
             "stubs": "write_stubs",
             "typenames": "from_dds module_name normalize snake_case to_dds",
             "yaml": "message_from_yaml message_to_csv message_to_dict message_to_yaml",

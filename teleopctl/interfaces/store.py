@@ -244,12 +244,40 @@ def complete_definition_text(type_name: str) -> str:
     Raises:
         TeleopctlError: The type, or one that it uses, is not known.
     """
-    names = [normalize(type_name)]
+    return _complete_text(normalize(type_name), _definition)
+
+
+def described_definition_text(description: TypeDescription, type_name: str | None = None) -> str:
+    """Return what `complete_definition_text` does, of a type as another node describes it.
+
+    What this process knows of the type plays no part and does not change.
+
+    Args:
+        description: As another node sent it; not trusted.
+        type_name: One of the types that it describes; by default the one that it is about.
+
+    Raises:
+        TeleopctlError: The description makes no sense, or lacks a type.
+    """
+    from teleopctl.interfaces.description import definitions
+
+    described = {definition.type_name: definition for definition in definitions(description)}
+
+    def lookup(name: str) -> Definition:
+        if name not in described:
+            raise InvalidMessageError(f"The description lacks the type {name}")
+        return described[name]
+
+    return _complete_text(type_name or next(iter(described)), lookup)
+
+
+def _complete_text(type_name: str, lookup: Callable[[str], Definition]) -> str:
+    names = [type_name]
     for name in names:  # grows while it is read
-        names.extend(n for n in _definition(name).nested_types() if n not in names)
+        names.extend(n for n in lookup(name).nested_types() if n not in names)
     head, *others = names
-    parts = [definition_text(head)]
-    parts.extend(f"MSG: {n.replace('/msg/', '/')}\n{definition_text(n)}" for n in others)
+    parts = [lookup(head).render()]
+    parts.extend(f"MSG: {n.replace('/msg/', '/')}\n{lookup(n).render()}" for n in others)
     return f"{'=' * 80}\n".join(parts)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.any_topic import (
+        ask_for_description as ask_for_description,
         learn_type_from as learn_type_from,
         subscribe_undecoded as subscribe_undecoded,
         suited_to as suited_to,
@@ -132,7 +133,9 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.parameter_file import (
         ParameterFile as ParameterFile,
+        parameter_document as parameter_document,
         parameter_messages as parameter_messages,
+        plain_parameter_value as plain_parameter_value,
         read_parameter_file as read_parameter_file,
     )
     from teleopctl.node.values.qos import (
@@ -167,7 +170,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "any_topic": "learn_type_from subscribe_undecoded suited_to undecoded",
+            "any_topic": "ask_for_description learn_type_from subscribe_undecoded suited_to "
+            "undecoded",
             "clock": "Clock ROSClock",
             "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",
             "context": "Context",
@@ -208,7 +212,8 @@ else:
             "validate_absolute_name validate_name validate_namespace validate_node_name",
             "values.parameter": "AllowableParameterValue Parameter ParameterType "
             "parameter_value_from_yaml parameter_value_to_python",
-            "values.parameter_file": "ParameterFile parameter_messages read_parameter_file",
+            "values.parameter_file": "ParameterFile parameter_document parameter_messages "
+            "plain_parameter_value read_parameter_file",
             "values.qos": "DurabilityPolicy HistoryPolicy InvalidQoSProfileException "
             "LivelinessPolicy QoSPresetProfiles QoSProfile ReliabilityPolicy "
             "qos_profile_action_status_default qos_profile_best_available qos_profile_latched "

@@ -10,11 +10,14 @@ from teleopctl.interfaces import add_description, get_service, known_types
 from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 if TYPE_CHECKING:
+    from type_description_interfaces.msg import TypeDescription
+
     from teleopctl.node.endpoints.subscription import RawCallback, Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.wire import EndpointQos, Graph
 
 _DESCRIBES_TYPES = "type_description_interfaces/srv/GetTypeDescription"
+_DESCRIBE = "get_type_description"
 _WAIT_FOR_ONE_S = 2.0
 
 
@@ -94,24 +97,43 @@ def learn_type_from(
         return
     # Each node with the version that it uses.
     versions = {e.full_name: e.type_hash for e in graph.endpoints if e.type_name == type_name}
-    service_class = get_service(_DESCRIBES_TYPES)
     deadline = time.monotonic() + longest_s
     for name, version in versions.items():
-        service = f"{name}/get_type_description"
         patience_s = min(_WAIT_FOR_ONE_S, deadline - time.monotonic())
-        if not graph.servers(service) or patience_s <= 0:
+        if not graph.servers(f"{name}/{_DESCRIBE}") or patience_s <= 0:
             continue
-        request = service_class.Request(
-            type_name=type_name, type_hash=version, include_type_sources=False
-        )
-        client = node.create_client(service_class, service)
-        try:
-            answer = client.call_async(request).wait_for_response(patience_s)
-        finally:
-            node.destroy_client(client)
-        if answer is None or not answer.successful:
-            continue
-        description = answer.type_description
-        if description.type_description.type_name == type_name:
+        description = ask_for_description(node, name, type_name, version, patience_s)
+        if description is not None:
             add_description(description)
             return
+
+
+def ask_for_description(
+    node: NodeEndpoints,
+    node_name: str,
+    type_name: str,
+    version: str,
+    longest_s: float = _WAIT_FOR_ONE_S,
+) -> TypeDescription | None:
+    """Ask a node how it defines a type; None where it does not say.
+
+    Args:
+        node: The node that asks; it needs no executor for this.
+        node_name: Full name of the one that is asked.
+        type_name: Full name of the type.
+        version: Its hash, as that node has it.
+        longest_s: Longest wait in seconds of wall time.
+    """
+    service_class = get_service(_DESCRIBES_TYPES)
+    request = service_class.Request(
+        type_name=type_name, type_hash=version, include_type_sources=False
+    )
+    client = node.create_client(service_class, f"{node_name}/{_DESCRIBE}")
+    try:
+        answer = client.call_async(request).wait_for_response(longest_s)
+    finally:
+        node.destroy_client(client)
+    if answer is None or not answer.successful:
+        return None
+    description: TypeDescription = answer.type_description
+    return description if description.type_description.type_name == type_name else None

@@ -2,40 +2,7 @@
 
 import pytest
 
-from tests import ROOT
-
 GOALS = "strange_msgs/msg/Goals"
-
-
-@pytest.fixture
-def start(ros, tmp_path_factory):
-    """Starts a node with types of a package that nobody else can find."""
-    # Not below the folder in which the commands run: packages are found there.
-    folder = tmp_path_factory.mktemp("stranger")
-    package = folder / "strange_msgs"
-    for kind, name, text in (
-        ("msg", "Goals", "string[] names\nstrange_msgs/Place where\n"),
-        ("msg", "Place", "float64 x\n"),
-        ("srv", "Pick", "Goals goals\n---\nint32 number\n"),
-    ):
-        (package / kind).mkdir(parents=True, exist_ok=True)
-        (package / kind / f"{name}.{kind}").write_text(text)
-    (package / "package.xml").write_text("<package><name>strange_msgs</name></package>")
-
-    def start_one(*options):
-        ros.env["TELEOPCTL_PACKAGE_PATH"] = str(folder)
-        node = ros.spawn_module("tests.system.stranger", options, cwd=ROOT)
-        del ros.env["TELEOPCTL_PACKAGE_PATH"]
-        node.wait_for_line("up")
-        return node
-
-    return start_one
-
-
-@pytest.fixture
-def stranger(start):
-    """Such a node, which explains its types."""
-    return start()
 
 
 def test_echo_prints_messages_of_a_type_that_their_publisher_explains(ros, stranger):
@@ -57,14 +24,14 @@ def test_service_call_sends_a_request_of_a_type_that_the_server_explains(ros, st
 
 
 @pytest.mark.parametrize("verb", ["hz", "bw", "echo --raw"])
-def test_verbs_that_read_no_message_need_no_type(ros, start, verb):
-    start("--ros-args", "-p", "start_type_description_service:=false")
+def test_verbs_that_read_no_message_need_no_type(ros, start_stranger, verb):
+    start_stranger("--ros-args", "-p", "start_type_description_service:=false")
     meter = ros.spawn(f"topic {verb} /goals")
     meter.wait_for_line({"hz": "average rate", "bw": "/s from", "echo --raw": "b'"}[verb])
 
 
-def test_a_type_that_nobody_explains_stays_unknown(ros, start):
-    start("--ros-args", "-p", "start_type_description_service:=false")
+def test_a_type_that_nobody_explains_stays_unknown(ros, start_stranger):
+    start_stranger("--ros-args", "-p", "start_type_description_service:=false")
     done = ros.run("topic echo --once /goals")
     assert done.returncode != 0
     assert "Unknown interface type strange_msgs/msg/Goals" in done.stderr

@@ -72,7 +72,7 @@ class McapFileWriter:
         self.path = path
         self._channels: dict[str, int] = {}
         self._schemas: dict[tuple[str, str], int] = {}
-        self._message_count = 0
+        self._message_counts: dict[str, int] = {}
         self._first_ns: int | None = None
         self._last_ns = 0
         try:
@@ -82,6 +82,8 @@ class McapFileWriter:
         self._stream = io.BufferedWriter(self._raw, _BUFFER_BYTES)
         self._writer = Writer(self._stream, chunk_bytes, _COMPRESSIONS[compression])
         self._try(lambda: self._writer.start(profile=Profile.ROS2, library=LIBRARY))
+        # It is an MCAP file from its first moment on.
+        self._try(self._stream.flush)
 
     @property
     def size(self) -> int:
@@ -91,7 +93,17 @@ class McapFileWriter:
     @property
     def is_empty(self) -> bool:
         """Whether it has no message."""
-        return self._message_count == 0
+        return self._first_ns is None
+
+    @property
+    def start_ns(self) -> int:
+        """The earliest log time; 0 for a file without messages."""
+        return self._first_ns or 0
+
+    @property
+    def message_counts(self) -> Mapping[str, int]:
+        """Its messages by topic."""
+        return self._message_counts
 
     @property
     def description(self) -> BagFile:
@@ -99,12 +111,14 @@ class McapFileWriter:
         if self._first_ns is None:
             return BagFile(self.path.name)
         duration_ns = self._last_ns - self._first_ns
-        return BagFile(self.path.name, self._first_ns, duration_ns, self._message_count)
+        count = sum(self._message_counts.values())
+        return BagFile(self.path.name, self._first_ns, duration_ns, count)
 
     def add_topic(self, topic: BagTopic) -> None:
         """Make a channel for a topic, before its first message. Idempotent."""
         if topic.name in self._channels:
             return
+        self._message_counts[topic.name] = 0
         definition = topic.definition
         schema = (topic.type_name, definition.text)
         if schema not in self._schemas:
@@ -124,9 +138,11 @@ class McapFileWriter:
     def write(self, message: BagMessage) -> None:
         """Write a message of a topic that was added."""
         time_ns = message.log_time_ns
-        self._first_ns = time_ns if self._first_ns is None else min(self._first_ns, time_ns)
-        self._last_ns = max(self._last_ns, time_ns)
-        self._message_count += 1
+        if self._first_ns is None or time_ns < self._first_ns:
+            self._first_ns = time_ns
+        if time_ns > self._last_ns:
+            self._last_ns = time_ns
+        self._message_counts[message.topic] += 1
         try:
             self._writer.add_message(
                 self._channels[message.topic],

@@ -6,11 +6,10 @@ import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
+from teleopctl.bag.service_events import is_service_event, service_of
 from teleopctl.errors import UsageError
 from teleopctl.wire import Graph, is_hidden_name
 
-_EVENTS = "/_service_event"
-_EVENT_TYPE = re.compile(r".+/srv/.+_Event")
 _ACTION_TOPIC = re.compile(
     r"(?P<action>.+)/_action/"
     r"(feedback|status|(send_goal|cancel_goal|get_result)/_service_event)"
@@ -101,12 +100,10 @@ class Selection:
             return self._chooses_named(
                 action["action"], self.all_actions, self.actions, self.exclude_actions
             )
-        if topic.endswith(_EVENTS) and _EVENT_TYPE.fullmatch(type_name):
+        if is_service_event(topic, type_name):
+            service, _ = service_of(topic, type_name)
             return self._chooses_named(
-                topic.removesuffix(_EVENTS),
-                self.all_services,
-                self.services,
-                self.exclude_services,
+                service, self.all_services, self.services, self.exclude_services
             )
         return (
             (type_name in self.topic_types and not self._excludes(topic, self.exclude_topics))
@@ -115,9 +112,7 @@ class Selection:
 
     def takes_hidden(self, topic: str, type_name: str) -> bool:
         """Whether a topic is recorded as far as hiding is concerned."""
-        is_own_kind = _ACTION_TOPIC.fullmatch(topic) or (
-            topic.endswith(_EVENTS) and _EVENT_TYPE.fullmatch(type_name)
-        )
+        is_own_kind = _ACTION_TOPIC.fullmatch(topic) or is_service_event(topic, type_name)
         return bool(self.include_hidden_topics or is_own_kind) or not is_hidden_name(topic)
 
     def is_ready(self, topic: str, graph: Graph) -> bool:

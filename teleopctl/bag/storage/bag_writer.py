@@ -32,6 +32,7 @@ class WriterOptions:
         chunk_bytes: Uncompressed size at which a chunk ends.
         split_bytes: Size at which a new file begins; 0 for never.
         split_duration_ns: Log time after which a new file begins, in nanoseconds; 0 for never.
+        most_files: How many files are kept: with one more the oldest is removed; 0 for all.
         repeat_latched: Whether each new file begins with what its latched topics last had, so that
             it can be played alone.
         distribution: The ROS 2 distribution, for `metadata.yaml`.
@@ -42,6 +43,7 @@ class WriterOptions:
     chunk_bytes: int = CHUNK_BYTES
     split_bytes: int = 0
     split_duration_ns: int = 0
+    most_files: int = 0
     repeat_latched: bool = True
     distribution: str = ""
     custom_data: Mapping[str, str] = field(default_factory=dict)
@@ -64,15 +66,21 @@ class BagWriter:
 
     Attributes:
         folder: Where it is.
-        message_counts: Messages written, by topic.
+        message_counts: Messages that its files hold, by topic.
+        on_split: Called with the file that has ended and the one that begins.
     """
 
     def __init__(self, folder: Path, options: WriterOptions | None = None) -> None:
         self.folder = folder
         self._options = options or WriterOptions()
         self.message_counts: dict[str, int] = {}
+        self.on_split: Callable[[Path, Path], object] | None = None
         self._topics: dict[str, BagTopic] = {}
         self._finished: list[McapFileWriter] = []
+        self._file_number = 0
+        self._splits = bool(self._options.split_bytes or self._options.split_duration_ns)
+        # Of the topics that are repeated: how many messages of each publisher.
+        self._depths: dict[str, int] = {}
         self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
         self._attachments: list[BagAttachment] = []
         self._records: list[tuple[str, dict[str, str]]] = []
@@ -110,17 +118,23 @@ class BagWriter:
         if topic.name not in self._topics:
             self._topics[topic.name] = topic
             self.message_counts[topic.name] = 0
+            if topic.is_latched and self._options.repeat_latched:
+                depth = max(profile.depth for profile in topic.qos)
+                self._depths[topic.name] = min(depth or 1, _MOST_LATCHED)
             self._attempt(lambda: self._file.add_topic(topic))
 
     def write(self, message: BagMessage) -> None:
         """Write a message of a topic that was added; begins a new file where it is time to."""
-        if self._is_time_to_split(message):
+        if self._splits and self._is_time_to_split(message):
             self.split(message.log_time_ns)
-        self._attempt(lambda: self._file.write(message))
+        try:
+            self._file.write(message)
+        except SystemFailureError:
+            self._close_what_is_there()
+            raise
         self.message_counts[message.topic] += 1
-        topic = self._topics[message.topic]
-        if topic.is_latched and self._options.repeat_latched:
-            self._remember(topic, message)
+        if message.topic in self._depths:
+            self._remember(message)
 
     def attach(self, attachment: BagAttachment) -> None:
         """Add a file inside each file of the bag, from the present one on."""
@@ -151,7 +165,10 @@ class BagWriter:
             repeated = message._replace(log_time_ns=time_ns)
             self._attempt(functools.partial(self._file.write, repeated))
             self.message_counts[message.topic] += 1
+        self._remove_oldest()
         self._write_metadata()
+        if self.on_split is not None:
+            self.on_split(ended.path, self._file.path)
         return ended.path, self._file.path
 
     def flush(self) -> None:
@@ -174,7 +191,8 @@ class BagWriter:
         self.close()
 
     def _new_file(self) -> McapFileWriter:
-        path = self.folder / f"{self.folder.name}_{len(self._finished)}.mcap"
+        path = self.folder / f"{self.folder.name}_{self._file_number}.mcap"
+        self._file_number += 1
         file = McapFileWriter(path, self._options.compression, self._options.chunk_bytes)
         for topic in self._topics.values():
             file.add_topic(topic)
@@ -183,6 +201,16 @@ class BagWriter:
         for name, values in self._records:
             file.add_record(name, values)
         return file
+
+    def _remove_oldest(self) -> None:
+        most = self._options.most_files
+        while most and len(self._finished) >= most:
+            oldest = self._finished.pop(0)
+            for topic, count in oldest.message_counts.items():
+                self.message_counts[topic] -= count
+            # Somebody else may have taken it away, or be looking at it.
+            with contextlib.suppress(OSError):
+                oldest.path.unlink()
 
     def _finish(self, file: McapFileWriter) -> None:
         # rosbag2 reads it where metadata.yaml is missing.
@@ -196,14 +224,13 @@ class BagWriter:
             return False
         if options.split_bytes and file.size >= options.split_bytes:
             return True
-        age_ns = message.log_time_ns - file.description.start_ns
+        age_ns = message.log_time_ns - file.start_ns
         return bool(options.split_duration_ns) and age_ns >= options.split_duration_ns
 
-    def _remember(self, topic: BagTopic, message: BagMessage) -> None:
-        key = (topic.name, message.publisher)
+    def _remember(self, message: BagMessage) -> None:
+        key = (message.topic, message.publisher)
         if key not in self._latched:
-            depth = max(profile.depth for profile in topic.qos)
-            self._latched[key] = deque(maxlen=min(depth or 1, _MOST_LATCHED))
+            self._latched[key] = deque(maxlen=self._depths[message.topic])
         self._latched[key].append(message)
 
     def _attempt(self, write: Callable[[], object]) -> None:
@@ -211,14 +238,17 @@ class BagWriter:
         try:
             write()
         except SystemFailureError:
-            self._is_closed = True
-            self._file.abandon()
-            # The end needs room too, which a full disk may have behind the record that was cut.
-            with contextlib.suppress(TeleopctlError):
-                finish_file(self._file.path)
-            with contextlib.suppress(SystemFailureError):
-                self._write_metadata()
+            self._close_what_is_there()
             raise
+
+    def _close_what_is_there(self) -> None:
+        self._is_closed = True
+        self._file.abandon()
+        # The end needs room too, which a full disk may have behind the record that was cut.
+        with contextlib.suppress(TeleopctlError):
+            finish_file(self._file.path)
+        with contextlib.suppress(SystemFailureError):
+            self._write_metadata()
 
     def _write_metadata(self) -> None:
         path = self.folder / METADATA_FILE

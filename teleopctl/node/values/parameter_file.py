@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -171,3 +171,38 @@ def _is_meant(section: str, node: str) -> bool:
     if namespace and section == f"{_EVERY_NODE}/{name}":
         return True
     return namespace.count("/") == 1 and section == f"/*/{name}"
+
+
+# Any: a value of YAML, of whatever type; the message is a ParameterValue.
+def plain_parameter_value(value: Any) -> Any:
+    """Return what a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
+    from teleopctl.node.values.parameter import parameter_value_to_python
+
+    found = parameter_value_to_python(value)
+    if isinstance(found, list):
+        return [element[0] if isinstance(element, bytes) else element for element in found]
+    return found
+
+
+def parameter_document(node_name: str, parameters: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return what a parameter file says of a node, as it is to be written in YAML.
+
+    Args:
+        node_name: Full name of the node.
+        parameters: Names, sorted, and their ``ParameterValue``.
+    """
+    tree: dict[str, Any] = {}
+    for name, value in parameters:
+        _put(tree, name.split("."), plain_parameter_value(value))
+    return {node_name: {_PARAMETERS: tree}}
+
+
+def _put(tree: dict[str, Any], path: list[str], value: object) -> None:
+    for depth, part in enumerate(path[:-1]):
+        branch = tree.setdefault(part, {})
+        if not isinstance(branch, dict):
+            # A parameter is called like the first part of this one: keep its dots then.
+            tree[".".join(path[depth:])] = value
+            return
+        tree = branch
+    tree[path[-1]] = value

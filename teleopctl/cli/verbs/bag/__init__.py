@@ -10,6 +10,15 @@ _LOOK = f"{__name__}.look"
 GROUP = Group(
     "Record, play and look at sessions.",
     {
+        "record": Verb(
+            f"{__name__}.record:record",
+            "Record topics, services and actions into a bag.",
+            examples=(
+                "teleopctl bag record --all",
+                "teleopctl bag record -o session --topics /joint_states /tf",
+                "teleopctl bag record --all --exclude-regex image",
+            ),
+        ),
         "info": Verb(
             f"{_FILES}.info:bag_info",
             "Show what a bag holds.",

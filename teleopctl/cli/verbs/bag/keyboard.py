@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import sys
@@ -59,7 +60,9 @@ class Keyboard:
             return
         import termios
 
-        termios.tcsetattr(self._file, termios.TCSANOW, self._before or [])
+        # A terminal that was hung up has nothing to be put back.
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(self._file, termios.TCSANOW, self._before or [])
         os.close(self._ending)
         # A key's work may be what ends the command.
         if self._thread is not threading.current_thread():

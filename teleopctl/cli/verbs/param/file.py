@@ -1,15 +1,14 @@
 """``teleopctl param dump`` and ``load``."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.graph_parameters import open_parameters
-from teleopctl.cli.verbs.param.text import python_value
 from teleopctl.errors import NotFoundError
-from teleopctl.node import Parameter, read_parameter_file
+from teleopctl.node import Parameter, parameter_document, read_parameter_file
 
 
 def dump_parameters(
@@ -24,10 +23,7 @@ def dump_parameters(
         node = parameters.find(node_name)
         names = parameters.names(node)
         values = parameters.ask(node, lambda remote: remote.get_parameters(names)).values
-    tree: dict[str, Any] = {}
-    for name, value in zip(names, values, strict=False):
-        _put(tree, name.split("."), python_value(value))
-    document = {node: {"ros__parameters": tree}}
+    document = parameter_document(node, zip(names, values, strict=False))
     if as_json:
         console.out_json(document)
         return
@@ -61,14 +57,3 @@ def load_parameters(
             failed = True
             console.note(f"Set parameter {name} failed{reason}")
     return int(failed)
-
-
-def _put(tree: dict[str, Any], path: list[str], value: object) -> None:
-    for depth, part in enumerate(path[:-1]):
-        branch = tree.setdefault(part, {})
-        if not isinstance(branch, dict):
-            # A parameter is called like the first part of this one: keep its dots then.
-            tree[".".join(path[depth:])] = value
-            return
-        tree = branch
-    tree[path[-1]] = value

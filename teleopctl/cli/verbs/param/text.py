@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from teleopctl.node import ParameterType, parameter_value_to_python
+from teleopctl.node import ParameterType
 
 _TYPE_NAMES = {
     ParameterType.NOT_SET: "not set",
@@ -29,12 +27,3 @@ def value_label(number: int) -> str:
     """What stands before a value: ``Integer value is:``, ``Integer values are:``."""
     words = type_name(number).split()
     return f"{words[0].capitalize()} {'values are' if len(words) > 1 else 'value is'}:"
-
-
-# Any: a value of YAML, of whatever type.
-def python_value(value: Any) -> Any:
-    """What a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
-    found = parameter_value_to_python(value)
-    if isinstance(found, list):
-        return [element[0] if isinstance(element, bytes) else element for element in found]
-    return found

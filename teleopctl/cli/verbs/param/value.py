@@ -6,7 +6,7 @@ from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
-from teleopctl.cli.verbs.param.text import python_value, type_name, value_label
+from teleopctl.cli.verbs.param.text import type_name, value_label
 from teleopctl.errors import NotFoundError, RefusedError, did_you_mean
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -14,6 +14,7 @@ from teleopctl.node import (
     ParameterType,
     parameter_value_from_yaml,
     parameter_value_to_python,
+    plain_parameter_value,
 )
 
 ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
@@ -31,7 +32,11 @@ def get_parameter(
         value = _value(parameters, node, parameter_name)
     if as_json:
         console.out_json(
-            {"name": parameter_name, "type": type_name(value.type), "value": python_value(value)}
+            {
+                "name": parameter_name,
+                "type": type_name(value.type),
+                "value": plain_parameter_value(value),
+            }
         )
         return
     shown = str(parameter_value_to_python(value))

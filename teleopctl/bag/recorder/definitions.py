@@ -1,0 +1,89 @@
+"""The text that goes with a topic into the bag: of the very version that its publishers send."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from teleopctl.bag.records import ROS2MSG, TypeText
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import (
+    complete_definition_text,
+    described_definition_text,
+    known_types,
+    type_hash,
+)
+from teleopctl.node import ask_for_description
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.wire import EndpointToken, Graph
+
+_EVENT = "_Event"
+
+
+class Definitions:
+    """Finds definitions: those of this program where the hash is the same, else the publishers'.
+
+    Args:
+        node: Who asks other nodes; it needs no executor for this.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._found: dict[tuple[str, str], TypeText] = {}
+
+    def find_here(self, type_name: str, version: str) -> TypeText | None:
+        """A definition that is known already; None where another node has to be asked."""
+        key = (type_name, version)
+        if key not in self._found:
+            try:
+                if known_types().find(type_name) is None or version not in (
+                    "",
+                    type_hash(type_name),
+                ):
+                    return None
+                self._found[key] = TypeText(ROS2MSG, complete_definition_text(type_name))
+            except TeleopctlError:
+                return None
+        return self._found[key]
+
+    def ask_for(self, type_name: str, version: str, graph: Graph) -> TypeText:
+        """A definition as the nodes that use it explain it; an empty one where none does.
+
+        It takes as long as they take to answer, at most some seconds.
+        """
+        key = (type_name, version)
+        if key not in self._found:
+            self._found[key] = self._ask(type_name, version, graph)
+        return self._found[key]
+
+    def _ask(self, type_name: str, version: str, graph: Graph) -> TypeText:
+        for node_name, asked_for, its_version in self._who_knows(type_name, version, graph):
+            try:
+                description = ask_for_description(self._node, node_name, asked_for, its_version)
+                if description is not None:
+                    return TypeText(ROS2MSG, described_definition_text(description, type_name))
+            except TeleopctlError as error:
+                self._node.get_logger().debug(f"{node_name} on {type_name}: {error.message}")
+        return TypeText()
+
+    def _who_knows(
+        self, type_name: str, version: str, graph: Graph
+    ) -> Iterator[tuple[str, str, str]]:
+        """Nodes that may explain a type, with the type and the version to ask them for."""
+        users = (e for e in graph.endpoints if (e.type_name, e.type_hash) == (type_name, version))
+        yield from self._askable(users, graph)
+        if type_name.endswith(_EVENT):
+            # The events of a service are explained along with it.
+            service = type_name.removesuffix(_EVENT)
+            yield from self._askable((e for e in graph.endpoints if e.type_name == service), graph)
+
+    def _askable(
+        self, endpoints: Iterator[EndpointToken], graph: Graph
+    ) -> Iterator[tuple[str, str, str]]:
+        own_name = self._node.get_fully_qualified_name()
+        asked = {(e.full_name, e.type_name, e.type_hash) for e in endpoints}
+        for each in sorted(asked):
+            if each[0] != own_name and graph.servers(f"{each[0]}/get_type_description"):
+                yield each

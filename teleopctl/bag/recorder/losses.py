@@ -1,0 +1,82 @@
+"""What a recorder did not get onto the disk, counted by topic and told."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Mapping
+from typing import NamedTuple
+
+# What one line of the log has room for.
+_MOST_TOPICS = 5
+
+
+class Losses(NamedTuple):
+    """Messages that were not recorded, by topic.
+
+    Attributes:
+        in_recorder: They came and found no room, since the disk was too slow.
+        in_transport: They were sent and never came, as their numbers tell.
+    """
+
+    in_recorder: Mapping[str, int]
+    in_transport: Mapping[str, int]
+
+    def __bool__(self) -> bool:
+        return bool(self.in_recorder or self.in_transport)
+
+    @property
+    def topics(self) -> list[str]:
+        """The topics that lost something, sorted."""
+        return sorted({*self.in_recorder, *self.in_transport})
+
+
+class LossCounter:
+    """Counts losses; the transport's threads tell it of them."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._in_recorder: Counter[str] = Counter()
+        self._in_transport: Counter[str] = Counter()
+        self._told = Losses({}, {})
+
+    def lost_here(self, topic: str) -> None:
+        """A message found no room."""
+        with self._lock:
+            self._in_recorder[topic] += 1
+
+    def lost_on_the_way(self, topic: str, count: int) -> None:
+        """So many messages never came."""
+        with self._lock:
+            self._in_transport[topic] += count
+
+    def so_far(self) -> Losses:
+        """All losses since the beginning."""
+        with self._lock:
+            return Losses(dict(self._in_recorder), dict(self._in_transport))
+
+    def since_last_time(self) -> Losses:
+        """The losses since this was last asked for."""
+        now, before = self.so_far(), self._told
+        self._told = now
+        return Losses(
+            _difference(now.in_recorder, before.in_recorder),
+            _difference(now.in_transport, before.in_transport),
+        )
+
+
+def described(counts: Mapping[str, int]) -> str:
+    """How many messages of which topics, on one line, the most first."""
+    ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    parts = [f"{topic} {count}" for topic, count in ordered[:_MOST_TOPICS]]
+    if len(ordered) > _MOST_TOPICS:
+        parts.append(f"{len(ordered) - _MOST_TOPICS} more topics")
+    return ", ".join(parts)
+
+
+def _difference(now: Mapping[str, int], before: Mapping[str, int]) -> dict[str, int]:
+    return {
+        topic: count - before.get(topic, 0)
+        for topic, count in now.items()
+        if count > before.get(topic, 0)
+    }

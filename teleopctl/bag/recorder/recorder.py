@@ -1,0 +1,303 @@
+"""The recorder: a node that writes topics into a bag, with the services of rosbag2's."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from teleopctl.bag.recorder.losses import Losses, described
+from teleopctl.bag.recorder.options import RecorderOptions
+from teleopctl.bag.recorder.services import RecorderServices
+from teleopctl.bag.recorder.session import Session
+from teleopctl.bag.recorder.topics import Gate
+from teleopctl.errors import RefusedError, TeleopctlError
+from teleopctl.node import (
+    Context,
+    Node,
+    Parameter,
+    SignalHandlerOptions,
+    SingleThreadedExecutor,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Future
+
+# A loss is told once a second at most: a disk that is too slow loses thousands of messages.
+_REPORT_S = 1.0
+
+
+def default_folder() -> Path:
+    """The folder that rosbag2 chooses where none is named: ``rosbag2_`` and the local time."""
+    return Path(time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
+
+
+class Recorder:
+    """Records topics into a bag, from the moment it is made until it is closed.
+
+    It has a context, a node and threads of its own, so that a program or a test can use it beside
+    its own nodes, or without any:
+
+        with Recorder(Path("session"), RecorderOptions(Selection(topics=["/joint_states"]))):
+            move_the_arm()
+
+    Args:
+        folder: Where the bag is to be; nothing may be there. By default rosbag2's name in the
+            working directory.
+        options: What is recorded, and how; every topic that is not hidden by default.
+        context: Where the node lives; by default a context of its own.
+
+    Raises:
+        RefusedError: There is something at the place of the bag already.
+        SystemFailureError: The bag cannot be made.
+        TeleopctlError: No router can be reached or started.
+
+    Attributes:
+        folder: Where the bag is.
+        node: The recorder's node.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None = None,
+        options: RecorderOptions | None = None,
+        *,
+        context: Context | None = None,
+    ) -> None:
+        self.folder = folder or default_folder()
+        self._options = options or RecorderOptions()
+        self._gate = Gate(is_open=not self._options.start_paused)
+        self._lock = threading.RLock()
+        self._session: Session | None = None
+        self._last_session: Session | None = None
+        self._ended = threading.Event()
+        self._on_end: Callable[[], object] | None = None
+        self._own_context = None if context is not None else Context()
+        self._closing = threading.Event()
+        if self._own_context is not None:
+            self._own_context.init([], signal_handler_options=SignalHandlerOptions.NO)
+        self._context = context or self._own_context
+        try:
+            self.node = Node(
+                self._options.node_name,
+                context=self._context,
+                parameter_overrides=[Parameter("use_sim_time", value=self._options.use_sim_time)],
+            )
+            self._executor = SingleThreadedExecutor(context=self._context)
+            self._services = RecorderServices(
+                self.node, self, takes_snapshots=self._options.snapshot
+            )
+            self._executor.add_node(self.node)
+            self._spinning = threading.Thread(target=self._executor.spin, daemon=True)
+            self._reporting = threading.Thread(target=self._report_losses, daemon=True)
+            self.record()
+        except BaseException:
+            if self._own_context is not None:
+                self._own_context.try_shutdown()
+            raise
+        self._spinning.start()
+        self._reporting.start()
+
+    @property
+    def options(self) -> RecorderOptions:
+        """What is recorded, and how."""
+        return self._options
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether there is a bag that is being written, paused or not."""
+        return self._session is not None
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether what comes is left out."""
+        return not self._gate.is_open
+
+    @property
+    def is_following(self) -> bool:
+        """Whether topics that appear are recorded."""
+        return self._session is not None and self._session.is_following
+
+    @property
+    def topics(self) -> list[str]:
+        """The topics that are subscribed to, sorted."""
+        return [] if self._session is None else self._session.topics.names
+
+    @property
+    def message_count(self) -> int:
+        """Messages of the present bag that were received, written or on their way to the disk."""
+        return 0 if self._session is None else self._session.message_count
+
+    @property
+    def left_out_count(self) -> int:
+        """Messages that came while the recorder was paused."""
+        return self._gate.left_out
+
+    @property
+    def losses(self) -> Losses:
+        """What was not recorded, though it was sent."""
+        return Losses({}, {}) if self._session is None else self._session.losses.so_far()
+
+    def record(self, folder: Path | None = None) -> None:
+        """Begin a bag, after `stop`.
+
+        Args:
+            folder: Where it is to be; by default where the last one was to be.
+
+        Raises:
+            RefusedError: It is recording already, or there is something at that place.
+            SystemFailureError: The bag cannot be made.
+        """
+        with self._lock:
+            if self._session is not None:
+                raise RefusedError("Recorder is already recording.")
+            self.folder = folder or self.folder
+            self._session = Session(
+                self.node,
+                self.folder,
+                self._options,
+                self._gate,
+                self._services.tell_split,
+                self._fail,
+            )
+            logger = self.node.get_logger()
+            if self._options.discovery:
+                logger.info("Listening for topics...")
+            if self._gate.is_open:
+                logger.info("Recording...")
+
+    def stop(self) -> None:
+        """Finish the bag; `record` begins another one. Idempotent.
+
+        Raises:
+            SystemFailureError: The disk refused, now or before.
+        """
+        with self._lock:
+            session = self._session
+            if session is None:
+                return
+            try:
+                session.close()
+            finally:
+                self._session, self._last_session = None, session
+                logger = self.node.get_logger()
+                logger.info("Recording stopped")
+                losses = session.losses.so_far()
+                if losses.in_transport:
+                    logger.warning(
+                        "Number of messages lost on the transport layer: "
+                        f"{sum(losses.in_transport.values())} ({described(losses.in_transport)})"
+                    )
+                if losses.in_recorder:
+                    logger.warning(
+                        "Number of messages lost because the disk was too slow: "
+                        f"{sum(losses.in_recorder.values())} ({described(losses.in_recorder)})"
+                    )
+
+    def pause(self) -> None:
+        """Leave out what comes from now on."""
+        if self._gate.is_open:
+            self._gate.is_open = False
+            self.node.get_logger().info("Pausing recording.")
+
+    def resume(self) -> None:
+        """Record what comes from now on."""
+        if not self._gate.is_open:
+            self._gate.is_open = True
+            if self._session is not None:
+                self._session.topics.record_what_was_kept()
+            self.node.get_logger().info("Resuming recording.")
+
+    def toggle_paused(self) -> None:
+        """Pause, or resume."""
+        if self._gate.is_open:
+            self.pause()
+        else:
+            self.resume()
+
+    def follow(self, *, active: bool) -> None:
+        """Begin or end to record topics that appear."""
+        if self._session is not None:
+            self._session.follow(active=active)
+
+    def flush(self) -> None:
+        """Wait until all that was received is with the operating system, or in the memory.
+
+        Raises:
+            SystemFailureError: The disk refused.
+        """
+        if self._session is not None:
+            self._session.flush()
+
+    def split(self) -> Future[tuple[Path, Path]] | None:
+        """Begin a new file; None where nothing is recorded."""
+        return None if self._session is None else self._session.split()
+
+    def take_snapshot(self) -> Future[bool] | None:
+        """Write what is in memory into the bag; None where nothing is recorded."""
+        return None if self._session is None else self._session.take_snapshot()
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait until the recorder is closed, or cannot go on.
+
+        Returns:
+            Whether that came before the time was up.
+        """
+        return self._ended.wait(timeout_s)
+
+    def on_end(self, callback: Callable[[], object]) -> None:
+        """Call a function once the recorder cannot go on, from any thread; at once if it cannot."""
+        self._on_end = callback
+        if self._ended.is_set():
+            callback()
+
+    def close(self) -> None:
+        """Finish the bag and leave the graph. Idempotent.
+
+        Raises:
+            SystemFailureError: The disk refused, now or before; what was written can be read.
+        """
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        try:
+            self.stop()
+        finally:
+            self._ended.set()
+            self._executor.shutdown()
+            self._spinning.join()
+            self._reporting.join()
+            self.node.destroy_node()
+            if self._own_context is not None:
+                self._own_context.try_shutdown()
+            if self._last_session is not None:
+                self._last_session.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _fail(self, error: TeleopctlError) -> None:
+        self.node.get_logger().error(error.message)
+        self._ended.set()
+        if self._on_end is not None:
+            self._on_end()
+
+    def _report_losses(self) -> None:
+        hz = self._options.statistics_hz
+        while not self._closing.wait(max(_REPORT_S, 1.0 / hz if hz else 0.0)):
+            session = self._session
+            losses = session.losses.since_last_time() if session is not None else None
+            if not losses:
+                continue
+            if losses.in_recorder:
+                self.node.get_logger().warning(
+                    "The disk is too slow, so that messages were dropped: "
+                    + described(losses.in_recorder)
+                )
+            if hz:
+                self._services.tell_losses(losses)

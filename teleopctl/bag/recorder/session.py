@@ -1,0 +1,180 @@
+"""One recording, from its first message to the end of its bag."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.bag.recorder.circumstances import Circumstances
+from teleopctl.bag.recorder.losses import LossCounter
+from teleopctl.bag.recorder.message_queue import MessageQueue
+from teleopctl.bag.recorder.options import CACHE_BYTES, RecorderOptions
+from teleopctl.bag.recorder.snapshot import SnapshotBuffer
+from teleopctl.bag.recorder.topics import Gate, Topics
+from teleopctl.bag.recorder.writing import WritingThread
+from teleopctl.bag.storage.bag_writer import BagWriter
+
+if TYPE_CHECKING:
+    from teleopctl.errors import TeleopctlError
+    from teleopctl.node import Node
+
+
+class Session:
+    """One recording; begins at once, but for simulated time, whose first message it waits for.
+
+    Args:
+        node: Who subscribes.
+        folder: Where the bag is to be.
+        options: How it is recorded.
+        gate: Whether messages pass.
+        on_split: Called with the file that has ended and the one that begins.
+        on_failure: Called once when the disk refuses.
+
+    Raises:
+        RefusedError: There is something at the place of the bag already.
+        SystemFailureError: The bag cannot be made.
+
+    Attributes:
+        losses: What was not recorded.
+        topics: What is.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        folder: Path,
+        options: RecorderOptions,
+        gate: Gate,
+        on_split: Callable[[Path, Path], object],
+        on_failure: Callable[[TeleopctlError], object],
+    ) -> None:
+        self._node = node
+        self._options = options
+        writer = BagWriter(folder, options.writer)
+        writer.on_split = on_split
+        self._queue = queue = MessageQueue(options.cache_bytes or CACHE_BYTES)
+        snapshot = None
+        if options.snapshot:
+            snapshot = SnapshotBuffer(options.cache_bytes, options.cache_duration_s)
+        self.losses = LossCounter()
+        self.writing = WritingThread(
+            writer, queue, snapshot, on_failure, is_eager=not options.cache_bytes
+        )
+        self.topics = Topics(
+            node,
+            options.selection.with_absolute_names(
+                lambda name: node.resolve_topic_name(name, only_expand=True),
+                lambda name: node.resolve_service_name(name, only_expand=True),
+            ),
+            options.qos,
+            queue,
+            gate,
+            self.losses,
+            self.writing.add_topic,
+            uses_simulated_time=options.use_sim_time,
+        )
+        self._circumstances: Circumstances | None = None
+        self._changed = threading.Event()
+        self._is_over = threading.Event()
+        self._follows = options.discovery
+        self._thread = threading.Thread(target=self._run, name="bag topics", daemon=True)
+        if not options.use_sim_time:
+            self._begin()
+        node.add_graph_callback(self._changed.set)
+        node.get_clock().on_jump(self._clock_moved)
+        self._changed.set()
+        self._thread.start()
+
+    @property
+    def is_following(self) -> bool:
+        """Whether topics that appear are recorded."""
+        return self._follows
+
+    @property
+    def message_count(self) -> int:
+        """Messages that were received and not dropped."""
+        return self._queue.count
+
+    def follow(self, *, active: bool) -> None:
+        """Begin or end to record topics that appear."""
+        self._follows = active
+        self._changed.set()
+
+    def flush(self) -> None:
+        """Wait until all that was received is with the operating system, or in the memory.
+
+        Raises:
+            SystemFailureError: The disk refused.
+        """
+        with contextlib.suppress(CancelledError):
+            self.writing.ask(lambda writer: writer.flush()).result()
+
+    def split(self) -> Future[tuple[Path, Path]]:
+        """Begin a new file."""
+        return self.writing.split()
+
+    def take_snapshot(self) -> Future[bool]:
+        """Write what is in memory; False where nothing is kept there."""
+        return self.writing.take_snapshot()
+
+    def close(self) -> None:
+        """Write what has come, and finish the bag.
+
+        Raises:
+            SystemFailureError: The disk refused, now or before.
+        """
+        self._is_over.set()
+        self._changed.set()
+        self._node.get_clock().forget_on_jump(self._clock_moved)
+        if self._circumstances is not None:
+            self._circumstances.close()
+        self._thread.join()
+        self.topics.close()
+        self.writing.close()
+
+    def join(self) -> None:
+        """Wait for what still asks other nodes; short where the context has ended."""
+        if self._circumstances is not None:
+            self._circumstances.join()
+
+    def _begin(self) -> None:
+        self.topics.follow(self._node.graph())
+        if self._options.circumstances:
+            self._circumstances = Circumstances(
+                self._node,
+                lambda attachment: self.writing.ask(lambda writer: writer.attach(attachment)),
+                lambda name, values: self.writing.ask(
+                    lambda writer: writer.add_record(name, values)
+                ),
+                self._node.get_clock().nanoseconds,
+            )
+
+    def _run(self) -> None:
+        logger = self._node.get_logger()
+        if self._options.use_sim_time:
+            logger.info("use_sim_time set, waiting for /clock before starting recording...")
+            while not self._is_over.is_set() and not self._node.get_clock().nanoseconds():
+                self._changed.wait()
+                self._changed.clear()
+            if self._is_over.is_set():
+                return
+            logger.info("Sim time /clock found, starting recording.")
+            self._begin()
+            self._changed.set()
+        while not self._is_over.is_set():
+            self._changed.wait()
+            self._changed.clear()
+            if self._follows and not self._is_over.is_set():
+                self.topics.follow(self._node.graph())
+            # One after the other, so that what appears meanwhile does not wait for all of them.
+            if not self._is_over.is_set() and self.topics.ask_for_a_definition(self._node.graph()):
+                self._changed.set()
+
+    def _clock_moved(self) -> None:
+        # Only the first message of /clock is waited for.
+        if self._options.use_sim_time and not self._changed.is_set():
+            self._changed.set()

@@ -1,0 +1,276 @@
+"""Subscribes to topics as they appear, and hands on what comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.bag.recorder.definitions import Definitions
+from teleopctl.bag.records import BagMessage, BagTopic, TypeText
+from teleopctl.node import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    suited_to,
+    undecoded,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from teleopctl.bag.recorder.losses import LossCounter
+    from teleopctl.bag.recorder.message_queue import MessageQueue
+    from teleopctl.bag.recorder.selection import Selection
+    from teleopctl.node import MessageInfo, Node, Subscription
+    from teleopctl.wire import EndpointToken, Graph
+
+# What rosbag2 asks for where no publisher says what it offers.
+_DEFAULT_DEPTH = 10
+
+
+class Gate:
+    """Whether messages pass; the transport's threads look at it.
+
+    Attributes:
+        is_open: False while the recorder is paused.
+        left_out: How many messages came meanwhile.
+    """
+
+    def __init__(self, *, is_open: bool) -> None:
+        self.is_open = is_open
+        self.left_out = 0
+
+
+class _Topic:
+    """A topic that is being recorded."""
+
+    def __init__(self, name: str, type_name: str, version: str) -> None:
+        self.name = name
+        self.type_name = type_name
+        self.version = version
+        self.is_described = False
+        self.is_latched = False
+        self.subscription: Subscription[Any] | None = None
+        # Of each publisher the number of its last message.
+        self.last: dict[bytes, int] = {}
+        # Of a latched topic what came last from each publisher while the recorder was paused.
+        self.kept: dict[bytes, BagMessage] = {}
+        # Since the topic was subscribed to anew, a message may come twice.
+        self.was_renewed = False
+
+
+class Topics:
+    """The topics of a recording, on a thread of their own that the graph wakes.
+
+    Args:
+        node: Who subscribes.
+        selection: Which topics, with names as the graph has them.
+        qos: What some of them are subscribed to with.
+        queue: Where messages go.
+        gate: Whether they do.
+        losses: Is told of those that do not.
+        add_topic: Called for each topic once its definition is there.
+        uses_simulated_time: Whether messages bear the time of the node's clock.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        selection: Selection,
+        qos: Mapping[str, QoSProfile],
+        queue: MessageQueue,
+        gate: Gate,
+        losses: LossCounter,
+        add_topic: Callable[[BagTopic], object],
+        *,
+        uses_simulated_time: bool,
+    ) -> None:
+        self._node = node
+        self._logger = node.get_logger()
+        self._selection = selection
+        self._qos = qos
+        self._queue = queue
+        self._gate = gate
+        self._losses = losses
+        self._add_topic = add_topic
+        self._uses_simulated_time = uses_simulated_time
+        self._definitions = Definitions(node)
+        self._topics: dict[str, _Topic] = {}
+        self._told: set[str] = set()
+
+    @property
+    def names(self) -> list[str]:
+        """The topics that are subscribed to, sorted."""
+        return sorted(self._topics)
+
+    def follow(self, graph: Graph) -> None:
+        """Subscribe to what is new, and describe what can be described without asking."""
+        for name, types in graph.topic_names_and_types(include_hidden=True):
+            topic = self._topics.get(name)
+            if topic is not None:
+                self._renew_if_latched_now(topic, graph)
+            elif self._wants(name, types, graph):
+                self._begin(name, types[0], graph)
+        for topic in tuple(self._topics.values()):
+            if not topic.is_described:
+                self._describe(topic, graph)
+
+    def ask_for_a_definition(self, graph: Graph) -> bool:
+        """Ask other nodes for one definition that is missing; False where none is."""
+        topic = next((topic for topic in self._topics.values() if not topic.is_described), None)
+        if topic is None:
+            return False
+        text = self._definitions.ask_for(topic.type_name, topic.version, graph)
+        if not text.text:
+            self._warn_once(
+                f"No definition of {topic.type_name} is known here and no node explains "
+                f"it: '{topic.name}' is recorded without, and can be played but not read."
+            )
+        self._tell(topic, graph, text)
+        return True
+
+    def record_what_was_kept(self) -> None:
+        """Record what latched topics last said while the recorder was paused: it still holds."""
+        now_ns = self._node.get_clock().nanoseconds()
+        for topic in tuple(self._topics.values()):
+            for publisher in tuple(topic.kept):
+                self._put(topic.kept.pop(publisher)._replace(log_time_ns=now_ns))
+
+    def close(self) -> None:
+        """Unsubscribe from everything; what is not described is recorded without definition."""
+        for topic in self._topics.values():
+            if topic.subscription is not None:
+                self._node.destroy_subscription(topic.subscription)
+        graph = self._node.graph()
+        for topic in self._topics.values():
+            if not topic.is_described:
+                self._tell(topic, graph, TypeText())
+
+    def _wants(self, name: str, types: list[str], graph: Graph) -> bool:
+        if not self._selection.chooses(name, types[0]):
+            return False
+        if len(types) > 1:
+            self._warn_once(
+                f"Topic '{name}' has more than one type associated. "
+                "Only topics with one type are supported"
+            )
+            return False
+        if not self._selection.takes_hidden(name, types[0]):
+            self._warn_once(
+                "Hidden topics are not recorded. Enable them with --include-hidden-topics"
+            )
+            return False
+        return self._selection.is_ready(name, graph)
+
+    def _begin(self, name: str, type_name: str, graph: Graph) -> None:
+        publishers = graph.publishers(name, type_name)
+        endpoints = publishers or graph.subscriptions(name, type_name)
+        if not endpoints:
+            return
+        version = endpoints[0].type_hash
+        others = {p.type_hash for p in publishers} - {version}
+        if others:
+            self._warn_once(
+                f"type description hashes for topic type '{type_name}' conflict: "
+                f"'{version}' != '{min(others)}': of '{name}' only the first one is recorded"
+            )
+        topic = _Topic(name, type_name, version)
+        self._topics[name] = topic
+        self._subscribe(topic, publishers)
+        self._logger.info(f"Subscribed to topic '{name}'")
+
+    def _subscribe(self, topic: _Topic, publishers: list[EndpointToken]) -> None:
+        qos = self._qos.get(topic.name)
+        if qos is None:
+            qos = adapted_to(publishers)
+        else:
+            self._logger.info(f"Overriding subscription profile for {topic.name}")
+        topic.is_latched = qos.is_latched
+        topic.subscription = self._node.create_subscription(
+            undecoded(topic.type_name, topic.version),
+            topic.name,
+            self._receiver(topic),
+            qos,
+            raw=True,
+            immediate=True,
+        )
+
+    def _renew_if_latched_now(self, topic: _Topic, graph: Graph) -> None:
+        """Subscribe anew where a publisher has come whose earlier messages would be missed."""
+        if topic.is_latched or topic.name in self._qos:
+            return
+        publishers = graph.publishers(topic.name, topic.type_name)
+        if any(publisher.qos.is_transient_local for publisher in publishers):
+            before = topic.subscription
+            topic.was_renewed = True
+            self._subscribe(topic, publishers)
+            if before is not None:
+                self._node.destroy_subscription(before)
+
+    def _receiver(self, topic: _Topic) -> Callable[[bytes, MessageInfo], None]:
+        last, gate, put, losses = topic.last, self._gate, self._put, self._losses
+        clock = self._node.get_clock() if self._uses_simulated_time else None
+
+        def receive(data: bytes, info: MessageInfo) -> None:
+            publisher = info["publisher_gid"]
+            number = info["publication_sequence_number"]
+            before = last.get(publisher)
+            if before is not None and number != before + 1:
+                if number > before:
+                    losses.lost_on_the_way(topic.name, number - before - 1)
+                elif topic.was_renewed:
+                    return
+            last[publisher] = number
+            if not gate.is_open:
+                gate.left_out += 1
+                if not topic.is_latched:
+                    return
+            if clock is None:
+                received_ns, sent_ns = info["received_timestamp"], info["source_timestamp"]
+            else:
+                # One clock for both, so that they can be compared.
+                received_ns = sent_ns = clock.nanoseconds()
+            message = BagMessage(topic.name, received_ns, sent_ns, data, number, publisher)
+            if gate.is_open:
+                put(message)
+            else:
+                topic.kept[publisher] = message
+
+        return receive
+
+    def _put(self, message: BagMessage) -> None:
+        if not self._queue.put(message):
+            self._losses.lost_here(message.topic)
+
+    def _describe(self, topic: _Topic, graph: Graph) -> None:
+        text = self._definitions.find_here(topic.type_name, topic.version)
+        if text is not None:
+            self._tell(topic, graph, text)
+
+    def _tell(self, topic: _Topic, graph: Graph, text: TypeText) -> None:
+        topic.is_described = True
+        offers = dict.fromkeys(p.qos for p in graph.publishers(topic.name, topic.type_name))
+        self._add_topic(BagTopic(topic.name, topic.type_name, topic.version, text, tuple(offers)))
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._told:
+            self._told.add(text)
+            self._logger.warning(text)
+
+
+def adapted_to(publishers: list[EndpointToken]) -> QoSProfile:
+    """The quality of service with which a topic's publishers are recorded.
+
+    As rosbag2 chooses it, but for two things that Zenoh allows and DDS does not: earlier messages
+    are asked for where any publisher keeps them, and where there is no publisher yet.
+    """
+    if not publishers:
+        return QoSProfile(depth=_DEFAULT_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    offers = [publisher.qos for publisher in publishers]
+    depth = max(offer.depth for offer in offers)
+    qos = suited_to(offers, depth)
+    if any(offer.is_transient_local for offer in offers):
+        qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+    if depth <= 1 or any(offer.history == HistoryPolicy.KEEP_ALL for offer in offers):
+        qos.history = HistoryPolicy.KEEP_ALL
+    return qos

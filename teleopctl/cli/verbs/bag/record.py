@@ -1,0 +1,280 @@
+"""``teleopctl bag record``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.errors import RefusedError, UnsupportedError, UsageError
+
+_CACHE_BYTES = 100 * 2**20
+_LEVELS = ("debug", "info", "warn", "error", "fatal")
+_PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
+
+
+def record(
+    topics_positional: Annotated[
+        list[str] | None,
+        Argument(help="Topics; say --topics instead.", complete="topics"),
+    ] = None,
+    output: Annotated[
+        str | None,
+        Option("-o", "--output", help="Folder of the bag; by default named after the time."),
+    ] = None,
+    storage: Annotated[
+        str, Option("-s", "--storage", help="Form of the files.", choices=("mcap", "sqlite3"))
+    ] = "mcap",
+    topics: Annotated[
+        list[str] | None, Option("--topics", help="Topics to record.", complete="topics")
+    ] = None,
+    services: Annotated[
+        list[str] | None,
+        Option(
+            "--services",
+            help="Services to record, by the events of their introspection.",
+            complete="services",
+        ),
+    ] = None,
+    actions: Annotated[
+        list[str] | None,
+        Option("--actions", help="Actions to record: feedback, status and events."),
+    ] = None,
+    topic_types: Annotated[
+        list[str] | None,
+        Option("--topic-types", help="Record topics of these types.", complete="message_types"),
+    ] = None,
+    everything: Annotated[
+        bool, Option("-a", "--all", help="Record all topics, services and actions.")
+    ] = False,
+    all_topics: Annotated[bool, Option("--all-topics", help="Record all topics.")] = False,
+    all_services: Annotated[bool, Option("--all-services", help="Record all services.")] = False,
+    all_actions: Annotated[bool, Option("--all-actions", help="Record all actions.")] = False,
+    regex: Annotated[str, Option("-e", "--regex", help="Record names that this is found in.")] = "",
+    exclude_regex: Annotated[
+        str, Option("--exclude-regex", help="Leave out names that this is found in.")
+    ] = "",
+    exclude_topics: Annotated[
+        list[str] | None,
+        Option("--exclude-topics", help="Topics to leave out.", complete="topics"),
+    ] = None,
+    exclude_topic_types: Annotated[
+        list[str] | None,
+        Option(
+            "--exclude-topic-types",
+            help="Leave out topics of these types.",
+            complete="message_types",
+        ),
+    ] = None,
+    exclude_services: Annotated[
+        list[str] | None,
+        Option("--exclude-services", help="Services to leave out.", complete="services"),
+    ] = None,
+    exclude_actions: Annotated[
+        list[str] | None, Option("--exclude-actions", help="Actions to leave out.")
+    ] = None,
+    include_unpublished_topics: Annotated[
+        bool,
+        Option("--include-unpublished-topics", help="Record topics without a publisher, too."),
+    ] = False,
+    include_hidden_topics: Annotated[
+        bool,
+        Option("--include-hidden-topics", help="Record names with a part that starts with _, too."),
+    ] = False,
+    ignore_leaf_topics: Annotated[
+        bool, Option("--ignore-leaf-topics", help="Leave out topics that nobody subscribes to.")
+    ] = False,
+    no_discovery: Annotated[
+        bool, Option("--no-discovery", help="Record only what is there at the start.")
+    ] = False,
+    polling_interval: Annotated[  # noqa: ARG001 - the graph tells of its changes by itself
+        int,
+        Option("-p", "--polling-interval", help="Accepted and without effect.", metavar="MS"),
+    ] = 100,
+    qos_profile_overrides_path: Annotated[
+        str | None,
+        Option(
+            "--qos-profile-overrides-path",
+            help="YAML with the quality of service for topics.",
+            metavar="FILE",
+        ),
+    ] = None,
+    serialization_format: Annotated[  # noqa: ARG001 - there is one
+        str, Option("-f", "--serialization-format", help="Of the messages.", choices=("cdr",))
+    ] = "cdr",
+    max_bag_size: Annotated[
+        int,
+        Option("-b", "--max-bag-size", help="Begin a new file from this size on.", metavar="BYTES"),
+    ] = 0,
+    max_bag_duration: Annotated[
+        int,
+        Option("-d", "--max-bag-duration", help="Begin a new file after so long.", metavar="S"),
+    ] = 0,
+    max_bag_files: Annotated[
+        int,
+        Option("--max-bag-files", help="Keep the newest N files; 0 for all.", metavar="N"),
+    ] = 0,
+    max_cache_size: Annotated[
+        int,
+        Option("--max-cache-size", help="What may wait for the disk.", metavar="BYTES"),
+    ] = _CACHE_BYTES,
+    max_cache_duration: Annotated[
+        int,
+        Option(
+            "--max-cache-duration",
+            help="How far back a snapshot reaches; 0 for as far as there is room.",
+            metavar="S",
+        ),
+    ] = 0,
+    snapshot_mode: Annotated[
+        bool,
+        Option(
+            "--snapshot-mode",
+            help="Keep the newest messages in memory until ~/snapshot is called or S is pressed.",
+        ),
+    ] = False,
+    start_paused: Annotated[bool, Option("--start-paused", help="Start paused.")] = False,
+    use_sim_time: Annotated[
+        bool, Option("--use-sim-time", help="Take the time from /clock.")
+    ] = False,
+    node_name: Annotated[
+        str, Option("--node-name", help="The recorder's name in the graph.", metavar="NAME")
+    ] = "rosbag2_recorder",
+    custom_data: Annotated[
+        list[str] | None,
+        Option("--custom-data", help="Written into metadata.yaml.", metavar="KEY=VALUE"),
+    ] = None,
+    storage_preset_profile: Annotated[
+        str | None,
+        Option("--storage-preset-profile", help="How chunks are compressed.", choices=_PRESETS),
+    ] = None,
+    storage_config_file: Annotated[
+        str | None,
+        Option(
+            "--storage-config-file", help="YAML with compression and chunkSize.", metavar="FILE"
+        ),
+    ] = None,
+    compression_mode: Annotated[
+        str,
+        Option(
+            "--compression-mode",
+            help="file and message compress the chunks, in which MCAP has its compression.",
+            choices=("none", "file", "message"),
+        ),
+    ] = "none",
+    compression_format: Annotated[
+        str | None,
+        Option("--compression-format", help="Of --compression-mode.", choices=("zstd",)),
+    ] = None,
+    compression_queue_size: Annotated[  # noqa: ARG001 - as below
+        int, Option("--compression-queue-size", help="Accepted and without effect.")
+    ] = 1,
+    compression_threads: Annotated[  # noqa: ARG001 - chunks are compressed by the thread that writes
+        int, Option("--compression-threads", help="Accepted and without effect.")
+    ] = 0,
+    compression_threads_priority: Annotated[  # noqa: ARG001 - as above
+        int, Option("--compression-threads-priority", help="Accepted and without effect.")
+    ] = 0,
+    stats_max_publishing_rate: Annotated[
+        float,
+        Option(
+            "--stats_max_publishing_rate",
+            help="How often losses are published at most; 0 for never.",
+            metavar="HZ",
+        ),
+    ] = 1.0,
+    log_level: Annotated[
+        str, Option("--log-level", help="What the log tells.", choices=_LEVELS)
+    ] = "info",
+    disable_keyboard_controls: Annotated[
+        bool, Option("--disable-keyboard-controls", help="Do not read keys.")
+    ] = False,
+) -> None:
+    """Record topics, services and actions into a bag.
+
+    The space bar pauses and resumes. Ctrl-C ends it: all that was received is written first.
+    """
+    if storage != "mcap":
+        raise UnsupportedError(
+            f"Bags are written as mcap, not as {storage}",
+            hint="`teleopctl bag convert` reads sqlite3 and writes mcap.",
+        )
+    if topics_positional:
+        console.warn(
+            'Positional "topics" argument deprecated. '
+            'Please use optional "--topics" argument instead.'
+        )
+    from teleopctl.bag import RecorderOptions, Selection, WriterOptions
+    from teleopctl.cli.verbs.bag import recording
+    from teleopctl.interfaces import NANOSECONDS_PER_SECOND, known_types
+
+    selection = Selection(
+        all_topics=all_topics or everything,
+        all_services=all_services or everything,
+        all_actions=all_actions or everything,
+        topics=[*(topics_positional or ()), *(topics or ())],
+        services=services or (),
+        actions=actions or (),
+        topic_types=topic_types or (),
+        regex=regex,
+        exclude_regex=exclude_regex,
+        exclude_topics=exclude_topics or (),
+        exclude_topic_types=exclude_topic_types or (),
+        exclude_services=exclude_services or (),
+        exclude_actions=exclude_actions or (),
+        include_hidden_topics=include_hidden_topics,
+        include_unpublished_topics=include_unpublished_topics,
+        ignore_leaf_topics=ignore_leaf_topics,
+    )
+    recording.check_selection(selection)
+    if use_sim_time and no_discovery:
+        raise RefusedError(
+            "--use-sim-time and --no-discovery both set, but are incompatible settings. "
+            "The /clock topic needs to be discovered to record with sim time."
+        )
+    if compression_format and compression_mode == "none":
+        raise RefusedError(
+            "Invalid choice: Cannot specify compression format without a compression mode."
+        )
+    if max_bag_files and not (max_bag_size or max_bag_duration):
+        raise RefusedError("--max-bag-files requires --max-bag-size or --max-bag-duration")
+    compression, chunk_bytes = recording.chunks(
+        storage_preset_profile, storage_config_file, compressed=compression_mode != "none"
+    )
+    options = RecorderOptions(
+        selection=selection,
+        writer=WriterOptions(
+            compression=compression,
+            chunk_bytes=chunk_bytes,
+            split_bytes=max_bag_size,
+            split_duration_ns=max_bag_duration * NANOSECONDS_PER_SECOND,
+            most_files=max_bag_files,
+            distribution=known_types().distribution,
+            custom_data=_pairs(custom_data or ()),
+        ),
+        cache_bytes=max_cache_size,
+        cache_duration_s=max_cache_duration,
+        snapshot=snapshot_mode,
+        start_paused=start_paused,
+        use_sim_time=use_sim_time,
+        discovery=not no_discovery,
+        qos=recording.overrides(qos_profile_overrides_path),
+        statistics_hz=stats_max_publishing_rate,
+        node_name=node_name,
+    )
+    recording.run(
+        Path(output) if output else None,
+        options,
+        level=log_level,
+        reads_keys=not disable_keyboard_controls,
+    )
+
+
+def _pairs(texts: Sequence[str]) -> dict[str, str]:
+    pairs: dict[str, str] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not (key and equals):
+            raise UsageError(f"--custom-data is KEY=VALUE, got {text!r}")
+        pairs[key] = value
+    return pairs

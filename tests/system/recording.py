@@ -1,0 +1,72 @@
+"""What the tests of recording share."""
+
+from typing import Any
+
+from rosbags.highlevel import AnyReader
+
+from teleopctl.bag import RecorderOptions, Selection
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.node import HistoryPolicy, QoSProfile
+from teleopctl.testing import eventually
+
+String = get_message("std_msgs/msg/String")
+SERVICES = "/rosbag2_recorder"
+
+
+def select(*topics):
+    """Record these topics and nothing else."""
+    return RecorderOptions(Selection(topics=topics), circumstances=False)
+
+
+def contents(folder):
+    """The messages of a bag by topic, decoded by rosbags."""
+    found: dict[str, list[Any]] = {}
+    with AnyReader([folder]) as reader:
+        for connection, _, data in reader.messages():
+            decoded = reader.deserialize(data, connection.msgtype)
+            found.setdefault(connection.topic, []).append(getattr(decoded, "data", decoded))
+    return found
+
+
+# Waits rather than drops where the recorder is slower.
+PATIENT = QoSProfile(history=HistoryPolicy.KEEP_ALL)
+
+
+def say(ros, topic, texts, qos=PATIENT, subscribers=1):
+    """Publish texts once so many subscribe, and return the publisher."""
+    publisher = ros.node.create_publisher(String, topic, qos)
+    assert ros.node.wait_for_subscribers(topic, subscribers, 20)
+    for text in texts:
+        publisher.publish(String(data=text))
+    return publisher
+
+
+def call(ros, name, **fields):
+    """Call one of the recorder's services."""
+    service = get_service(f"rosbag2_interfaces/srv/{name}")
+    snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
+    client = ros.node.create_client(service, f"{SERVICES}/{snake}")
+    assert client.wait_for_service(20)
+    answer = client.call_async(service.Request(**fields)).wait_for_response(20)
+    assert answer is not None
+    ros.node.destroy_client(client)
+    return answer
+
+
+def record(ros, *options):
+    """A recorder's process that is under way."""
+    process = ros.spawn(["bag", "record", *options])
+    process.wait_for_line("Recording...")
+    return process
+
+
+def stop(process):
+    """End it as a person does."""
+    process.interrupt()
+    assert process.wait() == 0, process.report()
+    assert "Recording stopped" in process.stderr
+
+
+def wait_for_count(recorder, count):
+    """Wait until a recorder has received so many messages."""
+    eventually(lambda: recorder.message_count == count)

@@ -1,0 +1,203 @@
+"""``teleopctl bag record`` with real nodes."""
+
+import fcntl
+import os
+import pty
+import signal
+import subprocess
+import sys
+import termios
+
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from teleopctl.bag import (
+    finish_file,
+    open_bag,
+    read_metadata,
+)
+from teleopctl.bag.records import ROS2MSG
+from teleopctl.interfaces import get_message
+from teleopctl.node import (
+    qos_profile_latched,
+)
+from teleopctl.testing import eventually
+from tests.system.recording import PATIENT, String, call, contents, record, say, stop
+
+
+def test_record_writes_every_message_as_it_came_and_other_readers_agree(ros):
+    latched = ros.node.create_publisher(String, "/description", qos_profile_latched)
+    latched.publish(String(data="a robot"))
+    early = ros.node.create_publisher(String, "/early", PATIENT)
+    process = record(ros, "-o", "bag", "--all", "--exclude-regex", "rosout|events")
+    assert ros.node.wait_for_subscribers("/early", 1, 20)
+    texts = [f"number {number}" for number in range(200)]
+    for text in texts:
+        early.publish(String(data=text))
+    say(ros, "/late", texts[:50])
+    stop(process)
+    folder = ros.folder / "bag"
+    expected = {"/description": ["a robot"], "/early": texts, "/late": texts[:50]}
+    assert contents(folder) == expected
+    with (folder / "bag_0.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        decoded: dict[str, list[str]] = {}
+        for schema, channel, message, ros_message in reader.iter_decoded_messages():
+            assert schema is not None
+            assert schema.encoding == ROS2MSG
+            assert message.publish_time <= message.log_time
+            decoded.setdefault(channel.topic, []).append(ros_message.data)
+    assert decoded == expected
+    with open_bag(folder) as bag:
+        topics = {topic.name: (topic, count) for topic, count in bag.metadata.topics}
+        assert topics["/description"][0].is_latched
+        assert not topics["/early"][0].is_latched
+        assert topics["/early"][1] == 200
+        assert bag.metadata.distribution == "jazzy"
+        numbers = [message.sequence for message in bag.messages({"/early"})]
+        assert numbers == list(range(numbers[0], numbers[0] + 200))
+
+
+def test_record_says_what_ros2_bag_says(ros):
+    say(ros, "/chatter", [], subscribers=0)
+    process = record(ros, "-o", "bag", "--topics", "/chatter")
+    assert ros.node.wait_for_subscribers("/chatter", 1, 20)
+    stop(process)
+    lines = [line.partition("]: ")[2] for line in process.stderr.splitlines()]
+    assert lines == [
+        "Subscribed to topic '/chatter'",
+        "Listening for topics...",
+        "Recording...",
+        "Recording stopped",
+    ]
+    assert process.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("-o bag", "Need to specify at least one option out of --all"),
+        ("--topics /x --exclude-topics /y", "--exclude-topics argument requires either --all"),
+        ("-a --use-sim-time --no-discovery", "--use-sim-time and --no-discovery both set"),
+        ("-a -o there", "Output folder 'there' already exists."),
+        ("-a --compression-format zstd", "Cannot specify compression format"),
+        ("-a --max-bag-files 3", "--max-bag-files requires --max-bag-size"),
+    ],
+)
+def test_what_ros2_bag_refuses_is_refused_in_its_words(ros_without_router, options, message):
+    ros = ros_without_router
+    (ros.folder / "there").mkdir()
+    done = ros.run(f"bag record {options}")
+    assert message in done.stderr
+    assert done.returncode == 1
+
+
+def test_what_there_is_not_is_said_plainly(ros_without_router):
+    done = ros_without_router.run("bag record -a -s sqlite3")
+    assert "Bags are written as mcap, not as sqlite3" in done.stderr
+    assert done.returncode == 2
+
+
+def test_types_that_are_not_known_here_are_recorded_with_their_definition(ros, start_stranger):
+    start_stranger()
+    process = record(ros, "-o", "bag", "--topics", "/goals")
+    reader = ros.folder / "bag"
+    ros.node.wait_for_subscribers("/goals", 1, 20)
+    eventually(lambda: call(ros, "SplitBagfile") and _message_count(reader) > 0)
+    stop(process)
+    places = contents(reader)["/goals"]
+    assert (places[0].names, places[0].where.x) == (["here", "there"], 2.5)
+
+
+def _message_count(folder):
+    return sum(file.message_count for file in read_metadata(folder).files)
+
+
+def test_a_topic_with_two_types_is_left_out(ros):
+    ros.node.create_publisher(String, "/mixed", 10)
+    ros.node.create_publisher(get_message("std_msgs/msg/Int32"), "/mixed", 10)
+    process = record(ros, "-o", "bag", "--topics", "/mixed", "/chatter")
+    say(ros, "/chatter", ["x"])
+    stop(process)
+    text = "Topic '/mixed' has more than one type associated. Only topics with one type"
+    assert process.stderr.count(text) == 1
+    assert list(contents(ros.folder / "bag")) == ["/chatter"]
+
+
+def test_sigterm_and_a_hung_up_terminal_finish_the_bag(ros):
+    for number, name in ((signal.SIGTERM, "term"), (signal.SIGHUP, "hup")):
+        process = record(ros, "-o", name, "--topics", f"/{name}")
+        say(ros, f"/{name}", ["x"])
+        os.kill(process.pid, number)
+        assert process.wait() == 0, process.report()
+        assert contents(ros.folder / name) == {f"/{name}": ["x"]}
+
+
+def test_the_space_bar_pauses_and_the_terminal_is_put_back(ros):
+    terminal, side = pty.openpty()
+    before = termios.tcgetattr(side)
+    command = [sys.executable, "-m", "teleopctl", "bag", "record", "-o", "bag", "-a"]
+    with (ros.folder / "said").open("w") as written:
+        process = subprocess.Popen(
+            command,
+            env=ros.env,
+            cwd=ros.folder,
+            stdin=side,
+            stderr=written,
+            start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(side, termios.TIOCSCTTY, 0),
+            pass_fds=[side],
+        )
+    log = ros.folder / "said"
+    eventually(lambda: log.exists() and "Recording..." in log.read_text())
+    os.write(terminal, b" ")
+    eventually(lambda: "Pausing recording." in log.read_text())
+    os.write(terminal, b" ")
+    eventually(lambda: "Resuming recording." in log.read_text())
+    os.write(terminal, b"\x03")
+    assert process.wait(20) == 0
+    assert "Press SPACE for pausing/resuming" in log.read_text()
+    assert termios.tcgetattr(side) == before
+
+
+@pytest.mark.parametrize("attempt", range(3))
+def test_a_killed_recorder_leaves_all_but_its_last_second(ros, attempt):
+    process = record(ros, "-o", "bag", "--topics", "/chatter")
+    publisher = ros.node.create_publisher(String, "/chatter", PATIENT)
+    assert ros.node.wait_for_subscribers("/chatter", 1, 20)
+    file = ros.folder / "bag" / "bag_0.mcap"
+    sent = 0
+    size = file.stat().st_size
+    # Killed while it writes: once more of the file is there.
+    while file.stat().st_size < size + 100 * (attempt + 1):
+        publisher.publish(String(data=str(sent)))
+        sent += 1
+    process.kill()
+    with open_bag(ros.folder / "bag") as bag:
+        count = len(list(bag.messages()))
+    assert count
+    finish_file(file)
+    assert contents(file) == {"/chatter": [str(number) for number in range(count)]}
+
+
+def test_qos_overrides_are_taken_from_a_file(ros):
+    (ros.folder / "qos.yaml").write_text(
+        "/chatter: {reliability: best_effort, history: keep_last, depth: 7}\n"
+    )
+    ros.node.create_publisher(String, "/chatter", 10)
+    process = record(
+        ros, "-o", "bag", "--topics", "/chatter", "--qos-profile-overrides-path", "qos.yaml"
+    )
+    (subscription,) = ros.node.graph().subscriptions("/chatter")
+    assert (subscription.qos.reliability, subscription.qos.depth) == (2, 7)
+    stop(process)
+    assert "Overriding subscription profile for /chatter" in process.stderr
+
+
+def test_a_wrong_override_is_refused_with_its_topic(ros_without_router):
+    ros = ros_without_router
+    (ros.folder / "qos.yaml").write_text("/chatter: {reliability: sure}\n")
+    done = ros.run("bag record -a --qos-profile-overrides-path qos.yaml")
+    assert "qos.yaml: /chatter: 'sure' is no ReliabilityPolicy" in done.stderr
+    assert done.returncode == 1
