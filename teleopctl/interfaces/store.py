@@ -259,7 +259,7 @@ def described_definition_text(description: TypeDescription, type_name: str | Non
     Raises:
         TeleopctlError: The description makes no sense, or lacks a type.
     """
-    from teleopctl.interfaces.description import definitions
+    from teleopctl.interfaces.foreign.description import definitions
 
     described = {definition.type_name: definition for definition in definitions(description)}
 
