@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 import typer
 
-from teleopctl.cli.typer_app import command_tree
+from teleopctl.cli.typer_app import command_tree, spread_lists
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from tests import ROOT
@@ -120,7 +120,8 @@ def command_named(words):
 def check(words):
     if words[0].startswith("-"):
         return
-    command, rest = command_named(words)
+    # As the program reads it: lists of values, and options that may stand without theirs.
+    command, rest = command_named(spread_lists(command_tree(words), words))
     try:
         command.make_context(words[0], list(rest))
     except typer.TyperException as wrong:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
         format_metadata as format_metadata,
         read_metadata as read_metadata,
     )
+    from teleopctl.bag.player.options import PlayOptions as PlayOptions
+    from teleopctl.bag.player.player import Player as Player
+    from teleopctl.bag.player.selection import PlaySelection as PlaySelection
     from teleopctl.bag.qos_overrides import read_qos_overrides as read_qos_overrides
     from teleopctl.bag.recorder.losses import Losses as Losses
     from teleopctl.bag.recorder.options import RecorderOptions as RecorderOptions
@@ -74,6 +77,9 @@ else:
             "mcap_file.file_writer": "Compression",
             "mcap_file.repair": "Repair finish_file",
             "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
+            "player.options": "PlayOptions",
+            "player.player": "Player",
+            "player.selection": "PlaySelection",
             "qos_overrides": "read_qos_overrides",
             "recorder.losses": "Losses",
             "recorder.options": "RecorderOptions",

@@ -65,6 +65,10 @@ def _value(key: str, value: Any) -> Any:
     if key in _POLICIES:
         return _POLICIES[key].get_from_short_key(str(value))
     if key in _DURATIONS:
+        if not isinstance(value, dict) or not {"sec", "nsec"} <= value.keys():
+            raise ValueError(
+                "Time overrides must include both seconds (sec) and nanoseconds (nsec)."
+            )
         if value["sec"] < 0 or value["nsec"] < 0:
             raise ValueError("Time duration may not be a negative value.")
         return Duration(seconds=value["sec"], nanoseconds=value["nsec"])

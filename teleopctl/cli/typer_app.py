@@ -40,7 +40,7 @@ def run(words: Sequence[str]) -> int:
     """
     tree = command_tree(words)
     _refuse_missing(tree, words)
-    line = _spread_lists(tree, words)
+    line = spread_lists(tree, words)
     if not line or (len(line) == 1 and isinstance(tree.commands.get(line[0]), TyperGroup)):
         line.append("--help")
     try:
@@ -169,12 +169,15 @@ def _group_command(name: str, group: Group, words: Sequence[str]) -> TyperGroup:
     return get_group(app)
 
 
-def _spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
-    """Turn ``--activate a b``, as `argparse` reads it, into ``--activate a --activate b``."""
+def spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
+    """Turn ``--activate a b``, as `argparse` reads it, into ``--activate a --activate b``.
+
+    An option that may stand without its value gets the one that it then has.
+    """
     command: Any = tree
     spread: list[str] = []
     flag: str | None = None
-    for word in words:
+    for position, word in enumerate(words):
         if isinstance(command, TyperGroup) and word in command.commands:
             command = command.commands[word]
         elif word.startswith("-"):
@@ -182,10 +185,27 @@ def _spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
             flag = word if word in lists else None
             if flag:
                 continue
+            alone = _value_alone(command, word)
+            if alone is not None and not _has_value(words[position + 1 :]):
+                word = f"{word}={alone}"
         elif flag:
             spread.append(flag)
         spread.append(word)
     return spread
+
+
+def _value_alone(command: Any, word: str) -> str | None:
+    """The value that an option has where none stands behind it."""
+    if not isinstance(command, TyperCommand) or command.callback is None:
+        return None
+    declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
+    return next(
+        (each.alone for each in declared if isinstance(each, Option) and word in each.flags), None
+    )
+
+
+def _has_value(words: Sequence[str]) -> bool:
+    return bool(words) and not words[0].startswith("-")
 
 
 def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., int | None]) -> None:

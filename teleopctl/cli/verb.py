@@ -50,18 +50,21 @@ class Option(Declaration):
 
     Args:
         flags: Its spellings, such as ``"-t", "--show-types"``.
+        alone: Its value where none stands behind it; None where one has to.
         declaration: The keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
     """
 
-    __slots__ = ("flags",)
+    __slots__ = ("alone", "flags")
 
     def __init__(
         self,
         *flags: str,
+        alone: str | None = None,
         **declaration: Any,  # Any: Declaration checks its own
     ) -> None:
         super().__init__(**declaration)
         self.flags = flags
+        self.alone = alone
 
 
 class Verb:

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
         to_seconds as to_seconds,
     )
     from teleopctl.interfaces.store import (
+        add_definition_text as add_definition_text,
         add_description as add_description,
         complete_definition_text as complete_definition_text,
         definition_file as definition_file,
@@ -105,7 +106,8 @@ else:
             "UnboundedString UnboundedWString",
             "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
             "to_seconds",
-            "store": "add_description complete_definition_text definition_file definition_text "
+            "store": "add_definition_text add_description complete_definition_text definition_file "
+            "definition_text "
             "described_definition_text get_class get_message get_service known_types list_types "
             "type_description type_hash",
             "stubs": "write_stubs",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         is_hidden_name as is_hidden_name,
         query_graph as query_graph,
     )
+    from teleopctl.wire.introduction import hear_peers as hear_peers
     from teleopctl.wire.keys import topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
     from teleopctl.wire.refusals import Refusals as Refusals
@@ -60,6 +61,7 @@ else:
             "config": "session_config",
             "connections": "session_ports",
             "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
+            "introduction": "hear_peers",
             "keys": "topic_key",
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",

@@ -73,11 +73,15 @@ class ReadAhead:
         """Whether everything was read and taken."""
         return self._has_ended and not self._queue
 
-    def wait_until_filled(self) -> None:
-        """Wait until the queue is full, or everything was read."""
+    def wait_until_filled(self, longest_s: float | None = None) -> None:
+        """Wait until the queue is full, or everything was read.
+
+        Args:
+            longest_s: Upper bound in seconds of wall time; None for none.
+        """
         with self._changed:
             self._changed.wait_for(
-                lambda: self._has_ended or self._is_closed or not self._is_refilling
+                lambda: self._has_ended or self._is_closed or not self._is_refilling, longest_s
             )
 
     def close(self) -> None:

@@ -19,6 +19,20 @@ GROUP = Group(
                 "teleopctl bag record --all --exclude-regex image",
             ),
         ),
+        "play": Verb(
+            f"{__name__}.play:play",
+            "Play a bag into the graph.",
+            examples=(
+                "teleopctl bag play my_bag --rate 0.5 --clock",
+                "teleopctl bag play my_bag --topics /joint_states --remap /joint_states:=/old",
+                "teleopctl bag play -i arm -i camera --start-offset 10 --loop",
+            ),
+        ),
+        "burst": Verb(
+            f"{__name__}.burst:burst",
+            "Send a bag's messages as fast as they can be read.",
+            examples=("teleopctl bag burst my_bag -n 100",),
+        ),
         "info": Verb(
             f"{_FILES}.info:bag_info",
             "Show what a bag holds.",

@@ -35,15 +35,17 @@ class Keyboard:
 
     Args:
         pressed: Called with ``SPACE``, ``UP``, ``DOWN``, ``RIGHT``, ``LEFT``, or the character.
+        wanted: Whether keys are read at all.
     """
 
-    def __init__(self, pressed: Callable[[str], object]) -> None:
+    def __init__(self, pressed: Callable[[str], object], *, wanted: bool = True) -> None:
         self._pressed = pressed
+        self._wanted = wanted
         self._before: list[Any] | None = None  # Any: what termios has
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        if keys_can_be_read():
+        if self._wanted and keys_can_be_read():
             import termios
             import tty
 

@@ -1,0 +1,389 @@
+"""Playing bags into the graph, with the behaviour of rosbag2's player."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from teleopctl.bag.player.clock_output import CLOCK, ClockOutput
+from teleopctl.bag.player.options import PlayOptions
+from teleopctl.bag.player.outputs import Outputs
+from teleopctl.bag.player.source import Source
+from teleopctl.bag.player.tape import Tape
+from teleopctl.bag.player.time_line import TimeLine
+from teleopctl.bag.records import BagMessage
+from teleopctl.node import InvalidHandle
+from teleopctl.wire import hear_peers
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+# A slow disk delays the beginning no longer.
+_LONGEST_FILL_S = 0.5
+_WARN_EVERY_S = 1.0
+
+BagPath: TypeAlias = str | Path | tuple[str | Path, str | None]
+"""Where a bag is, and its storage where the path does not tell."""
+
+
+class _Request:
+    """Something that the playing thread is to do between two messages."""
+
+    def __init__(self, work: Callable[[], int]) -> None:
+        self.work = work
+        self.done = threading.Event()
+        self.result = 0
+
+
+class Playback:
+    """The playing of one bag, or of several merged by time, as it is controlled from any thread.
+
+    Args:
+        node: The node that publishes; it is the caller's. Remappings are the node's.
+        bags: A bag's path, or several.
+        options: How they are played.
+        played: Called on the playing thread with each message that was sent.
+
+    Attributes:
+        start_ns: Where playing begins, in nanoseconds since the epoch.
+        end_ns: Log time of the last message.
+
+    Raises:
+        NotFoundError: A bag does not exist.
+        InvalidFileError: One cannot be read.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        bags: str | Path | Sequence[BagPath],
+        options: PlayOptions,
+        played: Callable[[BagMessage], object],
+    ) -> None:
+        self._node = node
+        self._options = options
+        self._log = node.get_logger()
+        self._source = Source(_paths(bags))
+        for remark in self._source.remarks:
+            self._log.warning(remark)
+        topics = [
+            topic
+            for topic in self._source.topics.values()
+            # One clock is enough.
+            if not (options.clock_hz and topic.name == CLOCK)
+        ]
+        try:
+            self._outputs = Outputs(node, topics, options)
+        except BaseException:
+            self._source.close()
+            raise
+        self.start_ns = self._source.start_ns + options.start_offset_ns
+        self.end_ns = self._source.end_ns
+        self._line = TimeLine(self.start_ns, is_paused=options.is_paused)
+        self._clock = ClockOutput(node, self._line, options)
+        self._tape = Tape(
+            self._source,
+            self._line,
+            self._outputs,
+            self._clock,
+            options,
+            self._log.warning,
+            played,
+        )
+        self._tape.until_ns = self._until(options.duration_ns, options.until_ns)
+        self._requests: deque[_Request] = deque()
+        self._stopping = threading.Event()
+        self._changed = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._is_playing = False
+        self._is_bursting = False
+        self._is_delayed = False
+        self._failure: BaseException | None = None
+        self._next_warning_s = 0.0
+        self.set_rate(options.rate)
+        node.context.on_shutdown(self._leave)
+
+    # -- control ---------------------------------------------------------------------------------
+
+    def play(self) -> bool:
+        """Begin to play from the start; False, and no change, while it plays."""
+        with self._changed:
+            if self._is_playing:
+                self._log.warning("Trying to play() while in playback, dismissing request.")
+                return False
+            self._is_playing = True
+            self._failure = None
+            self._stopping.clear()
+            self._thread = threading.Thread(target=self._run, name="bag-player", daemon=True)
+        self._log.info(f"Playback until timestamp: {self._tape.until_ns}")
+        self._thread.start()
+        return True
+
+    def play_from(self, start_ns: int, duration_ns: int | None, until_ns: int | None) -> bool:
+        """Begin to play another part than the options say; False while it plays.
+
+        Args:
+            start_ns: From here on, in nanoseconds behind the bag's start.
+            duration_ns: How much; None for all.
+            until_ns: Up to this time, in nanoseconds since the epoch; None for all.
+        """
+        if not self._is_playing:
+            self.start_ns = self._source.start_ns + start_ns
+            self._tape.until_ns = self._until(duration_ns, until_ns)
+        return self.play()
+
+    def stop(self) -> bool:
+        """End playing at once; False where nothing is played."""
+        if not self._is_playing:
+            return False
+        self._log.info("Stopping playback.")
+        self._leave()
+        self.wait()
+        return True
+
+    def pause(self) -> None:
+        """Let playback time stand still."""
+        self._line.pause()
+        self._log.info("Pausing play.")
+
+    def resume(self) -> None:
+        """Let playback time run on."""
+        self._line.resume()
+        self._log.info("Resuming play.")
+
+    def toggle_paused(self) -> None:
+        """Pause, or resume."""
+        if self.is_paused:
+            self.resume()
+        else:
+            self.pause()
+
+    def set_rate(self, rate: float) -> bool:
+        """Change how fast it plays; False, and no change, for 0 or less."""
+        if not self._line.set_rate(rate):
+            self._log.warning(f"Failed to set rate to invalid value {rate:g}")
+            return False
+        self._log.info(f"Set rate to {rate:g}")
+        return True
+
+    def play_next(self) -> bool:
+        """Send the next message while paused; False where that is not so, or none is left."""
+        if not self._is_playing:
+            self._log.warning("Called play next, but player is not playing.")
+            return False
+        if not self.is_paused:
+            self._log.warning("Called play next, but not in paused state.")
+            return False
+        return self._ask(lambda: self._burst(1)) == 1
+
+    def burst(self, most: int = 0) -> int:
+        """Send messages as fast as they can be read, while paused.
+
+        Args:
+            most: How many; 0 for all that are left.
+
+        Returns:
+            How many were sent.
+        """
+        if not self.is_paused:
+            self._log.warning("Burst can only be used when in the paused state.")
+            return 0
+        self._is_bursting = True
+        sent = self._ask(lambda: self._burst(most))
+        self._is_bursting = False
+        self._log.info(f"Burst {sent} messages.")
+        return sent
+
+    def seek(self, time_ns: int) -> bool:
+        """Go on from another time; what latched topics had then is sent first.
+
+        Args:
+            time_ns: In nanoseconds since the epoch; one before the start is the start.
+
+        Returns:
+            False where nothing is played.
+        """
+        if not self._is_playing:
+            self._log.warning("Called seek, but player is not playing.")
+            return False
+
+        def jump() -> int:
+            self._tape.jump_to(max(time_ns, self.start_ns))
+            return 1
+
+        return self._ask(jump) == 1
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait until it has played to the end, or was stopped.
+
+        Args:
+            timeout_s: Upper bound in seconds of wall time; None for none.
+
+        Returns:
+            False when the time ran out.
+
+        Raises:
+            TeleopctlError: The bag could not be read to its end.
+        """
+        with self._changed:
+            has_ended = self._changed.wait_for(lambda: not self._is_playing, timeout_s)
+        if has_ended and self._failure is not None:
+            raise self._failure
+        return has_ended
+
+    # -- state -----------------------------------------------------------------------------------
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether it plays, or is paused in playing."""
+        return self._is_playing
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether playback time stands still."""
+        return self._line.is_paused
+
+    @property
+    def is_bursting(self) -> bool:
+        """Whether messages are sent as fast as possible."""
+        return self._is_bursting
+
+    @property
+    def is_delayed(self) -> bool:
+        """Whether it waits before a beginning."""
+        return self._is_delayed
+
+    @property
+    def rate(self) -> float:
+        """Seconds of the bag per second."""
+        return self._line.rate
+
+    @property
+    def position_ns(self) -> int:
+        """The time of the last message that was sent, or of the jump after it."""
+        return self._tape.position_ns
+
+    def close(self) -> None:
+        """Stop, close the bags, and destroy what the node has for them."""
+        self._node.context.forget_on_shutdown(self._leave)
+        self._leave()
+        if self._thread is not None and self._thread.ident is not None:
+            self._thread.join()
+        self._clock.close()
+        self._outputs.close()
+        self._source.close()
+
+    # -- the playing thread ----------------------------------------------------------------------
+
+    def _run(self) -> None:
+        # Those who subscribe already are to have the first message too.
+        hear_peers(self._node.context.session)
+        try:
+            while not self._delay():
+                # The first messages are to be there before the first is due.
+                self._tape.jump_to(self.start_ns, _LONGEST_FILL_S)
+                self._clock.start()
+                if not self._play_through() or not self._options.loop:
+                    break
+        except InvalidHandle:
+            pass  # the context has ended
+        except BaseException as error:  # noqa: BLE001 (whoever waits raises it)
+            self._failure = error
+        finally:
+            self._tape.close()
+            with self._changed:
+                self._is_playing = False
+                requests = [*self._requests]
+                self._requests.clear()
+                self._changed.notify_all()
+            for request in requests:
+                request.done.set()
+
+    def _delay(self) -> bool:
+        """Wait before a beginning; True when it is to end instead."""
+        self._is_delayed = True
+        is_to_end = self._stopping.wait(self._options.delay_s)
+        self._is_delayed = False
+        return is_to_end
+
+    def _play_through(self) -> bool:
+        """Play to the end; False where nothing was played."""
+        has_played = False
+        while not self._stopping.is_set():
+            if self._requests:
+                request = self._requests.popleft()
+                try:
+                    request.result = request.work()
+                finally:
+                    request.done.set()
+                continue
+            message, has_ended = self._tape.next()
+            if message is None:
+                # Paused at the end it stays, so that one may seek.
+                if has_ended and not self.is_paused:
+                    break
+                if not has_ended and has_played:
+                    self._warn_of_starving()
+                self._line.wait_until(None)
+            elif self._line.wait_until(self._tape.time_of(message)) and not self._stopping.is_set():
+                self._tape.send_next(message)
+                has_played = True
+        return has_played
+
+    def _burst(self, most: int) -> int:
+        sent = 0
+        while not self._stopping.is_set() and self.is_paused and (not most or sent < most):
+            message, has_ended = self._tape.next()
+            if message is not None:
+                self._line.jump(self._tape.time_of(message))
+                sent += self._tape.send_next(message)
+            elif has_ended:
+                break
+            else:
+                self._line.wait_until(None)
+        return sent
+
+    def _warn_of_starving(self) -> None:
+        now_s = time.monotonic()
+        if now_s >= self._next_warning_s:
+            self._next_warning_s = now_s + _WARN_EVERY_S
+            self._log.warning(
+                "Message queue starved. Messages will be delayed. Consider increasing the "
+                "--read-ahead-queue-size option."
+            )
+
+    # --------------------------------------------------------------------------------------------
+
+    def _ask(self, work: Callable[[], int]) -> int:
+        """Have the playing thread do something; 0 where it does not play."""
+        request = _Request(work)
+        with self._changed:
+            if not self._is_playing:
+                return 0
+            self._requests.append(request)
+        self._line.wake()
+        request.done.wait()
+        return request.result
+
+    def _leave(self) -> None:
+        self._stopping.set()
+        self._line.wake()
+
+    def _until(self, duration_ns: int | None, until_ns: int | None) -> int:
+        """The time of the last message that may be played; -1 for no end."""
+        # A bag that is played for no time has no message, not even its first.
+        ends = [self.start_ns + (duration_ns or -1)] if duration_ns is not None else []
+        ends += [until_ns] if until_ns is not None else []
+        return max(ends, default=-1)
+
+
+def _paths(bags: str | Path | Sequence[BagPath]) -> list[tuple[Path, str | None]]:
+    if isinstance(bags, str | Path):
+        return [(Path(bags), None)]
+    return [
+        (Path(bag), None) if isinstance(bag, str | Path) else (Path(bag[0]), bag[1]) for bag in bags
+    ]

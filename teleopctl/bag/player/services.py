@@ -1,0 +1,109 @@
+"""The services that control a player."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_service
+from teleopctl.node import ReentrantCallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.bag.player.playback import Playback
+    from teleopctl.node import Node, Service
+
+
+class PlayerServices:
+    """``~/pause``, ``~/seek`` and the others of ``rosbag2_interfaces``.
+
+    Args:
+        node: The player's node.
+        player: What they control.
+    """
+
+    def __init__(self, node: Node, player: Playback) -> None:
+        self._node = node
+        self._player = player
+        # A burst takes as long as it takes, and may be stopped meanwhile.
+        self._services: list[Service[Any, Any]] = []
+        self._group = ReentrantCallbackGroup()
+        for name, type_name, answer in (
+            ("pause", "Pause", self._pause),
+            ("resume", "Resume", self._resume),
+            ("toggle_paused", "TogglePaused", self._toggle_paused),
+            ("is_paused", "IsPaused", self._is_paused),
+            ("get_rate", "GetRate", self._get_rate),
+            ("set_rate", "SetRate", self._set_rate),
+            ("play", "Play", self._play),
+            ("play_next", "PlayNext", self._play_next),
+            ("burst", "Burst", self._burst),
+            ("seek", "Seek", self._seek),
+            ("stop", "Stop", self._stop),
+        ):
+            service = get_service(f"rosbag2_interfaces/srv/{type_name}")
+            self._services.append(
+                node.create_service(service, f"~/{name}", answer, callback_group=self._group)
+            )
+
+    def close(self) -> None:
+        """Destroy the services."""
+        for service in self._services:
+            self._node.destroy_service(service)
+
+    # Any: requests and responses, each of a type of its own.
+
+    def _pause(self, _: Any, response: Any) -> Any:
+        self._player.pause()
+        return response
+
+    def _resume(self, _: Any, response: Any) -> Any:
+        self._player.resume()
+        return response
+
+    def _toggle_paused(self, _: Any, response: Any) -> Any:
+        self._player.toggle_paused()
+        return response
+
+    def _is_paused(self, _: Any, response: Any) -> Any:
+        response.paused = self._player.is_paused
+        return response
+
+    def _get_rate(self, _: Any, response: Any) -> Any:
+        response.rate = self._player.rate
+        return response
+
+    def _set_rate(self, request: Any, response: Any) -> Any:
+        response.success = self._player.set_rate(request.rate)
+        return response
+
+    def _play(self, request: Any, response: Any) -> Any:
+        # A request that is left as it is asks for all of the bag.
+        response.success = self._player.play_from(
+            max(0, _nanoseconds(request.start_offset)),
+            _positive(_nanoseconds(request.playback_duration)),
+            _positive(_nanoseconds(request.playback_until_timestamp)),
+        )
+        return response
+
+    def _play_next(self, _: Any, response: Any) -> Any:
+        response.success = self._player.play_next()
+        return response
+
+    def _burst(self, request: Any, response: Any) -> Any:
+        response.actually_burst = self._player.burst(request.num_messages)
+        return response
+
+    def _seek(self, request: Any, response: Any) -> Any:
+        response.success = self._player.seek(_nanoseconds(request.time))
+        return response
+
+    def _stop(self, _: Any, response: Any) -> Any:
+        self._player.stop()
+        return response
+
+
+def _nanoseconds(time: Any) -> int:
+    return int(time.sec * NANOSECONDS_PER_SECOND + time.nanosec)
+
+
+def _positive(nanoseconds: int) -> int | None:
+    return nanoseconds if nanoseconds > 0 else None

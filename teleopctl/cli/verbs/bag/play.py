@@ -1,0 +1,286 @@
+"""``teleopctl bag play``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.bag.options import Storage
+from teleopctl.cli.verbs.bag.play_options import (
+    Actions,
+    LogLevel,
+    QosOverrides,
+    ReadAhead,
+    Remaps,
+    Services,
+    StartOffset,
+    StorageConfig,
+    Topics,
+    check_common,
+    overrides_from,
+)
+from teleopctl.errors import UsageError
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
+
+if TYPE_CHECKING:
+    pass
+
+_STORAGES = ("mcap", "sqlite3")
+
+
+def play(
+    bag_path: Annotated[
+        str | None,
+        Argument(
+            help="The bag: its folder, or one of its files.", metavar="[BAG]", complete="bags"
+        ),
+    ] = None,
+    inputs: Annotated[
+        list[str] | None,
+        Option(
+            "-i",
+            "--input",
+            help="A bag, and its storage where its files do not tell; again for each further bag. "
+            "All are played as one.",
+            metavar="BAG [STORAGE]",
+            complete="bags",
+        ),
+    ] = None,
+    storage: Storage = None,
+    rate: Annotated[
+        float, Option("-r", "--rate", help="Seconds of the bag per second.", metavar="RATE")
+    ] = 1.0,
+    loop: Annotated[bool, Option("-l", "--loop", help="Begin anew at the end.")] = False,
+    delay: Annotated[
+        float,
+        Option("-d", "--delay", help="Wait so many seconds before each beginning.", metavar="S"),
+    ] = 0.0,
+    start_offset: StartOffset = 0.0,
+    playback_duration: Annotated[
+        float,
+        Option("--playback-duration", help="Play so many seconds of the bag.", metavar="S"),
+    ] = -1.0,
+    playback_until_sec: Annotated[
+        float,
+        Option("--playback-until-sec", help="Play up to this time since 1970.", metavar="S"),
+    ] = -1.0,
+    playback_until_nsec: Annotated[
+        int,
+        Option("--playback-until-nsec", help="The same, in nanoseconds.", metavar="NS"),
+    ] = -1,
+    start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
+    topics: Topics = None,
+    services: Services = None,
+    actions: Actions = None,
+    regex: Annotated[
+        str, Option("-e", "--regex", help="Only topics whose whole names fit this.", metavar="RE")
+    ] = "",
+    exclude_regex: Annotated[
+        str, Option("-x", "--exclude-regex", help="Not those whose names fit this.", metavar="RE")
+    ] = "",
+    exclude_topics: Annotated[
+        list[str] | None,
+        Option("--exclude-topics", help="Not these topics.", metavar="TOPIC..."),
+    ] = None,
+    exclude_services: Annotated[
+        list[str] | None,
+        Option("--exclude-services", help="Not these services.", metavar="SERVICE..."),
+    ] = None,
+    exclude_actions: Annotated[
+        list[str] | None,
+        Option("--exclude-actions", help="Not these actions.", metavar="ACTION..."),
+    ] = None,
+    remap: Remaps = None,
+    clock: Annotated[
+        float | None,
+        Option(
+            "--clock",
+            help="Publish /clock at this rate, 40 without a number; not the bag's.",
+            metavar="[HZ]",
+            alone="40",
+        ),
+    ] = None,
+    clock_topics: Annotated[
+        list[str] | None,
+        Option(
+            "--clock-topics",
+            help="Publish /clock before each message of these topics.",
+            metavar="TOPIC...",
+        ),
+    ] = None,
+    clock_topics_all: Annotated[
+        bool, Option("--clock-topics-all", help="Publish /clock before each message.")
+    ] = False,
+    qos_overrides: QosOverrides = None,
+    read_ahead: ReadAhead = 1000,
+    wait_for_all_acked: Annotated[
+        int,
+        Option(
+            "--wait-for-all-acked",
+            help="Accepted for ros2's sake: what was sent is delivered before the end anyway.",
+            metavar="MS",
+        ),
+    ] = -1,
+    disable_loan_message: Annotated[  # noqa: ARG001 (ros2's)
+        bool,
+        Option("--disable-loan-message", help="Accepted for ros2's sake: no message is loaned."),
+    ] = False,
+    publish_service_requests: Annotated[
+        bool,
+        Option(
+            "--publish-service-requests",
+            help="Send the requests that services had, instead of their events.",
+        ),
+    ] = False,
+    send_actions_as_client: Annotated[
+        bool,
+        Option(
+            "--send-actions-as-client",
+            help="Send the requests that actions had, instead of their topics.",
+        ),
+    ] = False,
+    service_requests_source: Annotated[
+        str,
+        Option(
+            "--service-requests-source",
+            help="Whose events tell of the requests that are sent.",
+            choices=("service_introspection", "client_introspection"),
+        ),
+    ] = "service_introspection",
+    message_order: Annotated[
+        str,
+        Option(
+            "--message-order",
+            help="Whether messages come when they were received or when they were sent.",
+            choices=("received", "sent"),
+        ),
+    ] = "received",
+    progress_bar_update_rate: Annotated[
+        int,
+        Option(
+            "--progress-bar-update-rate",
+            help="Draw the progress so often on a terminal; 0 for never, -1 for each message.",
+            metavar="HZ",
+        ),
+    ] = 3,
+    progress_bar_separation_lines: Annotated[
+        int,
+        Option(
+            "--progress-bar-separation-lines",
+            help="Empty lines between the progress and the other output.",
+            metavar="N",
+        ),
+    ] = 2,
+    storage_config_file: StorageConfig = None,
+    disable_keyboard_controls: Annotated[
+        bool, Option("--disable-keyboard-controls", help="Leave the keys alone.")
+    ] = False,
+    log_level: LogLevel = "info",
+) -> int:
+    """Play a bag into the graph, as its messages came.
+
+    On a terminal, the space bar pauses, the right arrow sends the next message while paused, and
+    up and down change the rate. The node rosbag2_player has services for the same and more.
+    """
+    check_common(read_ahead, start_offset, storage_config_file)
+    _check_positive("--rate", rate)
+    if clock is not None:
+        _check_positive("--clock", clock)
+    if delay < 0:
+        raise UsageError(f"--delay {delay:g} is not in the valid range (>= 0.0)")
+    if wait_for_all_acked < -1 or progress_bar_separation_lines < 0:
+        raise UsageError("a time to wait and a number of lines are not less than zero")
+    _check_alone(
+        ("--clock", clock),
+        ("--clock-topics", clock_topics),
+        ("--clock-topics-all", clock_topics_all),
+    )
+    _check_alone(
+        ("--playback-until-sec", playback_until_sec >= 0),
+        ("--playback-until-nsec", playback_until_nsec >= 0),
+    )
+    from teleopctl.bag import PlayOptions, PlaySelection
+    from teleopctl.cli.verbs.bag.playing import Terminal, play_bags
+
+    until_ns = playback_until_nsec if playback_until_nsec >= 0 else None
+    if playback_until_sec >= 0:
+        until_ns = int(playback_until_sec * NANOSECONDS_PER_SECOND)
+    options = PlayOptions(
+        rate=rate,
+        loop=loop,
+        delay_s=delay,
+        start_offset_ns=from_seconds(start_offset),
+        duration_ns=from_seconds(playback_duration) if playback_duration >= 0 else None,
+        until_ns=until_ns,
+        is_paused=start_paused,
+        selection=PlaySelection(
+            topics=tuple(topics or ()),
+            services=tuple(services or ()),
+            actions=tuple(actions or ()),
+            exclude_topics=tuple(exclude_topics or ()),
+            exclude_services=tuple(exclude_services or ()),
+            exclude_actions=tuple(exclude_actions or ()),
+            regex=regex,
+            exclude_regex=exclude_regex,
+        ),
+        qos_overrides=overrides_from(qos_overrides),
+        clock_hz=clock,
+        clock_topics=None if clock_topics_all else tuple(clock_topics or ()),
+        read_ahead=read_ahead,
+        message_order="sent" if message_order == "sent" else "received",
+        publishes_requests=publish_service_requests,
+        sends_actions=send_actions_as_client,
+        request_source=(
+            "client_introspection"
+            if service_requests_source == "client_introspection"
+            else "service_introspection"
+        ),
+    )
+    terminal = Terminal(
+        not disable_keyboard_controls,
+        progress_bar_update_rate,
+        progress_bar_separation_lines,
+        log_level,
+    )
+    return play_bags(bags_from(bag_path, storage, inputs or []), options, remap or [], terminal)
+
+
+def bags_from(
+    bag_path: str | None, storage: str | None, inputs: list[str]
+) -> list[tuple[Path, str | None]]:
+    """The bags that a command line names, each with its storage where it is named.
+
+    Args:
+        bag_path: The argument.
+        storage: Its storage.
+        inputs: The words behind ``--input``: bags, each with its storage behind it or without.
+
+    Raises:
+        UsageError: There is none, or the argument and the option are mixed.
+    """
+    if bag_path is not None:
+        if inputs:
+            raise UsageError(
+                "do not mix the [bag_path] positional argument and the -i,--input option; "
+                "for multiple input bags, use -i,--input multiple times"
+            )
+        return [(Path(bag_path), storage)]
+    bags: list[tuple[Path, str | None]] = []
+    for word in inputs:
+        if word in _STORAGES and bags and bags[-1][1] is None:
+            bags[-1] = (bags[-1][0], word)
+        else:
+            bags.append((Path(word), None))
+    if not bags:
+        raise UsageError("no input bags were provided")
+    return [(path, named or storage) for path, named in bags]
+
+
+def _check_positive(flag: str, value: float) -> None:
+    if value <= 0:
+        raise UsageError(f"{flag} {value:g} is not in the valid range (> 0.0)")
+
+
+def _check_alone(*options: tuple[str, object]) -> None:
+    given = [flag for flag, value in options if value]
+    if len(given) > 1:
+        raise UsageError(f"{given[0]} and {given[1]} exclude each other")

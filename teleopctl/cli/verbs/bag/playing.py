@@ -1,0 +1,157 @@
+"""A player in this process, with its keys and its progress on the terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.bag import Player, PlayOptions
+from teleopctl.cli.verbs.bag.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
+from teleopctl.cli.verbs.bag.progress_bar import ProgressBar
+from teleopctl.node import Context, ExternalShutdownException, MultiThreadedExecutor, Node
+from teleopctl.wire import ensure_router
+
+if TYPE_CHECKING:
+    from teleopctl.bag import BagMessage
+
+_NODE = "rosbag2_player"
+_RATE_STEP = 0.1
+
+# The reader decodes chunks in Python while messages are due. Python's own 5 ms would be what they
+# come too late by.
+_SWITCH_INTERVAL_S = 0.0002
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """What a person sees and presses meanwhile.
+
+    Attributes:
+        keys: Whether keys control the player.
+        progress_hz: How often the progress is drawn in a second; 0 for never, negative for each
+            message.
+        progress_lines: Empty lines between it and the other output.
+        log_level: The least severe lines of the log that are written.
+    """
+
+    keys: bool = True
+    progress_hz: int = 0
+    progress_lines: int = 2
+    log_level: str = "info"
+
+
+def play_bags(
+    bags: Sequence[tuple[Path, str | None]],
+    options: PlayOptions,
+    remaps: Sequence[str],
+    terminal: Terminal,
+    burst: int | None = None,
+) -> int:
+    """Play bags until their end, or Ctrl-C.
+
+    Args:
+        bags: Their paths, each with its storage where one was named.
+        options: How they are played.
+        remaps: Rules ``FROM:=TO``.
+        terminal: What a person sees.
+        burst: Send so many messages at once and pause, 0 for all; None plays in time.
+
+    Returns:
+        The exit status.
+
+    Raises:
+        TeleopctlError: A bag cannot be read.
+    """
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    ensure_router()
+    arguments = ["--ros-args", "--log-level", terminal.log_level]
+    arguments += [word for rule in remaps for word in ("--remap", rule)]
+    context = Context()
+    context.init(arguments)
+    try:
+        with Node(_NODE, context=context) as node:
+            _play(node, bags, options, terminal, burst)
+    except KeyboardInterrupt:
+        pass  # an ordinary end, as that of `ros2 bag play`
+    finally:
+        context.try_shutdown()
+    return 0
+
+
+def _play(
+    node: Node,
+    bags: Sequence[tuple[Path, str | None]],
+    options: PlayOptions,
+    terminal: Terminal,
+    burst: int | None,
+) -> None:
+    hertz = terminal.progress_hz if sys.stdout.isatty() else 0
+    bar = ProgressBar(hertz, terminal.progress_lines)
+
+    def show(_: BagMessage) -> None:
+        if hertz < 0:
+            bar.draw(player)
+
+    with Player(node, bags, options, played=show) as player:
+        bar.explain()
+        with Keyboard(lambda key: _press(player, key), wanted=terminal.keys):
+            if terminal.keys:
+                _explain_keys(node)
+            try:
+                player.play()
+                # What is asked of the services before that is answered now.
+                with _served(node):
+                    if burst is not None:
+                        player.burst(burst)
+                    while not player.wait(1 / hertz if hertz > 0 else None):
+                        bar.draw(player)
+            finally:
+                # A key may wait for the player.
+                player.stop()
+                bar.draw(player)
+                bar.leave()
+
+
+def _press(player: Player, key: str) -> None:
+    if key == SPACE:
+        player.toggle_paused()
+    elif key == RIGHT:
+        player.play_next()
+    elif key in (UP, DOWN):
+        # Rounded, lest ten steps of a tenth be a little more or less than one.
+        step = _RATE_STEP if key == UP else -_RATE_STEP
+        player.set_rate(round(player.rate + step, 6))
+
+
+def _explain_keys(node: Node) -> None:
+    log = node.get_logger()
+    log.info("Adding keyboard callbacks.")
+    log.info("Press SPACE for Pause/Resume")
+    log.info("Press CURSOR_RIGHT for Play Next Message")
+    log.info("Press CURSOR_UP for Increase Rate 10%")
+    log.info("Press CURSOR_DOWN for Decrease Rate 10%")
+
+
+@contextlib.contextmanager
+def _served(node: Node) -> Iterator[None]:
+    """Have the node's services answered meanwhile."""
+    # One thread for a burst that lasts, one for what is asked meanwhile.
+    executor = MultiThreadedExecutor(2, context=node.context)
+    executor.add_node(node)
+
+    def spin() -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=spin, name="bag-services", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        executor.shutdown()
+        thread.join()
