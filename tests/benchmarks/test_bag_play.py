@@ -7,6 +7,7 @@ same run. The size of the bag for the seek is `SEEK_BAG_MB`, by default small.
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -39,8 +40,7 @@ for number in range({COUNT}):
 def spacing_errors_us(times_ns: Sequence[int]) -> tuple[float, float, float]:
     """Median, 99th percentile and maximum of the error of the spacing, in microseconds."""
     errors = sorted(
-        abs(later - earlier - PERIOD_NS) / 1000
-        for earlier, later in zip(times_ns, times_ns[1:], strict=False)
+        abs(later - earlier - PERIOD_NS) / 1000 for earlier, later in itertools.pairwise(times_ns)
     )
     return errors[len(errors) // 2], errors[len(errors) * 99 // 100], errors[-1]
 

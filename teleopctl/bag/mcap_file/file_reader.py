@@ -15,7 +15,7 @@ from mcap.records import Attachment, Channel, ChunkIndex, McapRecord, Message, M
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
-from teleopctl.bag.mcap_file.scan import BROKEN, read_chunk, scan
+from teleopctl.bag.mcap_file.scan import BROKEN, read_chunk, read_latest, scan
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import parse_offers
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
@@ -126,7 +126,7 @@ class McapFileReader:
         for chunk in sorted(chunks, key=lambda chunk: chunk.message_end_time, reverse=True):
             if len(found) >= most and chunk.message_end_time < found[0].log_time_ns:
                 break
-            found += _chosen(self._read(chunk, lambda _: None), channels, 0, end_ns)
+            found += _chosen(self._latest_in(chunk, channels, end_ns, most), channels, 0, end_ns)
             found = sorted(found, key=_log_time_ns)[-most:]
         return found
 
@@ -248,6 +248,16 @@ class McapFileReader:
             left_out(what)
             return iter(())
         return (record for record in records if isinstance(record, Message))
+
+    def _latest_in(
+        self, chunk: ChunkIndex, channels: Mapping[int, str], end_ns: int, most: int
+    ) -> Iterable[Message]:
+        if not chunk.message_index_offsets:
+            return self._read(chunk, lambda _: None)
+        try:
+            return read_latest(self._stream, chunk, channels, end_ns, most)
+        except BROKEN:
+            return ()
 
     def _loose_messages(
         self, channels: Mapping[int, str], start_ns: int, end_ns: int

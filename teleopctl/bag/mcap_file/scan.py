@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -312,6 +312,40 @@ def read_chunk(
     chunk = Chunk.read(ReadDataStream(stream))
     records = breakup_chunk(chunk, validate_crc=checked)
     return [record for record in records if isinstance(record, Schema | Channel | Message)]
+
+
+def read_latest(
+    stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
+) -> list[Message]:
+    """Return the last messages of channels before a log time, and read no others.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is; it has message indexes.
+        channels: The channels' numbers.
+        end_ns: The log time, in nanoseconds since the epoch.
+        most: How many.
+
+    Raises:
+        Exception: One of `BROKEN`: the chunk is not what its index says.
+    """
+    entries: list[tuple[int, int]] = []
+    for offset in (index.message_index_offsets.get(id_) for id_ in channels):
+        if offset is not None:
+            stream.seek(offset + _HEAD.size)
+            records = MessageIndex.read(ReadDataStream(stream)).records
+            entries += [entry for entry in records if entry[0] < end_ns]
+    if not entries:
+        return []
+    stream.seek(index.chunk_start_offset + _HEAD.size)
+    content, size = get_chunk_data_stream(Chunk.read(ReadDataStream(stream)))
+    data = content.read(size)
+    found = []
+    for _, offset in sorted(entries)[-most:]:
+        _, length = _HEAD.unpack_from(data, offset)
+        start = offset + _HEAD.size
+        found.append(Message.read(ReadDataStream(io.BytesIO(data[start : start + length])), length))
+    return found
 
 
 def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:

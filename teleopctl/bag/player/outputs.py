@@ -6,12 +6,12 @@ from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from teleopctl.bag.player.bag_types import hash_of, learn_types
 from teleopctl.bag.player.offers import default_offer, offer_for
 from teleopctl.bag.player.options import PlayOptions
-from teleopctl.bag.player.requests import RequestSender
+from teleopctl.bag.player.request_sender import RequestSender
 from teleopctl.bag.player.selection import SERVICE_EVENT, TopicKind, kind_of
 from teleopctl.bag.player.source import Split
-from teleopctl.bag.player.types import hash_of, learn_types
 from teleopctl.bag.records import CDR, BagMessage, BagTopic
 from teleopctl.errors import TeleopctlError, UnsupportedError
 from teleopctl.interfaces import get_message

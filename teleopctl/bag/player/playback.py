@@ -16,7 +16,6 @@ from teleopctl.bag.player.source import Source
 from teleopctl.bag.player.tape import Tape
 from teleopctl.bag.player.time_line import TimeLine
 from teleopctl.bag.records import BagMessage
-from teleopctl.node import InvalidHandle
 from teleopctl.wire import hear_peers
 
 if TYPE_CHECKING:
@@ -280,19 +279,19 @@ class Playback:
     # -- the playing thread ----------------------------------------------------------------------
 
     def _run(self) -> None:
-        # Those who subscribe already are to have the first message too.
-        hear_peers(self._node.context.session)
         try:
+            # Those who subscribe already are to have the first message too.
+            hear_peers(self._node.context.session)
             while not self._delay():
                 # The first messages are to be there before the first is due.
                 self._tape.jump_to(self.start_ns, _LONGEST_FILL_S)
                 self._clock.start()
                 if not self._play_through() or not self._options.loop:
                     break
-        except InvalidHandle:
-            pass  # the context has ended
         except BaseException as error:  # noqa: BLE001 (whoever waits raises it)
-            self._failure = error
+            # Where the context has ended, nothing can be sent any more.
+            if self._node.context.ok():
+                self._failure = error
         finally:
             self._tape.close()
             with self._changed:
