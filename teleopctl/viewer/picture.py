@@ -15,6 +15,7 @@ from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.framing import round_number, view_of
 from teleopctl.viewer.rviz_file import RvizFile, View
 from teleopctl.viewer.rviz_leftovers import leftovers
+from teleopctl.viewer.scene.lights import light
 
 if TYPE_CHECKING:
     import viser
@@ -66,7 +67,7 @@ class Picture:
         self._drawn = False
         self._count = 0
         server.scene.set_up_direction("+z")
-        server.scene.configure_default_lights(cast_shadow=False)
+        light(server.scene)
         self.path = path
         # A view of the user's own stays as it is.
         self._framed = path is not None

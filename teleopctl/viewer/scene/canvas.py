@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 MOST_TEXTS = 500
 MOST_SURFACES = 500
 _MOST_PICKED = 1000
+# Spheres and cylinders beyond this number are coarser.
+_MOST_FINE = 100
+_MOST_SIMPLE = 2000
 _HAIR_PIXELS = 2.0
 
 
@@ -104,7 +107,7 @@ class Canvas:
         if mesh is None:
             if not is_unit_shape(shape):
                 return set()  # a mesh that has not been read yet
-            vertices, faces = unit_shape(shape)
+            vertices, faces = unit_shape(shape, fine=len(rows) <= _MOST_FINE)
         elif mesh.vertices is not None and mesh.faces is not None:
             vertices, faces = mesh.vertices, mesh.faces
         else:
@@ -167,6 +170,8 @@ class Canvas:
                 batched_scales=rows[:, 7:10].astype(np.float32),
                 batched_colors=_linear_bytes(rows[:, 10:13]),
                 batched_opacities=opacities,
+                # Simplifying costs the browser more than drawing what is simple.
+                lod="off" if len(vertices) <= _MOST_SIMPLE else "auto",
                 cast_shadow=False,
                 receive_shadow=False,
             )

@@ -1,7 +1,7 @@
 """Triangles of the shapes that are drawn many at a time, each of size 1 around the origin.
 
 A shape that stands many times in the picture is sent once, with a pose, a scale and a colour for
-each. Fewer than 256 corners each: viser simplifies larger ones for the distance, which costs.
+each. Where it stands a few times, its roundness is finer.
 """
 
 from __future__ import annotations
@@ -15,22 +15,24 @@ import numpy.typing as npt
 Triangles = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 """Corners, shape (n, 3), and indices of them, shape (m, 3), counter-clockwise from outside."""
 
-_AROUND = 20
-_RINGS = 9
+# Corners around, and rings of them from pole to pole.
+_COARSE = (20, 9)
+_FINE = (48, 23)
 
 
 @functools.cache
-def unit_shape(name: str) -> Triangles:
+def unit_shape(name: str, *, fine: bool = False) -> Triangles:
     """The triangles of a shape.
 
     Args:
         name: ``box``; ``sphere`` of diameter 1; ``cylinder`` of diameter 1 and height 1 along z;
             ``cone`` of diameter 1 and height 1, its tip towards z.
+        fine: Whether it looks round from near, for five times the triangles.
 
     Raises:
         KeyError: There is no such shape.
     """
-    corners, faces = _MAKERS[name]()
+    corners, faces = _MAKERS[name](*(_FINE if fine else _COARSE))
     return np.array(corners, np.float32), np.array(faces, np.uint32)
 
 
@@ -38,7 +40,7 @@ Corners = list[tuple[float, float, float]]
 Faces = list[tuple[int, int, int]]
 
 
-def _box() -> tuple[Corners, Faces]:
+def _box(_around: int, _rings: int) -> tuple[Corners, Faces]:
     # four corners for each side, so that edges are sharp
     corners: Corners = []
     faces: Faces = []
@@ -54,58 +56,56 @@ def _box() -> tuple[Corners, Faces]:
     return corners, faces
 
 
-def _ring(z: float, radius: float = 0.5) -> Corners:
-    angles = 2 * np.pi * np.arange(_AROUND) / _AROUND
+def _ring(n: int, z: float, radius: float = 0.5) -> Corners:
+    angles = 2 * np.pi * np.arange(n) / n
     return [(radius * float(np.cos(a)), radius * float(np.sin(a)), z) for a in angles]
 
 
-def _band(lower: int, upper: int) -> Faces:
+def _band(n: int, lower: int, upper: int) -> Faces:
     """The triangles between two rings, given by their first corners."""
     faces: Faces = []
-    for i in range(_AROUND):
-        j = (i + 1) % _AROUND
+    for i in range(n):
+        j = (i + 1) % n
         faces += [(lower + i, lower + j, upper + j), (lower + i, upper + j, upper + i)]
     return faces
 
 
-def _disc(ring: int, centre: int, *, up: bool) -> Faces:
-    pairs = [(ring + i, ring + (i + 1) % _AROUND) for i in range(_AROUND)]
+def _disc(n: int, ring: int, centre: int, *, up: bool) -> Faces:
+    pairs = [(ring + i, ring + (i + 1) % n) for i in range(n)]
     return [(a, b, centre) if up else (b, a, centre) for a, b in pairs]
 
 
-def _cylinder() -> tuple[Corners, Faces]:
-    bottom, top = _ring(-0.5), _ring(0.5)
+def _cylinder(n: int, _rings: int) -> tuple[Corners, Faces]:
+    bottom, top = _ring(n, -0.5), _ring(n, 0.5)
     # The discs have corners of their own, so that their edges are sharp.
     corners = [*bottom, *top, *bottom, *top, (0.0, 0.0, -0.5), (0.0, 0.0, 0.5)]
-    n = _AROUND
     return corners, [
-        *_band(0, n),
-        *_disc(2 * n, 4 * n, up=False),
-        *_disc(3 * n, 4 * n + 1, up=True),
+        *_band(n, 0, n),
+        *_disc(n, 2 * n, 4 * n, up=False),
+        *_disc(n, 3 * n, 4 * n + 1, up=True),
     ]
 
 
-def _cone() -> tuple[Corners, Faces]:
-    base = _ring(-0.5)
+def _cone(n: int, _rings: int) -> tuple[Corners, Faces]:
+    base = _ring(n, -0.5)
     # A tip for each side, or its shading would point nowhere.
-    tips = [(0.0, 0.0, 0.5)] * _AROUND
-    n = _AROUND
+    tips = [(0.0, 0.0, 0.5)] * n
     sides = [(i, (i + 1) % n, n + i) for i in range(n)]
     corners = [*base, *tips, *base, (0.0, 0.0, -0.5)]
-    return corners, [*sides, *_disc(2 * n, 3 * n, up=False)]
+    return corners, [*sides, *_disc(n, 2 * n, 3 * n, up=False)]
 
 
-def _sphere() -> tuple[Corners, Faces]:
-    heights = [np.pi * (ring / (_RINGS + 1) - 0.5) for ring in range(1, _RINGS + 1)]
+def _sphere(n: int, rings: int) -> tuple[Corners, Faces]:
+    heights = [np.pi * (ring / (rings + 1) - 0.5) for ring in range(1, rings + 1)]
     corners: Corners = []
     for height in heights:
-        corners += _ring(0.5 * float(np.sin(height)), 0.5 * float(np.cos(height)))
+        corners += _ring(n, 0.5 * float(np.sin(height)), 0.5 * float(np.cos(height)))
     faces: Faces = []
-    firsts = range(0, len(corners), _AROUND)
+    firsts = range(0, len(corners), n)
     for lower, upper in pairwise(firsts):
-        faces += _band(lower, upper)
+        faces += _band(n, lower, upper)
     south, north = len(corners), len(corners) + 1
-    faces += _disc(0, south, up=False) + _disc(firsts[-1], north, up=True)
+    faces += _disc(n, 0, south, up=False) + _disc(n, firsts[-1], north, up=True)
     return [*corners, (0.0, 0.0, -0.5), (0.0, 0.0, 0.5)], faces
 
 
