@@ -19,8 +19,8 @@ from teleopctl.sim import choose_backend
 
 FOLDER = Path(__file__).parent
 POSE = {"joint_1": -0.7, "joint_2": -0.3, "joint_3": 0.0, "joint_4": -0.6, "joint_5": 0.6}
-# Where the arm holds its gripper in front of its camera.
-CAMERA_GOAL = {"joint_1": -0.1, "joint_2": -1.4, "joint_3": 0.9, "joint_4": -0.6}
+# Where the arm holds its open gripper around the cube, in front of its camera.
+CAMERA_GOAL = {"joint_1": 0.0, "joint_2": -0.77, "joint_3": 0.0, "joint_4": -0.6}
 DEADLINE_S = 60.0
 
 
@@ -67,7 +67,7 @@ def photograph(file: Path) -> None:
         os.environ["TELEOPCTL_RUNTIME_DIR"] = f"{folder}/run"
         os.environ["ROS_LOG_DIR"] = f"{folder}/log"
         try:
-            teleopctl("launch", "sim.yaml", "--detach")
+            teleopctl("launch", "sim.yaml", "quality:=full", "viewer:=false", "--detach")
             _move_to(CAMERA_GOAL)
             teleopctl("camera", "save", str(file))
         finally:

@@ -27,31 +27,46 @@ PHONE: ViewportSize = {"width": 390, "height": 760}
 FILM_SIZE = (800, 500)
 FILM_PICTURES = 30
 FILM_PICTURE_MS = 110
-# Slower than life, since software draws the page: the film is played faster.
-FILM_FACTOR = "0.25"
+# From one picture of the film to the next, in steps of 1 ms. The simulation stands still while a
+# picture is taken, since software draws the page.
+FILM_STEPS = 160
 WAIT_MS = 60_000
 
-# What the arm does while it is filmed, in simulated seconds.
-MOVES = (
+# What the robot does, in simulated seconds: positions, and when.
+Moves = tuple[tuple[tuple[float, ...], float], ...]
+MOVES: Moves = (
     ((0.7, -0.5, 0.5), 1.0),
     ((-0.6, 0.3, -0.4), 2.4),
     ((0.0, 0.0, 0.0), 3.4),
 )
+OPEN: Moves = (((-0.8,), 0.5),)
+# In the film it takes the cube from the table.
+LIFT: Moves = (
+    ((0.0, -0.77, 0.0), 1.2),
+    ((0.0, -0.77, 0.0), 2.0),
+    ((0.0, -0.3, 0.0), 2.8),
+    ((0.7, -0.3, 0.0), 3.6),
+    ((0.0, -0.3, 0.0), 4.4),
+)
+GRIP: Moves = (((-0.6,), 0.4), ((-0.6,), 1.4), ((0.0,), 1.8))
 
 
-def command(ros: RosGraph, moves: tuple[tuple[tuple[float, ...], float], ...]) -> None:
-    """Send the arm along a trajectory, and open the gripper meanwhile."""
+def command(ros: RosGraph, arm: Moves, gripper: Moves = OPEN) -> None:
+    """Send the arm and the gripper along trajectories."""
+    send(ros, "gripper_controller", "[joint_4]", gripper)
+    send(ros, "arm_controller", "[joint_1, joint_2, joint_3]", arm)
+
+
+def send(ros: RosGraph, controller: str, joints: str, moves: Moves) -> None:
+    """Send one controller along a trajectory."""
     points = ", ".join(
         f"{{positions: {list(positions)}, time_from_start: "
         f"{{sec: {int(at)}, nanosec: {round(at % 1 * 1e9)}}}}}"
         for positions, at in moves
     )
-    message = f"{{joint_names: [joint_1, joint_2, joint_3], points: [{points}]}}"
-    pub = ["topic", "pub", "--once"]
-    ros.run([*pub, "/arm_controller/joint_trajectory",
-             "trajectory_msgs/msg/JointTrajectory", message])  # fmt: skip
-    ros.run([*pub, "/gripper_controller/commands",
-             "std_msgs/msg/Float64MultiArray", "{data: [-0.8]}"])  # fmt: skip
+    message = f"{{joint_names: {joints}, points: [{points}]}}"
+    topic, type_name = f"/{controller}/joint_trajectory", "trajectory_msgs/msg/JointTrajectory"
+    ros.run(["topic", "pub", "--once", topic, type_name, message])
 
 
 def launch(ros: RosGraph, *words: str) -> str:
@@ -97,12 +112,14 @@ def tab(name: str, *steps: Callable[[Page], object]) -> Callable[[Page], None]:
 
 def film(page: Page, ros: RosGraph) -> None:
     """Write the moving picture of README."""
-    command(ros, MOVES)
+    command(ros, LIFT, GRIP)
     pictures = []
+    step = "/mujoco_sim/step_simulation mujoco_ros2_control_msgs/srv/StepSimulation"
     for _ in range(FILM_PICTURES):
+        ros.run(["service", "call", *step.split(), f"{{steps: {FILM_STEPS}}}"])
+        page.wait_for_timeout(1_000)
         shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
         pictures.append(shot.resize(FILM_SIZE, Image.Resampling.LANCZOS))
-        page.wait_for_timeout(250)
     file = FOLDER / "page.webp"
     pictures[0].save(
         file,
@@ -132,13 +149,9 @@ def press(name: str) -> Callable[[Page], None]:
 
 
 def show_camera(page: Page) -> None:
-    """Switch the camera on, the first of the tab's two switches."""
+    """Switch the camera on, the first of the tab's two switches, and wait for its picture."""
     page.locator("input[type=checkbox]:visible").first.click()
-
-
-def wait(page: Page) -> None:
-    """Let the arm move."""
-    page.wait_for_timeout(5_000)
+    page.get_by_text("2304 x 1296").wait_for()
 
 
 TABS: dict[str, Callable[[Page], None]] = {
@@ -149,7 +162,6 @@ TABS: dict[str, Callable[[Page], None]] = {
         choose("Topic", "/joint_states"),
         choose("Field", "position (all"),
         press("Add"),
-        wait,
     ),
     "page_graph.png": tab("Graph"),
     "page_controllers.png": tab("Controllers"),
@@ -174,9 +186,7 @@ def main(names: list[str]) -> None:
         )
         if "page.webp" in wanted:
             with graph() as ros:
-                address = launch(
-                    ros, "sim.yaml", "camera:=false", f"real_time_factor:={FILM_FACTOR}"
-                )
+                address = launch(ros, "sim.yaml", "camera:=false", "paused:=true")
                 page = browser.new_page(viewport=LAPTOP)
                 prepare(page, address)
                 film(page, ros)
@@ -194,8 +204,9 @@ def main(names: list[str]) -> None:
                 for name in tabs:
                     page = browser.new_page(viewport=LAPTOP)
                     prepare(page, address)
-                    command(ros, MOVES)
                     TABS[name](page)
+                    command(ros, MOVES)
+                    page.wait_for_timeout(5_000)
                     photograph(page, name)
                     page.close()
         browser.close()
