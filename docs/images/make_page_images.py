@@ -105,6 +105,7 @@ def tab(name: str, *steps: Callable[[Page], object]) -> Callable[[Page], None]:
         page.get_by_role("tab", name=name).click()
         for step in steps:
             step(page)
+        page.mouse.move(20, 400)  # no tooltip
         page.wait_for_timeout(4_000)
 
     return show
