@@ -125,3 +125,25 @@ def test_every_frame_stands_where_tf2_says(server, tree, fixed):
             assert pose.translation == pytest.approx(expected.translation, abs=1e-9)
             assert pose.rotation == pytest.approx(expected.rotation, abs=1e-9)
     frames.remove()
+
+
+def test_frames_that_tf_never_knows_do_not_fill_the_memory(server, frames, monkeypatch):
+    monkeypatch.setattr("teleopctl.viewer.scene.frames.MOST_UNKNOWN", 10)
+    put(frames, "arm", "base", Transform())
+    for number in range(100):
+        frames.node_of(f"object_{number}")
+        frames.update()
+    assert sorted(frames.by_name, key=str) == sorted(
+        ["arm", "base", *(f"object_{number}" for number in range(90, 100))]
+    )
+    assert len([name for name in server.scene._handle_from_node_name if "object_" in name]) == 10
+
+
+def test_a_frame_that_was_forgotten_is_one_again_when_tf_knows_it(frames, monkeypatch):
+    monkeypatch.setattr("teleopctl.viewer.scene.frames.MOST_UNKNOWN", 0)
+    put(frames, "arm", "base", Transform())
+    frames.node_of("late")
+    frames.update()
+    put(frames, "late", "base", Transform((1.0, 0.0, 0.0)))
+    frames.update()
+    assert shown(frames, "late") == Transform((1.0, 0.0, 0.0))

@@ -8,7 +8,7 @@ pose is sent for each frame that has moved.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from teleopctl.node import Time
 
 _IDENTITY = Transform()
+# Far more than any robot has. A program that never names a frame twice would fill the memory of the
+# page and of each browser.
+MOST_UNKNOWN = 2000
 # As RViz draws them: 0.2 m long, 0.02 m thick.
 _AXES_LENGTH_M = 0.2
 _AXES_RADIUS_M = 0.01
@@ -112,6 +115,7 @@ class Frames:
                     frame.stamp, frame.changed = sample.stamp, now
             joined = tops.get(name, name) == top
             self._move(frame, to_fixed @ poses.get(name, _IDENTITY) if joined else None)
+        self._forget(poses)
 
     def pose_in_fixed(self, frame: str, stamp: Time | None = None) -> Transform:
         """Where a frame stands in the fixed frame.
@@ -137,6 +141,12 @@ class Frames:
         for frame in self.by_name.values():
             frame.node.remove()
         self.by_name.clear()
+
+    def _forget(self, known: Mapping[str, Transform]) -> None:
+        """Take out the oldest of the frames that somebody has spoken of and tf does not know."""
+        unknown = [name for name in self.by_name if name not in known and name != self._fixed]
+        for name in unknown[: max(len(unknown) - MOST_UNKNOWN, 0)]:
+            self.by_name.pop(name).node.remove()
 
     def _choose_fixed(self, parents: dict[str, str]) -> None:
         if self._wanted_fixed:
