@@ -19,6 +19,8 @@ from teleopctl.tf import Vector3
 _MANAGER = "Visualization Manager"
 _GROUP = "rviz_common/Group"
 _PACKAGE = "rviz_default_plugins"
+# What ROS 1 calls otherwise.
+_RENAMED = {"WrenchStamped": "Wrench"}
 _ROOT_FRAME = "<Fixed Frame>"
 # Where RViz looks from in a new file.
 _DISTANCE_M = 10.0
@@ -228,7 +230,8 @@ def _entries(displays: list[Any], *, shown: bool) -> Iterator[Entry]:
             yield from _entries(inner if isinstance(inner, list) else [], shown=enabled)
         else:
             name = given.get("Name")
-            yield Entry(rviz_class, name if isinstance(name, str) else rviz_class, given, shown)
+            named = name if isinstance(name, str) else rviz_class
+            yield Entry(_RENAMED.get(rviz_class, rviz_class), named, given, shown)
 
 
 def _remove(displays: list[Any], given: dict[str, Any]) -> None:

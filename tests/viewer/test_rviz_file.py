@@ -168,3 +168,9 @@ def test_what_is_no_rviz_file_is_refused_by_its_name(tmp_path, text):
         RvizFile.load(path)
     with pytest.raises(TeleopctlError, match=r"missing\.rviz"):
         RvizFile.load(tmp_path / "missing.rviz")
+
+
+def test_what_ros_1_called_otherwise_is_known():
+    displays = [{"Class": "rviz/WrenchStamped", "Name": "force"}]
+    (entry,) = RvizFile({"Visualization Manager": {"Displays": displays}}).displays()
+    assert (entry.rviz_class, entry.name) == ("Wrench", "force")

@@ -45,6 +45,10 @@ ROBOT_STATE = {
 }
 # Types of packages that are not always there.
 OTHERS: dict[str, dict[str, Any]] = {
+    "nav2_msgs/msg/ParticleCloud": {
+        "header": "std_msgs/msg/Header",
+        "particles": [{"pose": "geometry_msgs/msg/Pose", "weight": "double"}],
+    },
     "map_msgs/msg/OccupancyGridUpdate": {
         "header": "std_msgs/msg/Header",
         **dict.fromkeys(("x", "y"), "int32"),

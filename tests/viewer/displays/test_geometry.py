@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -319,3 +320,21 @@ def test_an_arrow_that_is_not_finite_is_not_drawn(page: FakePage, draw: Draw, pi
     look(page)
     assert not picture.nodes("/display1")
     assert display.status[0] == ERROR
+
+
+def test_particles_are_the_longer_the_likelier(page: FakePage, draw: Draw, picture: Picture):
+    display = draw("ParticleCloud")
+    particles = [
+        SimpleNamespace(pose=pose(0.0, 0.0), weight=0.0),
+        SimpleNamespace(pose=pose(5.0, 0.0), weight=0.5),
+        SimpleNamespace(pose=pose(9.0, 0.0), weight=7.0),
+        SimpleNamespace(pose=pose(0.0, 0.0), weight=math.nan),
+    ]
+    header = get_message("std_msgs/msg/Header")()
+    page.publish("/it", SimpleNamespace(header=header, particles=particles))
+    look(page)
+    ends = picture.nodes("/display1")["lines0"].points
+    shafts = {float(a[0]): float(b[0]) for a, b in ends if a[0] in (0.0, 5.0, 9.0)}
+    assert shafts == pytest.approx({0.0: 0.02, 5.0: 5.16, 9.0: 9.3})
+    assert display.status == (WARN, "1 is not drawn: particles must be finite numbers")
+    assert display.values.given["Class"] == "nav2_rviz_plugins/ParticleCloud"

@@ -11,7 +11,7 @@ from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy,
 from teleopctl.viewer.displays.sensors.cloud import CloudError, read_cloud, read_scan
 from teleopctl.viewer.displays.sensors.colors import Coloring
 from teleopctl.viewer.displays.sensors.laser_scan import LaserScan
-from teleopctl.viewer.displays.sensors.point_cloud import PointCloud2
+from teleopctl.viewer.displays.sensors.point_cloud import PointCloud, PointCloud2
 
 CLOUD = get_message("sensor_msgs/msg/PointCloud2")
 FIELD = get_message("sensor_msgs/msg/PointField")
@@ -372,3 +372,21 @@ def test_an_absurd_scan_has_no_points_or_finite_ones(start, increment, least, mo
         ranges=ranges, intensities=ranges[:3],
     )  # fmt: skip
     assert np.isfinite(read_scan(scan).points).all()
+
+
+def test_a_cloud_of_the_old_type_is_drawn_with_its_channels(stage):
+    put(stage, Transform((1.0, 0.0, 0.0)))
+    corner, channel = get_message("geometry_msgs/msg/Point32"), "sensor_msgs/msg/ChannelFloat32"
+    message = get_message("sensor_msgs/msg/PointCloud")(
+        points=[corner(x=float(number)) for number in range(3)] + [corner(x=math.nan)],
+        channels=[
+            get_message(channel)(name="intensity", values=[0.0, 0.5, 1.0, 9.0]),
+            get_message(channel)(name="short", values=[1.0]),
+        ],
+    )
+    message.header.frame_id = "lidar"
+    display = made(stage, PointCloud)
+    shown(display, message)
+    assert np.allclose(places(display), [[1, 0, 0], [2, 0, 0], [3, 0, 0]], atol=0.01)
+    assert len({tuple(color) for color in handle(display).colors.tolist()}) == 3
+    assert display.status == ("ok", "3 of 4 points")

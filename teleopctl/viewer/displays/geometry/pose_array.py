@@ -11,7 +11,7 @@ from teleopctl.viewer.displays.base import WARN
 from teleopctl.viewer.displays.drawn import DrawnDisplay
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import left_out_text, poses_of, rgba_of
-from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing
+from teleopctl.viewer.scene.drawing import HAIR, ArrowSize, Drawing, Rgba
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
@@ -58,8 +58,12 @@ class PoseArray(DrawnDisplay):
             )
             drawing.arrow(Transform(), size, color)
         elif alpha > 0:
-            length = values.number("Arrow Length")
-            tip, left, right = (length, 0, 0), (0.75, 0.2, 0), (0.75, -0.2, 0)
-            ends = [(0, 0, 0), tip, tip, np.multiply(left, length), tip, np.multiply(right, length)]
-            drawing.line(np.array(ends, np.float64), np.array(color), HAIR, strip=False)
+            flat_arrow(drawing, values.number("Arrow Length"), color)
         return drawing
+
+
+def flat_arrow(drawing: Drawing, length: float, color: Rgba) -> None:
+    """Add an arrow of three lines along x, as flat as RViz draws those of many poses."""
+    tip, left, right = (1.0, 0.0, 0.0), (0.75, 0.2, 0.0), (0.75, -0.2, 0.0)
+    ends = length * np.array([(0.0, 0.0, 0.0), tip, tip, left, tip, right])
+    drawing.line(ends, np.array(color), HAIR, strip=False)

@@ -83,6 +83,26 @@ def read_cloud(message: Any, most: int) -> Cloud:
     return _kept(points, total, channels, _near(points))
 
 
+# Any: a PointCloud message.
+def read_old_cloud(message: Any, most: int) -> Cloud:
+    """Read the points of a ``sensor_msgs/msg/PointCloud``.
+
+    Args:
+        message: The cloud.
+        most: See `read_cloud`.
+    """
+    total = len(message.points)
+    every = max(-(-total // most), 1)
+    rows = [(one.x, one.y, one.z) for one in message.points[::every]]
+    points = np.array(rows, np.float32).reshape(-1, 3)
+    channels = {
+        one.name: np.asarray(one.values, np.float32)[::every]
+        for one in message.channels
+        if len(one.values) == total
+    }
+    return _kept(points, total, channels, _near(points))
+
+
 # Any: a LaserScan message.
 def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
     """Read what a scanner has hit.
