@@ -10,6 +10,11 @@ if TYPE_CHECKING:
     from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
     from teleopctl.bag.look.films import ExportedFilm as ExportedFilm, FilmExport as FilmExport
+    from teleopctl.bag.look.lerobot.sampling import (
+        LeRobotOptions as LeRobotOptions,
+        LeRobotSummary as LeRobotSummary,
+        export_lerobot as export_lerobot,
+    )
     from teleopctl.bag.look.picture import (
         check_picture_name as check_picture_name,
         save_picture as save_picture,
@@ -69,6 +74,7 @@ else:
             "look.curves": "Curve read_curves",
             "look.decoding": "Decoded Decoder",
             "look.films": "ExportedFilm FilmExport",
+            "look.lerobot.sampling": "LeRobotOptions LeRobotSummary export_lerobot",
             "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
             "editing.copying": "Output copy_bags",

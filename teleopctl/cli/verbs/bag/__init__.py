@@ -67,11 +67,13 @@ GROUP = Group(
         ),
         "export": Verb(
             f"{_LOOK}.export:export",
-            "Write a bag as tables or films: CSV, Parquet, MP4.",
+            "Write a bag as CSV, Parquet, MP4 or a data set of LeRobot.",
             examples=(
                 "teleopctl bag export my_bag",
                 "teleopctl bag export my_bag --topics /joint_states --format parquet",
                 "teleopctl bag export my_bag --topics /image_raw --format mp4",
+                "teleopctl bag export my_bag --format lerobot --camera /image_raw "
+                "--action /joint_trajectory_controller/controller_state",
             ),
         ),
         "plot": Verb(

@@ -84,3 +84,22 @@ def test_pictures_become_films(tmp_path, monkeypatch, capsys):
 def test_a_bag_without_pictures_has_no_films(session, capsys):
     assert main.run(["bag", "export", "session", "--format", "mp4"]) == 1
     assert "session has no topic with pictures" in capsys.readouterr().err
+
+
+def test_joint_states_become_a_data_set_of_lerobot(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    kind = "sensor_msgs/msg/JointState"
+    with BagWriter(tmp_path / "session") as writer:
+        writer.add_topic(topic("/joint_states", kind))
+        for number in range(0, 1001, 10):
+            writer.write(
+                message("/joint_states", number, kind, name=["a", "b"], position=[1.0, 2.0])
+            )
+    line = ["bag", "export", "session", "--format", "lerobot"]
+    assert main.run([*line, "--fps", "20"]) == 0
+    assert capsys.readouterr().out == (
+        "session_lerobot: frames 21 at 20 Hz, one episode\n  observation.state: a, b\n"
+    )
+    assert main.run([*line, "--fps", "12.5"]) == 2
+    assert main.run([*line, "--topics", "/joint_states"]) == 2
+    assert main.run(["bag", "export", "session", "--camera", "/image_raw"]) == 2

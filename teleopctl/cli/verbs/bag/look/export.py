@@ -11,7 +11,7 @@ from teleopctl.errors import NotFoundError, UsageError
 if TYPE_CHECKING:
     from teleopctl.bag import Bag
 
-_FORMATS = ("csv", "parquet", "mp4")
+_FORMATS = ("csv", "parquet", "mp4", "lerobot")
 
 
 def export(
@@ -33,27 +33,59 @@ def export(
         float | None,
         Option(
             "--fps",
-            help="With mp4: a constant rate, of the latest pictures, instead of the real times.",
+            help="With mp4: a constant rate, of the latest pictures, instead of the real times. "
+            "With lerobot: frames per second, 30 by default.",
             metavar="RATE",
         ),
     ] = None,
+    state: Annotated[
+        str,
+        Option(
+            "--state", help="With lerobot: the topic of joint states, or a field.", metavar="FIELD"
+        ),
+    ] = "/joint_states",
+    action: Annotated[
+        str | None,
+        Option(
+            "--action",
+            help="With lerobot: the topic of what the robot was told, or a field.",
+            metavar="FIELD",
+        ),
+    ] = None,
+    camera: Annotated[
+        list[str] | None,
+        Option(
+            "--camera",
+            help="With lerobot: a topic of pictures; may be given again.",
+            metavar="TOPIC",
+        ),
+    ] = None,
+    task: Annotated[
+        str, Option("--task", help="With lerobot: what was done, in words.", metavar="TEXT")
+    ] = "teleoperation",
     form: Annotated[str, Option("--format", help="What is written.", choices=_FORMATS)] = "csv",
 ) -> None:
-    """Write a bag for other programs: a table for each topic, or a film for each camera.
+    """Write a bag for other programs: tables, films, or a data set of LeRobot.
 
     A row of a table is a message: when it was recorded and when it was sent, in nanoseconds since
     1970, then every field of it.
     """
     from teleopctl.bag import open_bag
 
-    if fps is not None and form != "mp4":
-        raise UsageError("--fps is for --format mp4")
+    if fps is not None and form not in ("mp4", "lerobot"):
+        raise UsageError("--fps is for --format mp4 and lerobot")
+    if (action or camera) and form != "lerobot":
+        raise UsageError("--action and --camera are for --format lerobot")
+    if topics and form == "lerobot":
+        raise UsageError("Topics of --format lerobot are those of --state, --action and --camera")
     path = Path(bag_path)
     folder = Path(output) if output else Path(f"{path.resolve().stem}_{form}")
     with open_bag(path) as bag:
         for remark in bag.remarks:
             console.warn(remark)
-        if form == "mp4":
+        if form == "lerobot":
+            _export_lerobot(bag, folder, state, action, camera or [], fps, task)
+        elif form == "mp4":
             _export_films(bag, folder, topics, fps)
         else:
             _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv")
@@ -91,3 +123,25 @@ def _export_films(bag: "Bag", folder: Path, topics: list[str] | None, rate: floa
         written += 1
     if not written:
         raise NotFoundError(f"{bag.path} has no topic with pictures")
+
+
+def _export_lerobot(
+    bag: "Bag",
+    folder: Path,
+    state: str,
+    action: str | None,
+    cameras: list[str],
+    fps: float | None,
+    task: str,
+) -> None:
+    from teleopctl.bag import LeRobotOptions, export_lerobot
+
+    if fps is not None and not fps.is_integer():
+        raise UsageError(f"LeRobot's rates are whole numbers; {fps:g} is none")
+    options = LeRobotOptions(state, action, cameras, int(fps or 30), task)
+    summary = export_lerobot(bag, folder, options)
+    console.out(f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode")
+    for key, names in summary.names.items():
+        console.out(f"  {key}: {', '.join(names)}")
+    for topic, count in summary.left_out.items():
+        console.warn(f"{topic}: {count} messages left out")

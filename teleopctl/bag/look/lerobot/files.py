@@ -1,0 +1,209 @@
+"""The files of a LeRobotDataset v3.0 with one episode."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.bag.look.lerobot.statistics import Statistics, Values
+from teleopctl.extras import extra
+
+VERSION = "v3.0"
+
+_PLACE = "chunk-000/file-000"
+_PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}"
+# What LeRobot's own programs write; they may add episodes to the data set.
+_CHUNKS, _DATA_MB, _VIDEO_MB = 1000, 100, 200
+
+
+class Video(NamedTuple):
+    """A film of the data set: its size in pixels."""
+
+    width: int
+    height: int
+
+
+class Episode(NamedTuple):
+    """What is written.
+
+    Attributes:
+        vectors: The values of each feature, shape (frames, numbers).
+        names: What the numbers of each feature are.
+        videos: The films.
+        fps: Frames per second.
+        task: What was done, in words.
+        robot: The kind of robot.
+    """
+
+    vectors: Mapping[str, Values]
+    names: Mapping[str, tuple[str, ...]]
+    videos: Mapping[str, Video]
+    fps: int
+    task: str
+    robot: str | None
+
+    @property
+    def length(self) -> int:
+        """How many frames it has."""
+        return len(next(iter(self.vectors.values())))
+
+
+def video_file(folder: Path, key: str) -> Path:
+    """Where the film of a feature is."""
+    return folder / "videos" / key / f"{_PLACE}.mp4"
+
+
+# Any: whole numbers, and the time.
+def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
+    """The features that each data set has: where a frame is in its episode, and in all."""
+    numbers = np.arange(length, dtype=np.int64)
+    zeros = np.zeros(length, np.int64)
+    return {
+        "timestamp": (numbers / fps).astype(np.float32),
+        "frame_index": numbers,
+        "episode_index": zeros,
+        "index": numbers,
+        "task_index": zeros,
+    }
+
+
+def write_episode(folder: Path, episode: Episode, statistics: Mapping[str, Statistics]) -> None:
+    """Write all files but the films.
+
+    Args:
+        folder: The data set.
+        episode: What is written.
+        statistics: Of all features.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    with extra("export", "pyarrow"):
+        import pyarrow as pa
+    indices = index_columns(episode.length, episode.fps)
+    columns: dict[str, Any] = {}  # Any: pyarrow's arrays
+    for key, values in episode.vectors.items():
+        flat = pa.array(values.astype(np.float32).ravel())
+        width = values.shape[1]
+        # LeRobot keeps a vector of one number as a number.
+        columns[key] = flat if width == 1 else pa.FixedSizeListArray.from_arrays(flat, width)
+    columns.update((key, pa.array(values)) for key, values in indices.items())
+    _write_table(folder / "data" / f"{_PLACE}.parquet", pa.table(columns))
+    _write_tasks(folder / "meta" / "tasks.parquet", episode.task)
+    _write_json(folder / "meta" / "stats.json", _lists(statistics))
+    _write_json(folder / "meta" / "info.json", _info(episode))
+    _write_table(
+        folder / "meta" / "episodes" / f"{_PLACE}.parquet",
+        pa.table({key: [value] for key, value in _episode_row(episode, statistics).items()}),
+    )
+
+
+def _info(episode: Episode) -> dict[str, Any]:
+    features: dict[str, Any] = {}
+    for key, values in episode.vectors.items():
+        names = list(episode.names[key])
+        features[key] = {"dtype": "float32", "shape": [values.shape[1]], "names": names}
+    for key, video in episode.videos.items():
+        features[key] = {
+            "dtype": "video",
+            "shape": [video.height, video.width, 3],
+            "names": ["height", "width", "channels"],
+            "info": {
+                "video.height": video.height,
+                "video.width": video.width,
+                "video.codec": "h264",
+                "video.pix_fmt": "yuv420p",
+                "video.is_depth_map": False,
+                "video.fps": episode.fps,
+                "video.channels": 3,
+                "has_audio": False,
+            },
+        }
+    for key, values in index_columns(0, episode.fps).items():
+        features[key] = {"dtype": str(values.dtype), "shape": [1], "names": None}
+    return {
+        "codebase_version": VERSION,
+        "robot_type": episode.robot,
+        "total_episodes": 1,
+        "total_frames": episode.length,
+        "total_tasks": 1,
+        "chunks_size": _CHUNKS,
+        "data_files_size_in_mb": _DATA_MB,
+        "video_files_size_in_mb": _VIDEO_MB,
+        "fps": episode.fps,
+        "splits": {"train": "0:1"},
+        "data_path": f"data/{_PATTERN}.parquet",
+        "video_path": f"videos/{{video_key}}/{_PATTERN}.mp4" if episode.videos else None,
+        "features": features,
+    }
+
+
+def _episode_row(episode: Episode, statistics: Mapping[str, Statistics]) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "episode_index": 0,
+        "tasks": [episode.task],
+        "length": episode.length,
+        "data/chunk_index": 0,
+        "data/file_index": 0,
+        "dataset_from_index": 0,
+        "dataset_to_index": episode.length,
+        "meta/episodes/chunk_index": 0,
+        "meta/episodes/file_index": 0,
+    }
+    for key in episode.videos:
+        row[f"videos/{key}/chunk_index"] = 0
+        row[f"videos/{key}/file_index"] = 0
+        row[f"videos/{key}/from_timestamp"] = 0.0
+        row[f"videos/{key}/to_timestamp"] = episode.length / episode.fps
+    for key, found in _lists(statistics).items():
+        row.update((f"stats/{key}/{name}", values) for name, values in found.items())
+    return row
+
+
+def _lists(statistics: Mapping[str, Statistics]) -> dict[str, dict[str, Any]]:
+    return {
+        key: {name: values.tolist() for name, values in found.items()}
+        for key, found in statistics.items()
+    }
+
+
+def _write_tasks(file: Path, task: str) -> None:
+    """Write the table of tasks, whose index pandas makes of a column that metadata names."""
+    import pyarrow as pa
+
+    column = "__index_level_0__"
+    kinds = {"task_index": "int64", column: "unicode"}
+    pandas = {
+        "index_columns": [column],
+        "column_indexes": [],
+        "columns": [
+            {
+                "name": None if name == column else name,
+                "field_name": name,
+                "pandas_type": kind,
+                "numpy_type": "object" if kind == "unicode" else kind,
+                "metadata": None,
+            }
+            for name, kind in kinds.items()
+        ],
+    }
+    table = pa.table({"task_index": [0], column: [task]})
+    _write_table(file, table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
+
+
+def _write_table(file: Path, table: Any) -> None:
+    from pyarrow import parquet
+
+    file.parent.mkdir(parents=True, exist_ok=True)
+    parquet.write_table(table, file)
+
+
+def _write_json(file: Path, document: object) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(document, indent=4, ensure_ascii=False)
+    file.write_text(text, encoding="utf-8")

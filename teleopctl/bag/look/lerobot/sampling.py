@@ -1,0 +1,238 @@
+"""A session as an episode of LeRobot: joint states, actions and cameras at a constant rate.
+
+At each frame's time every feature has the latest message that is not younger. The first frame is at
+the time when every feature has had a message, the last one not after the last message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from teleopctl.bag.look.decoding import Decoded, Decoder
+from teleopctl.bag.look.file_names import file_stems, make_folder
+from teleopctl.bag.look.film import Film
+from teleopctl.bag.look.films import PICTURES
+from teleopctl.bag.look.lerobot.files import (
+    Episode,
+    Video,
+    index_columns,
+    video_file,
+    write_episode,
+)
+from teleopctl.bag.look.lerobot.statistics import PictureStatistics, statistics_of
+from teleopctl.bag.look.lerobot.vectors import VectorField, types_of
+from teleopctl.bag.storage.bag import Bag
+from teleopctl.errors import (
+    InvalidFileError,
+    InvalidMessageError,
+    NotFoundError,
+    SystemFailureError,
+    UsageError,
+)
+from teleopctl.pictures import GreyRange, PictureError, image_of
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PilImage
+
+_STATE, _ACTION, _CAMERA = "observation.state", "action", "observation.images."
+# As in LeRobot: a training reads frames in any order.
+_KEY_EVERY = 2
+# A clock that was set would fill the disk with one state.
+_MOST_FRAMES = 1_000_000
+
+
+class LeRobotOptions(NamedTuple):
+    """What goes into the data set.
+
+    Attributes:
+        state: The topic of the robot's state, mostly ``/joint_states``, or a field of a topic.
+        action: The topic of what the robot was told, or a field; None for no action.
+        cameras: Topics of pictures.
+        fps: Frames per second.
+        task: What was done, in words.
+        robot: The kind of robot, in a word.
+    """
+
+    state: str
+    action: str | None = None
+    cameras: Sequence[str] = ()
+    fps: int = 30
+    task: str = "teleoperation"
+    robot: str | None = None
+
+
+class LeRobotSummary(NamedTuple):
+    """What was written.
+
+    Attributes:
+        frames: How many frames the data set has.
+        names: What the numbers of each feature are.
+        left_out: How many messages could not be used, by topic.
+    """
+
+    frames: int
+    names: dict[str, tuple[str, ...]]
+    left_out: dict[str, int]
+
+
+def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSummary:
+    """Write a bag as a data set of LeRobot with one episode.
+
+    Args:
+        bag: The bag.
+        folder: Where the data set goes; made here.
+        options: What goes into it.
+
+    Raises:
+        NotFoundError: A topic does not exist, or has no message that can be used.
+        UsageError: A topic has no pictures, or it is not known which field is meant.
+        InvalidMessageError: A topic cannot be decoded.
+        MissingExtraError: pyarrow or PyAV is not installed.
+        RefusedError: The folder holds something already.
+        SystemFailureError: A file cannot be written.
+        InvalidFileError: The bag is broken, or its times make no sense.
+    """
+    if not 1 <= options.fps <= 1000:
+        raise UsageError(f"{options.fps} is no rate of frames")
+    recording = _Recording(bag, folder, options)
+    make_folder(folder)
+    try:
+        return recording.write()
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write to {folder}: {error.strerror or error}") from error
+
+
+class _Camera:
+    """A topic of pictures: the newest, and the film of those that frames have."""
+
+    def __init__(self, key: str, file: Path, rate: int) -> None:
+        self.key = key
+        self.newest: PilImage | None = None
+        self.film: Film | None = None
+        self.statistics = PictureStatistics()
+        self._file = file
+        self._rate = rate
+        self._shades = GreyRange()
+
+    # Any: a message with a picture.
+    def take(self, message: Any) -> None:
+        """Take a picture.
+
+        Raises:
+            PictureError: It is none, or of another size than the first.
+        """
+        image = image_of(message, self._shades).convert("RGB")
+        if self.newest is not None and image.size != self.newest.size:
+            raise PictureError(f"{image.size} is not {self.newest.size}")
+        self.newest = image
+
+    def add_frame(self, time_s: float) -> None:
+        assert self.newest is not None
+        if self.film is None:
+            self._file.parent.mkdir(parents=True)
+            size = self.newest.size
+            self.film = Film(self._file, size, rate=self._rate, key_every=_KEY_EVERY)
+        self.film.add(time_s, self.newest)
+        self.statistics.add(np.asarray(self.newest))
+
+    def close(self) -> None:
+        if self.film is not None:
+            self.film.close()
+
+
+class _Recording:
+    """What is read of the bag, and the frames so far."""
+
+    def __init__(self, bag: Bag, folder: Path, options: LeRobotOptions) -> None:
+        self._folder = folder
+        self._options = options
+        types = types_of(Decoder(bag))
+        self._vectors = {_STATE: VectorField(options.state, types)}
+        if options.action is not None:
+            self._vectors[_ACTION] = VectorField(options.action, types)
+        self._cameras: dict[str, _Camera] = {}
+        for topic, stem in file_stems(options.cameras).items():
+            if topic not in types:
+                raise NotFoundError(f"{bag.path} has no topic '{topic}' that can be decoded")
+            if types[topic] not in PICTURES:
+                raise UsageError(f"{topic} has no pictures, but {types[topic]}")
+            key = f"{_CAMERA}{stem}"
+            self._cameras[topic] = _Camera(key, video_file(folder, key), options.fps)
+        topics = {*self._cameras, *(vector.topic for vector in self._vectors.values())}
+        self._decoder = Decoder(bag, sorted(topics))
+        self._rows: dict[str, list[list[float]]] = {key: [] for key in self._vectors}
+        self._left_out: dict[str, int] = {}
+        self._start_ns: int | None = None
+        self._frames = 0
+
+    def write(self) -> LeRobotSummary:
+        last_ns = 0
+        with ExitStack() as stack:
+            for camera in self._cameras.values():
+                stack.callback(camera.close)
+            for decoded in self._decoder.messages():
+                last_ns = decoded.log_time_ns
+                self._add_frames(last_ns)
+                self._take(decoded)
+                if self._start_ns is None and self._is_complete():
+                    self._start_ns = last_ns
+            self._add_frames(last_ns + 1)
+        if not self._frames:
+            raise NotFoundError(f"There is no message of {', '.join(self._missing())}")
+        self._write_files()
+        for topic, count in self._decoder.unreadable.items():
+            self._left_out[topic] = self._left_out.get(topic, 0) + count
+        names = {key: vector.names for key, vector in self._vectors.items()}
+        return LeRobotSummary(self._frames, names, self._left_out)
+
+    def _take(self, decoded: Decoded) -> None:
+        try:
+            for vector in self._vectors.values():
+                if vector.topic == decoded.topic:
+                    vector.take(decoded.message)
+            if decoded.topic in self._cameras:
+                self._cameras[decoded.topic].take(decoded.message)
+        except (PictureError, InvalidMessageError):
+            self._left_out[decoded.topic] = self._left_out.get(decoded.topic, 0) + 1
+
+    def _missing(self) -> list[str]:
+        missing = [vector.topic for vector in self._vectors.values() if not vector.names]
+        return missing + [name for name, one in self._cameras.items() if one.newest is None]
+
+    def _is_complete(self) -> bool:
+        return not self._missing()
+
+    def _add_frames(self, before_ns: int) -> None:
+        """Add the frames that are due before a time."""
+        if self._start_ns is None:
+            return
+        fps = self._options.fps
+        until = (before_ns - self._start_ns) * fps / 1e9
+        if until > self._frames + _MOST_FRAMES:
+            raise InvalidFileError(f"{until:.0f} frames at {fps} Hz are too many for an episode")
+        while self._frames < until:
+            for key, vector in self._vectors.items():
+                self._rows[key].append(list(vector.newest))
+            for camera in self._cameras.values():
+                camera.add_frame(self._frames / fps)
+            self._frames += 1
+
+    def _write_files(self) -> None:
+        options = self._options
+        vectors = {key: np.array(rows) for key, rows in self._rows.items()}
+        films = {one.key: one.film for one in self._cameras.values() if one.film is not None}
+        videos = {key: Video(*film.shown_size) for key, film in films.items()}
+        pictures = {one.key: one.statistics.result() for one in self._cameras.values()}
+        names = {key: vector.names for key, vector in self._vectors.items()}
+        episode = Episode(vectors, names, videos, options.fps, options.task, options.robot)
+        numbers = {**vectors, **index_columns(self._frames, options.fps)}
+        statistics = {
+            key: statistics_of(np.asarray(values, np.float64).reshape(self._frames, -1))
+            for key, values in numbers.items()
+        }
+        write_episode(self._folder, episode, {**statistics, **pictures})
