@@ -152,11 +152,11 @@ def _draft(
         add_camera(spec, camera)
     apply_gazebo(spec, description)
     prepare_joints(spec, joints)
+    exclude_adjacent(spec)
     if world is not None:
         things, complaints = add_world(spec, world, description.root)
         bodies += things
         warnings += complaints
-    exclude_adjacent(spec)
     add_scene(spec)
     return _Draft(spec, _compile(spec), joints, cameras, bodies, warnings)
 

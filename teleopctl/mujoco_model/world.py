@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
@@ -118,9 +119,12 @@ def _read_scene(path: Path) -> mujoco.MjSpec:
 def _see_that_it_compiles(things: mujoco.MjSpec, path: Path) -> None:
     """Find its mistakes while they are not yet those of the robot."""
     try:
-        things.compile()
+        m = things.compile()
     except ValueError as error:
         raise _refusal(path, error) from error
+    numbers = (m.body_pos, m.body_quat, m.body_mass, m.geom_pos, m.geom_quat, m.geom_size)
+    if not all(np.isfinite(values).all() for values in numbers):
+        raise InvalidDescriptionError(f"{path}: a place, a size or a mass is not finite")
 
 
 def _refusal(path: Path, error: ValueError) -> InvalidDescriptionError:

@@ -201,6 +201,10 @@ def test_a_scene_of_mujocos_is_a_world_with_its_own_ground_and_sky(tmp_path: Pat
         ),
         ("<mujoco><worldbody>\n<stone/></worldbody></mujoco>", "world.xml: .*stone.*line 2"),
         ("<mujoco><include file='none.xml'/></mujoco>", "world.xml: .*none.xml"),
+        (
+            "<mujoco><worldbody><geom size='1' pos='1e400 0 0'/></worldbody></mujoco>",
+            "world.xml: ",
+        ),
     ],
 )
 def test_a_scene_that_cannot_be_is_one_error_with_the_file(
@@ -218,3 +222,12 @@ def test_two_models_of_one_world_are_identical(tmp_path: Path) -> None:
         simulation.step(1500)
         runs.append(simulation.free_bodies.pose(0))
     assert np.array_equal(runs[0], runs[1])
+
+
+def test_a_shape_of_the_scene_itself_that_overlaps_the_robot_is_the_worlds(tmp_path: Path) -> None:
+    scene = "<mujoco><worldbody><geom type='box' size='.1 .1 .1' pos='0 0 1'/></worldbody></mujoco>"
+    model = build(tmp_path, scene)
+    assert model.excluded == (("rod", "world"),)
+    simulation = Simulation(model, control_period_ns=100_000_000)
+    simulation.step(500)
+    assert not simulation.diverged
