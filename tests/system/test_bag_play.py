@@ -7,16 +7,18 @@ import random
 import select
 import signal
 import sys
+import threading
 
 import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 
 from teleopctl.bag import BagTopic, BagWriter, TypeText, WriterOptions
-from teleopctl.interfaces import get_message, get_service, to_nanoseconds
+from teleopctl.interfaces import get_message, get_service, to_nanoseconds, type_hash as type_hash_of
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.hashing import type_hash
-from teleopctl.node import learn_type_from
+from teleopctl.node import Context, Node, Parameter, learn_type_from, undecoded
+from teleopctl.testing import eventually
 from tests.bag.bags import START_NS, STRING, message, topic, write_bag
 from tests.bag.player.listening import Listener, as_received
 from tests.bag.test_foreign import write_with_rosbags
@@ -198,6 +200,35 @@ def test_a_burst_ends_paused(ros, listener):
     assert playing.wait() == 0
 
 
+def test_a_burst_waits_for_a_subscriber_that_reads_nothing(ros):
+    """What it sends is more than the sockets between the two have room for."""
+    with BagWriter(ros.folder / "bag", WriterOptions()) as writer:
+        writer.add_topic(topic("/topic_0"))
+        for number in range(2000):
+            writer.write(message("/topic_0", number, data=f"{number:20000}"))
+    came: list[bytes] = []
+    may_read, all_came = threading.Event(), threading.Event()
+
+    def hear(data: bytes) -> None:
+        may_read.wait(60)
+        came.append(data)
+        if len(came) == 2000:
+            all_came.set()
+
+    with Context() as context, Node("reader", context=context) as reader:
+        reader.create_subscription(
+            undecoded(STRING, type_hash_of(STRING)), "/topic_0", hear, 10, raw=True, immediate=True
+        )
+        playing = ros.spawn("bag burst bag")
+        with pytest.raises(AssertionError, match="no line matches"):
+            playing.wait_for_line("Burst 2000 messages.", timeout_s=3)
+        may_read.set()
+        playing.wait_for_line("Burst 2000 messages.")
+        assert all_came.wait(20), len(came)
+        playing.interrupt()
+        assert playing.wait() == 0
+
+
 def test_damage_is_told_and_what_stands_behind_it_is_played(ros, listener):
     written = write_bag(ros.folder / "bag", count=300, options=WriterOptions(chunk_bytes=2000))
     file = ros.folder / "bag" / "bag_0.mcap"
@@ -242,6 +273,13 @@ def test_the_clock_that_is_published_takes_the_place_of_the_bags(ros, listener):
     playing = ros.spawn("bag play bag --clock")
     seen = ros.wait_for_message(get_message(clock), "/clock")
     assert START_NS <= to_nanoseconds(seen.clock) < START_NS + 60 * 10**9
+    with Node(
+        "simulated",
+        context=ros.node.context,
+        parameter_overrides=[Parameter("use_sim_time", value=True)],
+    ) as follower:
+        eventually(lambda: follower.get_clock().now().nanoseconds > START_NS)
+        assert follower.get_clock().now().nanoseconds < START_NS + 60 * 10**9
     (publisher,) = ros.node.get_publishers_info_by_topic("/clock")
     assert publisher.node_name == "rosbag2_player"
     playing.interrupt()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from teleopctl.bag.records import BagTopic
-from teleopctl.node import QoSProfile
+from teleopctl.node import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire import EndpointQos
 
 # Of a topic of which nothing was recorded, as in rosbag2.
@@ -40,6 +40,24 @@ def offer_for(topic: BagTopic) -> QoSProfile | None:
 def default_offer() -> QoSProfile:
     """The profile for a topic whose publishers offered different ones."""
     return QoSProfile(depth=_DEPTH)
+
+
+def keeping_all(offer: QoSProfile) -> QoSProfile:
+    """The profile of a publisher that waits for slow subscribers; best effort stays what it is.
+
+    A latched one stays as well: its late subscribers are to have its last messages, not all.
+    """
+    if offer.reliability == ReliabilityPolicy.BEST_EFFORT or offer.is_latched:
+        return offer
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_ALL,
+        reliability=offer.reliability,
+        durability=offer.durability,
+        deadline=offer.deadline,
+        lifespan=offer.lifespan,
+        liveliness=offer.liveliness,
+        liveliness_lease_duration=offer.liveliness_lease_duration,
+    )
 
 
 def latched_messages(topic: BagTopic) -> int:

@@ -30,6 +30,8 @@ class PlayOptions:
         qos_overrides: Quality of service by topic, instead of what was recorded.
         clock_hz: Publish ``/clock`` so many times a second; None for not.
         clock_topics: Publish ``/clock`` with each message of these topics; None for all topics.
+        is_lossless: Wait for subscribers that are slow, where a topic is reliable; else what they
+            have no room for is lost to them, as with any publisher.
         read_ahead: How many messages are read before they are due.
         message_order: Whether messages come when they were received, or when they were sent.
         publishes_requests: Send the requests that services had, instead of their events.
@@ -48,6 +50,7 @@ class PlayOptions:
     qos_overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
     clock_hz: float | None = None
     clock_topics: tuple[str, ...] | None = ()
+    is_lossless: bool = False
     read_ahead: int = 1000
     message_order: MessageOrder = "received"
     publishes_requests: bool = False

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from teleopctl.bag.player.bag_types import hash_of, learn_types
-from teleopctl.bag.player.offers import default_offer, offer_for
+from teleopctl.bag.player.offers import default_offer, keeping_all, offer_for
 from teleopctl.bag.player.options import PlayOptions
 from teleopctl.bag.player.request_sender import RequestSender
 from teleopctl.bag.player.selection import SERVICE_EVENT, TopicKind, kind_of
@@ -117,7 +117,8 @@ class Outputs:
                 f"Not all original publishers on topic {topic.name} offered the same QoS "
                 "profiles. Falling back to the default profile."
             )
-        return offer or default_offer()
+        offer = offer or default_offer()
+        return keeping_all(offer) if self._options.is_lossless else offer
 
     def _absolute(self, name: str) -> str:
         return self._node.resolve_topic_name(name, only_expand=True)

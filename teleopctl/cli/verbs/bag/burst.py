@@ -49,6 +49,7 @@ def burst(
 
     options = PlayOptions(
         is_paused=True,
+        is_lossless=True,
         start_offset_ns=from_seconds(start_offset),
         selection=PlaySelection(tuple(topics or ()), tuple(services or ()), tuple(actions or ())),
         qos_overrides=overrides_from(qos_overrides),

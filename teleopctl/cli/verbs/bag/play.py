@@ -116,7 +116,8 @@ def play(
         int,
         Option(
             "--wait-for-all-acked",
-            help="Accepted for ros2's sake: what was sent is delivered before the end anyway.",
+            help="Wait for subscribers that are slow, so that they lose nothing; the time is not "
+            "limited.",
             metavar="MS",
         ),
     ] = -1,
@@ -225,6 +226,7 @@ def play(
         qos_overrides=overrides_from(qos_overrides),
         clock_hz=clock,
         clock_topics=None if clock_topics_all else tuple(clock_topics or ()),
+        is_lossless=wait_for_all_acked >= 0,
         read_ahead=read_ahead,
         message_order="sent" if message_order == "sent" else "received",
         publishes_requests=publish_service_requests,

@@ -71,7 +71,8 @@ def asked(monkeypatch, tmp_path):
             {"publishes_requests": True, "request_source": "client_introspection"},
         ),
         ("--send-actions-as-client", {"sends_actions": True}),
-        ("--wait-for-all-acked 100 --disable-loan-message", {}),
+        ("--wait-for-all-acked 100", {"is_lossless": True}),
+        ("--disable-loan-message", {}),
     ],
 )
 def test_the_words_of_play_are_the_players_options(asked, words, expected):
@@ -107,6 +108,7 @@ def test_burst_sends_at_once_and_pauses(asked):
     assert bags == [(Path("bag"), None)]
     assert options == PlayOptions(
         is_paused=True,
+        is_lossless=True,
         start_offset_ns=2 * SECOND,
         selection=PlaySelection(topics=("/a",)),
         read_ahead=3,
