@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.viewer.scene.drawing import COLUMNS, Drawing, Floats, Rows, Surface, Text
+from teleopctl.viewer.scene.drawing import COLUMNS, OWN, Drawing, Floats, Rows, Surface, Text
+from teleopctl.viewer.scene.glb import dressed, tinted
 from teleopctl.viewer.scene.surface_glb import linear_light, surface_glb
 from teleopctl.viewer.scene.unit_shapes import is_unit_shape, unit_shape
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 MOST_TEXTS = 500
 MOST_SURFACES = 500
 _MOST_PICKED = 1000
+# A mesh with materials is sent once for each colour that tints it.
+_MOST_TINTS = 20
 # Spheres and cylinders beyond this number are coarser.
 _MOST_FINE = 100
 _MOST_SIMPLE = 2000
@@ -111,7 +114,7 @@ class Canvas:
         elif mesh.vertices is not None and mesh.faces is not None:
             vertices, faces = mesh.vertices, mesh.faces
         else:
-            return {self._show_glb(shape, rows, mesh.glb)} if len(rows) else set()
+            return self._show_tinted(shape, rows, mesh.glb)
         if self._picked:
             name = _node_name(shape)
             return {
@@ -182,12 +185,28 @@ class Canvas:
         if opacities is not None:
             node.batched_opacities = opacities
 
-    def _show_glb(self, shape: str, rows: Floats, glb: bytes) -> str:
-        name = _node_name(shape)
+    def _show_tinted(self, shape: str, rows: Floats, glb: bytes) -> set[str]:
+        """Draw a mesh that has materials: a node for each of the colours that tint it."""
+        # As fine as screens have them, so that their names tell them apart.
+        colors, numbers = np.unique(_bytes(rows[:, 10:14]), axis=0, return_inverse=True)
+        numbers = numbers.reshape(-1)  # numpy 2.0 alone keeps a second axis
+        kept = set()
+        for number, color in enumerate(colors[:_MOST_TINTS]):
+            # Of more colours than those the rest is as the last one.
+            is_last = number == _MOST_TINTS - 1
+            part = rows[numbers >= number] if is_last else rows[numbers == number]
+            name = f"{_node_name(shape)}_{color.tobytes().hex()}"
+            kept.add(self._show_glb(name, part, glb, color))
+        return kept
+
+    def _show_glb(self, name: str, rows: Floats, glb: bytes, color: npt.NDArray[np.uint8]) -> str:
         node = self._fitting(name, len(rows))
         if node is not None:
             _place(node, rows)
             return name
+        red, green, blue, opacity = (color / 255.0).tolist()
+        own = color.tolist() == _bytes(np.array(OWN)).tolist()
+        glb = dressed(glb, OWN) if own else tinted(glb, (red, green, blue, opacity))
         node = self._scene.add_batched_glb(
             f"{self.path}/{name}",
             glb,

@@ -25,6 +25,9 @@ RED: Rgba = (1.0, 0.0, 0.0, 1.0)
 GREEN: Rgba = (0.0, 1.0, 0.0, 1.0)
 BLUE: Rgba = (0.0, 0.0, 1.0, 1.0)
 
+OWN: Rgba = (0.7, 0.7, 0.7, 1.0)
+"""The colour of a mesh that is drawn in its own materials: grey where it has none."""
+
 HAIR = 0.0
 """The width of lines that are as thin from near as from far."""
 

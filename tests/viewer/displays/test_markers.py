@@ -335,6 +335,57 @@ def test_a_mesh_with_its_own_materials_is_sent_as_it_is(
     assert node.batched_colors.tolist() == [[255, 0, 0]]
 
 
+def base_colors(node: Any) -> list[list[float]]:
+    (length,) = struct.unpack("<I", node.glb_data[12:16])
+    materials = json.loads(node.glb_data[20 : 20 + length])["materials"]
+    return [one["pbrMetallicRoughness"]["baseColorFactor"] for one in materials]
+
+
+def test_a_colour_tints_a_mesh_with_its_own_materials(
+    page: FakePage, draw: Draw, picture: Picture, tmp_path: Path
+):
+    draw("MarkerArray")
+    (tmp_path / "part.mtl").write_text("newmtl a\nKd 1 1 0\n")
+    file = tmp_path / "part.obj"
+    file.write_text("mtllib part.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    colors = [
+        (0.0, 0.0, 0.0, 0.0),
+        (1.0, 0.0, 1.0, 0.2),
+        (1.0, 0.0, 1.0, 0.2),
+        (0.0, 1.0, 0.0, 1.0),
+    ]
+    marked = [
+        marker(Marker.MESH_RESOURCE, number, mesh_resource=str(file), color=color)
+        for number, color in enumerate(colors)
+    ]
+    for one in marked:
+        one.mesh_use_embedded_materials = True
+    show(page, *marked)
+    nodes = picture.nodes("/display1")
+    shown = {tuple(base_colors(node)[0]): len(node.batched_positions) for node in nodes.values()}
+    assert shown == {(1, 1, 0, 1): 1, (1, 0, 0, 0.2): 2, (0, 1, 0, 1): 1}
+    marked[0].color = rgba(1.0, 0.0, 0.0, 1.0)
+    show(page, marked[0])
+    assert len(picture.nodes("/display1")) == 3
+
+
+def test_of_a_mesh_in_more_colours_than_are_sent_none_is_missing(
+    page: FakePage, draw: Draw, picture: Picture, tmp_path: Path
+):
+    draw("MarkerArray")
+    file = tmp_path / "part.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    marked = [
+        marker(Marker.MESH_RESOURCE, n, mesh_resource=str(file), color=(n / 60, 0.5, 0.5, 1.0))
+        for n in range(60)
+    ]
+    for one in marked:
+        one.mesh_use_embedded_materials = True
+    show(page, *marked)
+    counts = [len(node.batched_positions) for node in picture.nodes("/display1").values()]
+    assert (len(counts), sum(counts)) == (20, 60)
+
+
 def test_ids_without_end_do_not_fill_the_memory(
     page: FakePage, draw: Draw, monkeypatch: pytest.MonkeyPatch
 ):

@@ -11,6 +11,7 @@ from teleopctl.tf import Transform
 from teleopctl.viewer.displays.markers.marker_meshes import mesh_key
 from teleopctl.viewer.displays.reading import pose_of, vector_of
 from teleopctl.viewer.scene.drawing import (
+    OWN,
     ArrowSize,
     Drawing,
     Floats,
@@ -32,7 +33,6 @@ _LONGEST_TEXT = 2000
 # What RViz takes where an arrow through two points does not say.
 _HEAD_SHARE = 0.23
 _NO_SIZE = "is invisible: its scale is 0"
-_GREY = (0.7, 0.7, 0.7, 1.0)
 _SHAPES = {CUBE: "box", SPHERE: "sphere", CYLINDER: "cylinder", CUBE_LIST: "box"}
 _SHAPES[SPHERE_LIST] = "sphere"
 
@@ -219,11 +219,10 @@ def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
     color = _rgba(marker)
     own = marker.mesh_use_embedded_materials
     if own and color == (0.0, 0.0, 0.0, 0.0):
-        # In its own materials; a file without any is grey.
-        color = _GREY
+        color = OWN
     size = vector_of(marker.scale)
     drawing.solid(mesh_key(marker), pose, size, color)
-    if color is _GREY:
+    if color is OWN:
         return _NO_SIZE if 0.0 in size else ""
     return _seen(marker, *size)
 
