@@ -198,6 +198,7 @@ def test_what_finds_no_room_is_counted_by_topic_and_told(ros, monkeypatch):
         eventually(lambda: recorder.losses.in_recorder == {"/chatter": 4})
         eventually(lambda: lost)
         disk.set()
+    assert recorder.losses.in_recorder == {"/chatter": 4}
     statistics = [each for event in lost for each in event.messages_lost_statistics]
     assert sum(each.messages_lost_in_recorder for each in statistics) == 4
     assert contents(ros.folder / "bag") == {"/chatter": ["x" * 60]}

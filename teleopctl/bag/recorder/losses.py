@@ -15,7 +15,7 @@ class Losses(NamedTuple):
     """Messages that were not recorded, by topic.
 
     Attributes:
-        in_recorder: They came and found no room, since the disk was too slow.
+        in_recorder: They came faster than they could be written, and found no room.
         in_transport: They were sent and never came, as their numbers tell.
     """
 

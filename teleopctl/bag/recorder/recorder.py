@@ -127,8 +127,9 @@ class Recorder:
 
     @property
     def message_count(self) -> int:
-        """Messages of the present bag that were received, written or on their way to the disk."""
-        return 0 if self._session is None else self._session.message_count
+        """Messages of the present bag or the last one: written, or on their way to the disk."""
+        session = self._session or self._last_session
+        return 0 if session is None else session.message_count
 
     @property
     def left_out_count(self) -> int:
@@ -137,8 +138,9 @@ class Recorder:
 
     @property
     def losses(self) -> Losses:
-        """What was not recorded, though it was sent."""
-        return Losses({}, {}) if self._session is None else self._session.losses.so_far()
+        """What was not recorded of the present bag or the last one, though it was sent."""
+        session = self._session or self._last_session
+        return Losses({}, {}) if session is None else session.losses.so_far()
 
     def record(self, folder: Path | None = None) -> None:
         """Begin a bag, after `stop`.
@@ -192,7 +194,7 @@ class Recorder:
                     )
                 if losses.in_recorder:
                     logger.warning(
-                        "Number of messages lost because the disk was too slow: "
+                        "Number of messages that came faster than they could be written: "
                         f"{sum(losses.in_recorder.values())} ({described(losses.in_recorder)})"
                     )
 
@@ -296,7 +298,7 @@ class Recorder:
                 continue
             if losses.in_recorder:
                 self.node.get_logger().warning(
-                    "The disk is too slow, so that messages were dropped: "
+                    "Messages came faster than they can be written and were dropped: "
                     + described(losses.in_recorder)
                 )
             if hz:

@@ -126,7 +126,7 @@ def run(folder: Path | None, options: RecorderOptions, *, level: str, reads_keys
         RefusedError: There is something at the place of the bag already.
         SystemFailureError: The disk refused; what was written can be read.
     """
-    from teleopctl.bag import Recorder, default_folder
+    from teleopctl.bag import Recorder, default_folder, keep_large_blocks
     from teleopctl.node import get_logger, set_logger_level, severity_from_name
 
     folder = folder or default_folder()
@@ -134,6 +134,7 @@ def run(folder: Path | None, options: RecorderOptions, *, level: str, reads_keys
         raise RefusedError(
             f"Output folder '{folder}' already exists.", hint="Name another one, or remove it."
         )
+    keep_large_blocks()
     set_logger_level("", severity_from_name(level))
     logger = get_logger(options.node_name)
     recorder: Recorder | None = None
