@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from tests.bag.bags import write_bag
+
 HEAVY = {
     *("numpy", "rosbags", "mujoco", "rich", "typer", "yaml", "psutil", "xacro", "lxml", "pydantic"),
     *("asyncio", "inspect", "dataclasses", "argparse", "logging"),
@@ -53,3 +55,11 @@ def test_what_reads_no_bag_loads_nothing_that_does(line, ros_without_router):
     status, modules = loaded_after(line.split(), ros_without_router.env)
     assert status == 0
     assert not modules & {"numpy", "rosbags", "yaml", "mcap", "zstandard", "lz4", "zenoh", "rich"}
+
+
+def test_a_table_of_csv_loads_no_library_of_other_formats(tmp_path, ros_without_router):
+    write_bag(tmp_path / "session")
+    line = ["bag", "export", str(tmp_path / "session"), "-o", str(tmp_path / "tables")]
+    status, modules = loaded_after(line, ros_without_router.env)
+    assert status == 0
+    assert not modules & {"numpy", "pyarrow", "av", "matplotlib", "PIL"}

@@ -10,6 +10,9 @@ from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import InvalidMessageError, NotFoundError, TeleopctlError, did_you_mean
 from teleopctl.interfaces import check_readable, deserialize, get_message, message_of_text
 
+PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
+"""The types that films are made of, and no tables."""
+
 
 class Decoded(NamedTuple):
     """A message of a bag; times in nanoseconds since the epoch, as in `BagMessage`."""

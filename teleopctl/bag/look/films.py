@@ -6,18 +6,15 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from teleopctl.bag.look.decoding import Decoder
+from teleopctl.bag.look.decoding import PICTURES, Decoder
 from teleopctl.bag.look.file_names import file_stems, make_folder
 from teleopctl.bag.look.film import Film
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import InvalidFileError, SystemFailureError, UsageError
-from teleopctl.pictures import COMPRESSED, RAW, GreyRange, PictureError, image_of
+from teleopctl.pictures import GreyRange, PictureError, image_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
-
-PICTURES = frozenset({RAW, COMPRESSED})
-"""The types that films are made of."""
 
 # At a constant rate, a clock that was set would fill the disk with one picture.
 _MOST_REPEATED = 100_000

@@ -9,9 +9,8 @@ from typing import Literal, NamedTuple
 
 from teleopctl.bag.look.columns import Lengths, measure
 from teleopctl.bag.look.csv_table import CsvTable
-from teleopctl.bag.look.decoding import Decoder
+from teleopctl.bag.look.decoding import PICTURES, Decoder
 from teleopctl.bag.look.file_names import file_stems, make_folder
-from teleopctl.bag.look.films import PICTURES
 from teleopctl.bag.look.parquet_table import ParquetTable
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import SystemFailureError

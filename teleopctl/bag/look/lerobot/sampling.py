@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from teleopctl.bag.look.decoding import Decoded, Decoder
+from teleopctl.bag.look.decoding import PICTURES, Decoded, Decoder
 from teleopctl.bag.look.file_names import file_stems, make_folder
 from teleopctl.bag.look.film import Film
-from teleopctl.bag.look.films import PICTURES
 from teleopctl.bag.look.lerobot.files import (
     Episode,
     Video,
