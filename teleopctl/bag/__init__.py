@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.bag.editing.checking import Finding as Finding, check as check
     from teleopctl.bag.editing.copying import Output as Output, copy_bags as copy_bags
     from teleopctl.bag.editing.output_file import read_outputs as read_outputs
+    from teleopctl.bag.editing.recovering import Recovery as Recovery, recover as recover
+    from teleopctl.bag.editing.reindexing import reindex as reindex
     from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
     from teleopctl.bag.look.films import ExportedFilm as ExportedFilm, FilmExport as FilmExport
@@ -78,6 +81,9 @@ else:
             "look.lerobot.sampling": "LeRobotOptions LeRobotSummary export_lerobot",
             "look.picture": "check_picture_name save_picture",
             "look.tables": "ExportedFile TableExport",
+            "editing.checking": "Finding check",
+            "editing.recovering": "Recovery recover",
+            "editing.reindexing": "reindex",
             "editing.copying": "Output copy_bags",
             "editing.output_file": "read_outputs",
             "mcap_file.file_reader": "McapFileReader",

@@ -22,9 +22,10 @@ from typing import Any
 
 import yaml
 
+from teleopctl import ros_yaml
 from teleopctl.bag.qos_text import format_offers, parse_offers
 from teleopctl.bag.records import CDR, BagTopic
-from teleopctl.errors import InvalidFileError
+from teleopctl.errors import InvalidFileError, SystemFailureError
 from teleopctl.text_file import read_text
 
 METADATA_FILE = "metadata.yaml"
@@ -153,6 +154,20 @@ def _format_topic(topic: BagTopic) -> _Yaml:
     }
 
 
+def write_metadata(path: Path, metadata: BagMetadata) -> None:
+    """Write ``metadata.yaml``, at once or not at all.
+
+    Raises:
+        SystemFailureError: It cannot be written.
+    """
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(format_metadata(metadata), encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
+
+
 def read_metadata(folder: Path) -> BagMetadata:
     """Read a bag's ``metadata.yaml``.
 
@@ -182,7 +197,7 @@ def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
         InvalidFileError: It is not one; the message says why, and not which file it is.
     """
     try:
-        document = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
+        document = ros_yaml.load(text)
     except yaml.YAMLError as error:
         raise InvalidFileError(f"it is not YAML: {error}") from error
     content = document

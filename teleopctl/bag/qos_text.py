@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from teleopctl import ros_yaml
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
 from teleopctl.node import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
@@ -54,7 +55,7 @@ def parse_offers(value: Any) -> tuple[EndpointQos, ...]:
     if not value:
         return ()
     try:
-        listed = yaml.safe_load(value) if isinstance(value, str) else value
+        listed = ros_yaml.load(value) if isinstance(value, str) else value
         return tuple(dict.fromkeys(_profile(item) for item in listed or ()))
     except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise InvalidFileError(f"offered_qos_profiles is no list of profiles: {error}") from error

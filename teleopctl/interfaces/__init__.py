@@ -23,7 +23,10 @@ if TYPE_CHECKING:
         numeric_fields as numeric_fields,
     )
     from teleopctl.interfaces.fields.path import field_reader as field_reader
-    from teleopctl.interfaces.foreign.written_types import message_of_text as message_of_text
+    from teleopctl.interfaces.foreign.written_types import (
+        hash_of_text as hash_of_text,
+        message_of_text as message_of_text,
+    )
     from teleopctl.interfaces.message import (
         Message as Message,
         MessageT as MessageT,
@@ -97,7 +100,7 @@ else:
             "definition": "Field FieldType Shape",
             "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
             "fields.path": "field_reader",
-            "foreign.written_types": "message_of_text",
+            "foreign.written_types": "hash_of_text message_of_text",
             "message": "Message MessageT RequestT ResponseT",
             "protocols": "ServiceType",
             "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "

@@ -48,8 +48,11 @@ class Output:
 
 
 def copy_bags(
-    bags: Sequence[Bag], outputs: Sequence[Output], told: Told = lambda _done: None
-) -> list[int]:
+    bags: Sequence[Bag],
+    outputs: Sequence[Output],
+    told: Told = lambda _done: None,
+    left_out: Callable[[str], object] | None = None,
+) -> list[dict[str, int]]:
     """Write bags from bags; attachments, records, profiles, hashes and definitions go with them.
 
     What was written so far is removed where it cannot be ended.
@@ -58,13 +61,15 @@ def copy_bags(
         bags: What is read, merged by log time.
         outputs: What is written.
         told: Progress.
+        left_out: Called with a sentence for each part of a source that is broken, whose messages
+            are missing then.
 
     Returns:
-        How many messages each output has.
+        How many messages of each topic each output has.
 
     Raises:
         RefusedError: Something is where an output is to be, or a topic has several types.
-        InvalidFileError: A source is broken.
+        InvalidFileError: A source is broken, and nobody is to be told.
         SystemFailureError: An output cannot be written.
     """
     sources = Sources(bags)
@@ -76,8 +81,8 @@ def copy_bags(
                 writer = stack.enter_context(_writer(output, sources))
                 begun.append(output.folder)
                 writers.append(_Selected(output, writer, sources))
-            _copy(sources, writers, told)
-        return [selected.count for selected in writers]
+            _copy(sources, writers, told, left_out)
+        return [selected.counts for selected in writers]
     except BaseException:
         for folder in begun:
             shutil.rmtree(folder, ignore_errors=True)
@@ -104,7 +109,7 @@ class _Selected:
         sources.require_one_type([topic.name for topic in chosen])
         self.topics = {topic.name for topic in chosen}
         self.start_ns, self.end_ns = output.start_ns, output.end_ns
-        self.count = 0
+        self.counts = dict.fromkeys(self.topics, 0)
         for topic in chosen:
             writer.add_topic(topic)
         for attachment in sources.attachments():
@@ -123,16 +128,21 @@ class _Selected:
 
     def _write(self, message: BagMessage) -> None:
         self._writer.write(message)
-        self.count += 1
+        self.counts[message.topic] += 1
 
 
-def _copy(sources: Sources, writers: Sequence[_Selected], told: Told) -> None:
+def _copy(
+    sources: Sources,
+    writers: Sequence[_Selected],
+    told: Told,
+    left_out: Callable[[str], object] | None,
+) -> None:
     topics = set().union(*(selected.topics for selected in writers))
     start_ns = min((selected.start_ns for selected in writers), default=0)
     end_ns = max((selected.end_ns for selected in writers), default=0)
     first_ns = max(start_ns, sources.start_ns)
     length_ns = max(1, min(end_ns, sources.end_ns) - first_ns)
-    for message in sources.messages(topics, start_ns, end_ns):
+    for message in sources.messages(topics, start_ns, end_ns, left_out):
         for selected in writers:
             selected.take(message)
         told((message.log_time_ns - first_ns) / length_ns)

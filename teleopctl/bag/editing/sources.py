@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from operator import attrgetter
 
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
@@ -71,9 +71,10 @@ class Sources:
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
+        left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
         """Yield messages in the order of their log times; see `Bag.messages`."""
-        parts = [bag.messages(topics, start_ns, end_ns) for bag in self._bags]
+        parts = [bag.messages(topics, start_ns, end_ns, left_out) for bag in self._bags]
         if len(parts) == 1:
             return parts[0]
         return heapq.merge(*parts, key=attrgetter("log_time_ns"))

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import bisect
-import contextlib
+import io
+from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from mcap.exceptions import InvalidMagic
-from mcap.reader import make_reader
-from mcap.records import Attachment, Channel, ChunkIndex, McapRecord, Message, Metadata
-from mcap.stream_reader import StreamReader
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, ChunkIndex, Header, Message, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from teleopctl.bag.mcap_file.scan import BROKEN, read_chunk, read_latest, scan
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
+from teleopctl.bag.mcap_file.loose import loose_messages
+from teleopctl.bag.mcap_file.scan import scan
+from teleopctl.bag.mcap_file.summary import has_end, read_summary
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import parse_offers
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
@@ -37,6 +40,7 @@ class McapFileReader:
     Attributes:
         topics: Its topics by name, each with its number of messages.
         is_finished: Whether it has its end; one that has not is read as far as it is whole.
+        remarks: What of it cannot be understood, and is left out.
 
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.
@@ -44,6 +48,7 @@ class McapFileReader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.remarks: list[str] = []
         try:
             self._stream = path.open("rb")
         except OSError as error:
@@ -66,10 +71,13 @@ class McapFileReader:
         return BagFile(self.path.name, start_ns, duration_ns, statistics.message_count)
 
     @property
-    def profile(self) -> str:
-        """``ros2`` or ``ros1``, or what else the header says of the meaning of its messages."""
-        self._stream.seek(0)
-        return make_reader(self._stream).get_header().profile
+    def library(self) -> str:
+        """The program that wrote it, as its header says; empty where that cannot be read."""
+        data = self._content_at(len(MCAP0_MAGIC), Opcode.HEADER)
+        try:
+            return Header.read(ReadDataStream(io.BytesIO(data))).library if data else ""
+        except BROKEN:
+            return ""
 
     def messages(
         self,
@@ -95,8 +103,7 @@ class McapFileReader:
         """
         channels = self._channels(topics)
         if not self._summary.chunk_indexes:
-            chosen = self._loose_messages(channels, start_ns, end_ns)
-            yield from sorted(chosen, key=_log_time_ns)
+            yield from self._loose_messages(channels, start_ns, end_ns)
             return
         waiting: list[BagMessage] = []
         for chunk in self._chunks(channels, start_ns, end_ns):
@@ -120,7 +127,7 @@ class McapFileReader:
         """
         channels = self._channels((topic,))
         if not self._summary.chunk_indexes:
-            return sorted(self._loose_messages(channels, 0, end_ns), key=_log_time_ns)[-most:]
+            return list(deque(self._loose_messages(channels, 0, end_ns), maxlen=most))
         found: list[BagMessage] = []
         chunks = self._chunks(channels, 0, end_ns)
         for chunk in sorted(chunks, key=lambda chunk: chunk.message_end_time, reverse=True):
@@ -133,16 +140,22 @@ class McapFileReader:
     def attachments(self) -> Iterator[BagAttachment]:
         """Yield the files inside it."""
         for index in self._summary.attachment_indexes:
-            found = self._record_at(index.offset)
-            if isinstance(found, Attachment):
-                yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
+            data = self._content_at(index.offset, Opcode.ATTACHMENT)
+            try:
+                found = Attachment.read(ReadDataStream(io.BytesIO(data)))
+            except BROKEN:
+                continue
+            yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
         """Yield the names and values of its records of metadata."""
         for index in self._summary.metadata_indexes:
-            found = self._record_at(index.offset)
-            if isinstance(found, Metadata):
-                yield found.name, found.metadata
+            data = self._content_at(index.offset, Opcode.METADATA)
+            try:
+                found = Metadata.read(ReadDataStream(io.BytesIO(data)))
+            except BROKEN:
+                continue
+            yield found.name, found.metadata
 
     def check(self, chunk_checked: Callable[[], object] = lambda: None) -> Iterator[str]:
         """Yield a sentence for each chunk that is broken, with its checksum compared.
@@ -152,7 +165,7 @@ class McapFileReader:
         """
         for chunk in self._summary.chunk_indexes:
             try:
-                read_chunk(self._stream, chunk, checked=True)
+                read_chunk(self._stream, chunk)
             except BROKEN as error:
                 yield _broken(chunk, error)
             chunk_checked()
@@ -168,20 +181,17 @@ class McapFileReader:
         self.close()
 
     def _read_summary(self) -> tuple[Summary, bool]:
-        try:
-            summary = make_reader(self._stream).get_summary()
-        except InvalidMagic as error:
-            self._stream.seek(0)
-            if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise InvalidFileError(f"{self.path} is not an MCAP file") from error
-            summary = None
-        except BROKEN:
-            summary = None
+        summary = read_summary(self._stream)
         # A finished file may lack a part of its summary, which its writer left out.
-        if summary is not None and summary.statistics is not None and summary.channels:
+        if (
+            summary is not None
+            and summary.statistics is not None
+            and summary.channels
+            and (summary.chunk_indexes or not summary.statistics.chunk_count)
+        ):
             return summary, True
         found = scan(self.path)
-        return found.summary, found.is_finished
+        return found.summary, has_end(self._stream)
 
     def _find_topics(self) -> dict[str, tuple[BagTopic, int]]:
         counts = self._summary.statistics.channel_message_counts if self._summary.statistics else {}
@@ -208,9 +218,8 @@ class McapFileReader:
         try:
             return parse_offers(channel.metadata.get("offered_qos_profiles"))
         except InvalidFileError as error:
-            raise InvalidFileError(
-                f"{self.path}, topic {channel.topic}: {error.message}"
-            ) from error
+            self.remarks.append(f"{self.path}, topic {channel.topic}: {error.message}")
+            return ()
 
     def _channels(self, topics: Collection[str] | None) -> dict[int, str]:
         """The names of topics by the numbers of their channels."""
@@ -263,18 +272,19 @@ class McapFileReader:
         self, channels: Mapping[int, str], start_ns: int, end_ns: int
     ) -> Iterator[BagMessage]:
         """The messages of a file without chunks, up to where it is broken."""
-        self._stream.seek(0)
-        with contextlib.suppress(*BROKEN):
-            records = StreamReader(self._stream).records
-            messages = (record for record in records if isinstance(record, Message))
-            yield from _chosen(messages, channels, start_ns, end_ns)
+        found = loose_messages(self._stream, channels, start_ns, end_ns)
+        return _chosen(found, channels, start_ns, end_ns)
 
-    def _record_at(self, offset: int) -> McapRecord | None:
+    def _content_at(self, offset: int, opcode: Opcode) -> bytes:
+        """The content of a record of a kind; empty where there is none."""
+        size = self._stream.seek(0, io.SEEK_END)
+        if not 0 <= offset <= size - HEAD.size:
+            return b""
         self._stream.seek(offset)
-        try:
-            return next(StreamReader(self._stream, skip_magic=True).records)
-        except (*BROKEN, StopIteration):
-            return None
+        found, length = HEAD.unpack(self._stream.read(HEAD.size))
+        if found != opcode or offset + HEAD.size + length > size:
+            return b""
+        return self._stream.read(length)
 
 
 def _chosen(

@@ -13,6 +13,7 @@ from mcap.well_known import Profile
 from mcap.writer import CompressionType, Writer
 
 from teleopctl import __version__
+from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import format_offers
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
@@ -79,6 +80,7 @@ class McapFileWriter:
             self._raw = io.FileIO(path, "xb")
         except OSError as error:
             raise _failure(path, error) from error
+        hold(self._raw)
         self._stream = io.BufferedWriter(self._raw, _BUFFER_BYTES)
         self._writer = Writer(self._stream, chunk_bytes, _COMPRESSIONS[compression])
         self._try(lambda: self._writer.start(profile=Profile.ROS2, library=LIBRARY))

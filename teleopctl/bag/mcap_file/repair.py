@@ -11,8 +11,10 @@ from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer, McapRecord, SummaryOffset
 from mcap.writer import MCAP0_MAGIC
 
+from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.mcap_file.scan import Scan, scan
-from teleopctl.errors import SystemFailureError
+from teleopctl.bag.mcap_file.summary import has_end
+from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError
 
 
 class Repair(NamedTuple):
@@ -33,16 +35,29 @@ def finish_file(path: Path) -> Repair:
     Nothing but what stands behind the last whole record is lost.
 
     Raises:
-        InvalidFileError: It is not an MCAP file, or cannot be read.
+        InvalidFileError: It is not an MCAP file, cannot be read, or is broken otherwise than by
+            being cut off: then it is left alone.
+        RefusedError: Another program is writing it.
         SystemFailureError: It cannot be written.
     """
     found = scan(path)
     statistics = found.summary.statistics
     assert statistics is not None
-    if found.is_finished:
-        return Repair(statistics.message_count, 0)
     try:
         with path.open("r+b") as stream:
+            if not hold(stream):
+                raise RefusedError(
+                    f"{path} is being written by another program",
+                    hint="Stop the recorder first; it ends its files itself.",
+                )
+            if has_end(stream):
+                return Repair(statistics.message_count, 0)
+            if found.gaps or not found.tail_is_cut_off:
+                where = found.gaps[0][0] if found.gaps else found.end
+                raise InvalidFileError(
+                    f"{path} is not only cut off, but broken at byte {where}",
+                    hint=f"teleopctl bag recover {path} -o FOLDER saves what can be read.",
+                )
             stream.truncate(found.end)
             stream.seek(found.end)
             _write_missing_indexes(stream, found)

@@ -7,48 +7,55 @@ where schemas and channels are.
 
 from __future__ import annotations
 
+import contextlib
 import io
+import mmap
 import os
+import re
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
-    Attachment,
     AttachmentIndex,
     Channel,
-    Chunk,
     ChunkIndex,
     Message,
     MessageIndex,
-    Metadata,
     MetadataIndex,
     Schema,
     Statistics,
 )
-from mcap.stream_reader import breakup_chunk, get_chunk_data_stream
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
-from zstandard import ZstdError
 
+from teleopctl.bag.mcap_file.chunk import (
+    BROKEN,
+    CHUNK_HEAD,
+    HEAD,
+    MESSAGE_HEAD,
+    message_indexes,
+    read_chunk,
+    read_compression,
+    read_record,
+)
 from teleopctl.errors import InvalidFileError
 
-_HEAD = struct.Struct("<BQ")
-_CHUNK_HEAD = struct.Struct("<QQQI")
-# What a record before the data's end may claim for itself; a chunk's content is not read for it.
-_LARGEST_SMALL_RECORD = 2**28
+_ATTACHMENT_TIMES = struct.Struct("<QQ")
+MAGIC_BYTES = len(MCAP0_MAGIC)
+"""What a file begins and ends with, before and behind all records."""
 
-# What decompressors and the library raise for bytes that are not what they should be.
-BROKEN = (
-    *(McapError, ZstdError, struct.error),
-    *(ValueError, OSError, RuntimeError, EOFError, MemoryError),
-)
-"""What reading a broken chunk or record may raise."""
+# What is private to a program, and passed over by all others.
+_FIRST_PRIVATE_OPCODE = 0x80
+# What a record that is cut off may claim; more than that is no record but a broken length.
+_LARGEST_RECORD = 2**32
+# The head of a chunk, to be found where the chain of records is broken: its record, times, size
+# and checksum, and one of the compressions.
+_CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)", re.DOTALL)
 
 
 @dataclass
@@ -63,6 +70,13 @@ class Scan:
         missing_indexes: Message indexes of the last chunk, where the file ends among them; `end`
             is then the end of that chunk.
         bytes_beyond: Bytes that belong to no whole record, where the data's end is missing.
+        tail_is_cut_off: Whether these are what a writer leaves that was killed, or a computer that
+            lost its power: the beginning of a record, or nothing but zeros.
+        gaps: Where the chain of records is broken, with whole chunks behind it: from and to which
+            byte.
+        broken: Records whose length is right and whose content is not: where, and why.
+        times: Messages of each chunk, by its place and their channel; of a file without chunks all
+            under None.
     """
 
     summary: Summary = field(default_factory=Summary)
@@ -71,6 +85,10 @@ class Scan:
     is_finished: bool = False
     missing_indexes: list[MessageIndex] = field(default_factory=list)
     bytes_beyond: int = 0
+    tail_is_cut_off: bool = True
+    gaps: list[tuple[int, int]] = field(default_factory=list)
+    broken: list[tuple[int, str]] = field(default_factory=list)
+    times: dict[int | None, dict[int, Times]] = field(default_factory=dict)
 
 
 def scan(path: Path) -> Scan:
@@ -86,7 +104,7 @@ def scan(path: Path) -> Scan:
         raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
 
 
-class _Times(NamedTuple):
+class Times(NamedTuple):
     """How many messages, and from when to when, in nanoseconds since the epoch."""
 
     messages: int
@@ -94,17 +112,17 @@ class _Times(NamedTuple):
     last_ns: int
 
 
-def _note(every: dict[int, _Times], channel_id: int, times_ns: list[int]) -> None:
+def _note(every: dict[int, Times], channel_id: int, times_ns: list[int]) -> None:
     if times_ns:
-        _add_times(every, channel_id, _Times(len(times_ns), min(times_ns), max(times_ns)))
+        _add_times(every, channel_id, Times(len(times_ns), min(times_ns), max(times_ns)))
 
 
-def _add_times(every: dict[int, _Times], channel_id: int, times: _Times) -> None:
+def _add_times(every: dict[int, Times], channel_id: int, times: Times) -> None:
     known = every.get(channel_id)
     every[channel_id] = (
         times
         if known is None
-        else _Times(
+        else Times(
             known.messages + times.messages,
             min(known.first_ns, times.first_ns),
             max(known.last_ns, times.last_ns),
@@ -132,25 +150,24 @@ class _Walk:
         self._scan.summary.statistics = self._statistics
         # Chunks that were not opened, since no channel was missing.
         self._unopened: list[ChunkIndex] = []
-        # Messages of each chunk by channel; of a file without chunks, all under None.
-        self._times: dict[int | None, dict[int, _Times]] = {}
+        self._times = self._scan.times
 
     def walk(self) -> Scan:
-        if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        if self._stream.read(MAGIC_BYTES) != MCAP0_MAGIC:
             raise InvalidFileError(f"{self._path} is not an MCAP file")
         found = self._scan
-        found.end = len(MCAP0_MAGIC)
-        try:
-            for opcode, start, length in self._records():
-                if opcode == Opcode.DATA_END:
-                    found.data_is_whole = True
-                    break
+        found.end = MAGIC_BYTES
+        for opcode, start, length in self._records():
+            if opcode == Opcode.DATA_END:
+                found.data_is_whole = True
+                break
+            try:
                 self._take(opcode, start, length)
-                found.end = start + _HEAD.size + length
-        except BROKEN:
-            pass  # what stands behind a broken record cannot be found
+            except BROKEN as error:
+                found.broken.append((start, str(error) or type(error).__name__))
+            found.end = start + HEAD.size + length
         self._open_chunks_without_index()
-        self._stream.seek(-len(MCAP0_MAGIC), io.SEEK_END)
+        self._stream.seek(-MAGIC_BYTES, io.SEEK_END)
         found.is_finished = found.data_is_whole and self._stream.read() == MCAP0_MAGIC
         if not found.data_is_whole:
             found.bytes_beyond = self._size - found.end
@@ -162,46 +179,85 @@ class _Walk:
     def _records(self) -> Iterator[tuple[int, int, int]]:
         """Opcode, start and length of content of each whole record."""
         start = self._scan.end
-        while start + _HEAD.size <= self._size:
-            self._stream.seek(start)
-            opcode, length = _HEAD.unpack(self._stream.read(_HEAD.size))
-            if not 0 < opcode <= Opcode.DATA_END or start + _HEAD.size + length > self._size:
-                return
-            yield opcode, start, length
-            start += _HEAD.size + length
+        while start < self._size:
+            head = self._head(start)
+            if head is None:
+                behind = self._next_chunk(start + 1)
+                if behind is None:
+                    self._scan.tail_is_cut_off = self._is_cut_off(start)
+                    return
+                self._scan.gaps.append((start, behind))
+                start = behind
+                continue
+            yield head[0], start, head[1]
+            start += HEAD.size + head[1]
+
+    def _head(self, start: int) -> tuple[int, int] | None:
+        """Opcode and length of the record there; None where there is none, or not all of it."""
+        self._stream.seek(start)
+        data = self._stream.read(HEAD.size)
+        if len(data) < HEAD.size:
+            return None
+        opcode, length = HEAD.unpack(data)
+        is_known = 0 < opcode <= Opcode.DATA_END or opcode >= _FIRST_PRIVATE_OPCODE
+        if not is_known or start + HEAD.size + length > self._size:
+            return None
+        return opcode, length
+
+    def _next_chunk(self, start: int) -> int | None:
+        """Where the next chunk begins that is as long as it says."""
+        with mmap.mmap(self._stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            while (match := _CHUNK.search(data, start)) is not None:
+                start = match.start()
+                head = self._head(start)
+                with contextlib.suppress(*BROKEN):
+                    if head is not None:
+                        self._stream.seek(start + HEAD.size + CHUNK_HEAD.size)
+                        read_compression(self._stream, head[1])
+                        return start
+                start += 1
+        return None
+
+    def _is_cut_off(self, start: int) -> bool:
+        """Whether the file ends there in the middle of a record, or with zeros alone."""
+        self._stream.seek(start)
+        head = self._stream.read(HEAD.size)
+        if len(head) < HEAD.size:
+            return True
+        opcode, length = HEAD.unpack(head)
+        if 0 < opcode <= Opcode.DATA_END:
+            return bool(length <= _LARGEST_RECORD)
+        if any(head):
+            return False
+        while block := self._stream.read(2**20):
+            if block.count(0) != len(block):
+                return False
+        return True
 
     def _take(self, opcode: int, start: int, length: int) -> None:
         if opcode == Opcode.CHUNK:
             self._take_chunk(start, length)
             return
         if opcode == Opcode.MESSAGE_INDEX:
-            self._take_message_index(start, self._content(length))
+            self._take_message_index(start, length)
         elif opcode == Opcode.SCHEMA:
-            self._add(Schema.read(self._content(length)))
+            self._add(read_record(Schema, self._stream.read(length)))
         elif opcode == Opcode.CHANNEL:
-            self._add(Channel.read(self._content(length)))
+            self._add(read_record(Channel, self._stream.read(length)))
         elif opcode == Opcode.MESSAGE:
             # A file without chunks has them between the other records.
-            message = Message.read(self._content(length), length)
-            _note(self._times.setdefault(None, {}), message.channel_id, [message.log_time])
+            channel, _, log_ns, _ = MESSAGE_HEAD.unpack(self._stream.read(MESSAGE_HEAD.size))
+            _note(self._times.setdefault(None, {}), channel, [log_ns])
         elif opcode == Opcode.ATTACHMENT:
             self._take_attachment(start, length)
         elif opcode == Opcode.METADATA:
-            metadata = Metadata.read(self._content(length))
-            self._statistics.metadata_count += 1
-            self._scan.summary.metadata_indexes.append(
-                MetadataIndex(offset=start, length=_HEAD.size + length, name=metadata.name)
-            )
+            self._take_metadata(start, length)
 
     def _take_chunk(self, start: int, length: int) -> None:
-        first_ns, last_ns, uncompressed, _ = _CHUNK_HEAD.unpack(self._stream.read(_CHUNK_HEAD.size))
-        head = ReadDataStream(self._stream)
-        compression = head.read_prefixed_string()
-        compressed = head.read8()
-        if _CHUNK_HEAD.size + head.count + compressed != length:
-            raise ValueError("a chunk is not as long as its record")
+        first_ns, last_ns, uncompressed, _ = CHUNK_HEAD.unpack(self._stream.read(CHUNK_HEAD.size))
+        compression, compressed = read_compression(self._stream, length)
         index = ChunkIndex(
-            chunk_length=_HEAD.size + length,
+            chunk_length=HEAD.size + length,
             chunk_start_offset=start,
             compression=compression,
             compressed_size=compressed,
@@ -215,16 +271,19 @@ class _Walk:
         self._unopened.append(index)
         self._times[start] = {}
 
-    def _take_message_index(self, start: int, content: ReadDataStream) -> None:
-        found = MessageIndex.read(content)
+    def _take_message_index(self, start: int, length: int) -> None:
+        found = read_record(MessageIndex, self._stream.read(length))
+        if not self._scan.summary.chunk_indexes:
+            raise ValueError("a message index has no chunk before it")
         chunk = self._scan.summary.chunk_indexes[-1]
         chunk.message_index_offsets[found.channel_id] = start
-        chunk.message_index_length += _HEAD.size + content.count
+        chunk.message_index_length += HEAD.size + length
         while found.channel_id not in self._scan.summary.channels and self._unopened:
             # Channels that have no message yet stand in an earlier chunk.
-            for record in read_chunk(self._stream, self._unopened.pop()):
-                if isinstance(record, Schema | Channel):
-                    self._add(record)
+            with contextlib.suppress(*BROKEN):
+                for record in read_chunk(self._stream, self._unopened.pop()):
+                    if isinstance(record, Schema | Channel):
+                        self._add(record)
         times = [time_ns for time_ns, _ in found.records]
         _note(self._times[chunk.chunk_start_offset], found.channel_id, times)
 
@@ -234,9 +293,9 @@ class _Walk:
         last = chunks[-1] if chunks and not self._scan.data_is_whole else None
         for chunk in [c for c in chunks if not c.message_index_offsets or c is last]:
             indexed = self._times[chunk.chunk_start_offset]
-            times: dict[int, _Times] = {}
+            times: dict[int, Times] = {}
             try:
-                for record in read_chunk(self._stream, chunk, checked=True):
+                for record in read_chunk(self._stream, chunk):
                     if isinstance(record, Message):
                         _note(times, record.channel_id, [record.log_time])
                     else:
@@ -246,7 +305,7 @@ class _Walk:
                     self._drop(chunk)
                 continue
             self._times[chunk.chunk_start_offset] = times
-            if chunk is last and times.keys() != indexed.keys():
+            if chunk is last and times.keys() != indexed.keys() and not self._scan.gaps:
                 self._scan.end = chunk.chunk_start_offset + chunk.chunk_length
                 self._scan.missing_indexes = message_indexes(self._stream, chunk)
 
@@ -257,19 +316,37 @@ class _Walk:
         self._scan.end = chunk.chunk_start_offset
 
     def _take_attachment(self, start: int, length: int) -> None:
-        attachment = Attachment.read(self._content(length))
+        # Its data may be large, and is not wanted.
+        log_ns, create_ns = _ATTACHMENT_TIMES.unpack(self._stream.read(_ATTACHMENT_TIMES.size))
+        head = ReadDataStream(self._stream)
+        name, media_type = self._text(length), self._text(length)
+        size = head.read8()
         self._statistics.attachment_count += 1
         self._scan.summary.attachment_indexes.append(
             AttachmentIndex(
                 offset=start,
-                length=_HEAD.size + length,
-                log_time=attachment.log_time,
-                create_time=attachment.create_time,
-                data_size=len(attachment.data),
-                name=attachment.name,
-                media_type=attachment.media_type,
+                length=HEAD.size + length,
+                log_time=log_ns,
+                create_time=create_ns,
+                data_size=size,
+                name=name,
+                media_type=media_type,
             )
         )
+
+    def _take_metadata(self, start: int, length: int) -> None:
+        name = self._text(length)
+        self._statistics.metadata_count += 1
+        self._scan.summary.metadata_indexes.append(
+            MetadataIndex(offset=start, length=HEAD.size + length, name=name)
+        )
+
+    def _text(self, limit: int) -> str:
+        """Read a text with its length, which is part of a record of so many bytes."""
+        length = ReadDataStream(self._stream).read4()
+        if length > limit:
+            raise ValueError("a text is longer than its record")
+        return self._stream.read(length).decode()
 
     def _add(self, record: Schema | Channel) -> None:
         if isinstance(record, Schema):
@@ -280,7 +357,7 @@ class _Walk:
     def _count(self) -> None:
         statistics = self._statistics
         statistics.chunk_count = len(self._scan.summary.chunk_indexes)
-        every: dict[int, _Times] = {}
+        every: dict[int, Times] = {}
         for of_chunk in self._times.values():
             for channel_id, times in of_chunk.items():
                 _add_times(every, channel_id, times)
@@ -288,85 +365,3 @@ class _Walk:
         statistics.message_count = sum(times.messages for times in every.values())
         statistics.message_start_time = min((t.first_ns for t in every.values()), default=0)
         statistics.message_end_time = max((t.last_ns for t in every.values()), default=0)
-
-    def _content(self, length: int) -> ReadDataStream:
-        if length > _LARGEST_SMALL_RECORD:
-            raise ValueError("a record is larger than what it may hold")
-        return ReadDataStream(io.BytesIO(self._stream.read(length)))
-
-
-def read_chunk(
-    stream: BinaryIO, index: ChunkIndex, *, checked: bool = False
-) -> list[Schema | Channel | Message]:
-    """Return the records of a chunk.
-
-    Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
-        checked: Whether to compare the checksum.
-
-    Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
-    """
-    stream.seek(index.chunk_start_offset + _HEAD.size)
-    chunk = Chunk.read(ReadDataStream(stream))
-    records = breakup_chunk(chunk, validate_crc=checked)
-    return [record for record in records if isinstance(record, Schema | Channel | Message)]
-
-
-def read_latest(
-    stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
-) -> list[Message]:
-    """Return the last messages of channels before a log time, and read no others.
-
-    Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is; it has message indexes.
-        channels: The channels' numbers.
-        end_ns: The log time, in nanoseconds since the epoch.
-        most: How many.
-
-    Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
-    """
-    entries: list[tuple[int, int]] = []
-    for offset in (index.message_index_offsets.get(id_) for id_ in channels):
-        if offset is not None:
-            stream.seek(offset + _HEAD.size)
-            records = MessageIndex.read(ReadDataStream(stream)).records
-            entries += [entry for entry in records if entry[0] < end_ns]
-    if not entries:
-        return []
-    stream.seek(index.chunk_start_offset + _HEAD.size)
-    content, size = get_chunk_data_stream(Chunk.read(ReadDataStream(stream)))
-    data = content.read(size)
-    found = []
-    for _, offset in sorted(entries)[-most:]:
-        _, length = _HEAD.unpack_from(data, offset)
-        start = offset + _HEAD.size
-        found.append(Message.read(ReadDataStream(io.BytesIO(data[start : start + length])), length))
-    return found
-
-
-def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
-    """Make the message indexes of a chunk anew from its content.
-
-    Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
-
-    Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
-    """
-    stream.seek(index.chunk_start_offset + _HEAD.size)
-    content, size = get_chunk_data_stream(Chunk.read(ReadDataStream(stream)))
-    entries: dict[int, list[tuple[int, int]]] = {}
-    while content.count < size:
-        offset = content.count
-        opcode, length = _HEAD.unpack(content.read(_HEAD.size))
-        if opcode == Opcode.MESSAGE:
-            message = Message.read(content, length)
-            entries.setdefault(message.channel_id, []).append((message.log_time, offset))
-        else:
-            content.read(length)
-    return [MessageIndex(channel_id, records) for channel_id, records in entries.items()]

@@ -99,13 +99,41 @@ def open_bag(path: Path, storage: str | None = None) -> Bag:
             f"'{path}' is no bag: it has neither {METADATA_FILE} nor a file of a bag",
             hint="A bag is a folder with .mcap or .db3 files, one such file, or a .bag of ROS 1.",
         )
-    metadata = read_metadata(path) if (path / METADATA_FILE).is_file() else None
+    metadata, remark = _metadata(path, files)
     is_plain = metadata is None or not metadata.compression_mode
     if is_plain and (storage == MCAP or all(file.suffix == ".mcap" for file in files)):
-        return _McapBag(path, files, metadata)
+        bag = open_files(path, files, metadata)
+        bag.remarks += remark
+        return bag
     from teleopctl.bag.storage.foreign import ForeignBag
 
     return ForeignBag(path, metadata)
+
+
+def open_files(path: Path, files: list[Path], metadata: BagMetadata | None) -> Bag:
+    """Open MCAP files as one bag.
+
+    Args:
+        path: What the bag is called.
+        files: The files.
+        metadata: What ``metadata.yaml`` says, which the files complete and correct.
+
+    Raises:
+        InvalidFileError: None of them can be read.
+    """
+    return _McapBag(path, files, metadata)
+
+
+def _metadata(path: Path, files: list[Path]) -> tuple[BagMetadata | None, list[str]]:
+    """What ``metadata.yaml`` says; a remark in its place where MCAP files can do without it."""
+    if not (path / METADATA_FILE).is_file():
+        return None, []
+    try:
+        return read_metadata(path), []
+    except InvalidFileError as error:
+        if any(file.suffix != ".mcap" for file in files):
+            raise
+        return None, [f"{error.message}; the files tell what is in them"]
 
 
 def bag_files(path: Path) -> list[Path]:
@@ -113,21 +141,20 @@ def bag_files(path: Path) -> list[Path]:
 
     Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
 
-    Raises:
-        InvalidFileError: ``metadata.yaml`` is there and cannot be read.
     """
     if path.is_file():
         return [path]
     named = []
     if (path / METADATA_FILE).is_file():
-        named = [path / file.path for file in read_metadata(path).files]
+        with contextlib.suppress(InvalidFileError):
+            named = [path / file.path for file in read_metadata(path).files]
     known = {file.name for file in named}
     others = [f for f in path.iterdir() if f.suffix in (".mcap", ".db3") and f.name not in known]
-    return [*named, *sorted(others, key=_number)]
+    return [*named, *sorted(others, key=by_number)]
 
 
-def _number(file: Path) -> tuple[int, str]:
-    """Sort ``x_10.mcap`` behind ``x_9.mcap``."""
+def by_number(file: Path) -> tuple[int, str]:
+    """What to sort files by: ``x_10.mcap`` comes behind ``x_9.mcap``."""
     number = file.stem.rpartition("_")[2]
     return (int(number) if number.isascii() and number.isdigit() else -1, file.name)
 
@@ -214,6 +241,7 @@ class _McapBag:
             self.remarks.append(f"{error.message}; it is left out")
             return
         self._readers.append(reader)
+        self.remarks += reader.remarks
         if not reader.is_finished:
             self.remarks.append(
                 f"{file} was not finished: it is read as far as it is whole"

@@ -55,6 +55,30 @@ def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[
     return _Apart(definitions).message_class(type_name)
 
 
+def hash_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> str:
+    """Return the hash, ``RIHS01_…``, of the message type that a text defines.
+
+    Args:
+        type_name: ``package/msg/Name``.
+        text: Its definition, as for `message_of_text`.
+        encoding: The language of the text.
+
+    Raises:
+        InvalidDefinitionError: The text cannot be understood, or uses a type that is not known.
+        InvalidTypeNameError: The name is none of a type.
+    """
+    name = normalize(type_name)
+    definitions = _definitions(name, text, encoding)
+
+    def lookup(nested: str) -> Definition:
+        found = definitions.get(nested) or known_types().find(nested)
+        if found is None:
+            raise InvalidDefinitionError(f"{type_name} uses {nested}, which is not defined")
+        return found
+
+    return hashing.type_hash(definitions[name], lookup)
+
+
 class _Apart:
     """The classes of some definitions, by name; other names are those of this process."""
 

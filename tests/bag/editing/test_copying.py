@@ -48,7 +48,7 @@ def copy(sources: list[Path], *outputs: Output) -> list[list[BagMessage]]:
         for bag in bags:
             bag.close()
     copied = [read(output.folder) for output in outputs]
-    assert counts == [len(messages) for messages in copied]
+    assert [sum(count.values()) for count in counts] == [len(messages) for messages in copied]
     return copied
 
 

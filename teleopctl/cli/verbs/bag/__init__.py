@@ -47,6 +47,13 @@ GROUP = Group(
                 "teleopctl bag convert -i my_bag -o outputs.yaml",
             ),
         ),
+        "reindex": Verb(f"{_FILES}.reindex:reindex_bag", "Make metadata.yaml anew from the files."),
+        "check": Verb(f"{_FILES}.check:check_bag", "Say what is wrong with a bag."),
+        "recover": Verb(
+            f"{_FILES}.recover:recover_bag",
+            "Make a bag whole that was cut off or damaged.",
+            examples=("teleopctl bag recover my_bag", "teleopctl bag recover my_bag -o saved"),
+        ),
         "filter": Verb(
             f"{_FILES}.filter_:filter_bag",
             "Write a bag with some topics of another one.",

@@ -39,7 +39,7 @@ def write(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
     with progress() as told:
         counts = copy_bags(bags, outputs, told)
     for output, count in zip(outputs, counts, strict=True):
-        console.out(f"{output.folder}: {count} messages")
+        console.out(f"{output.folder}: {sum(count.values())} messages")
 
 
 def writer_options(compression: str, max_bag_size: int, max_bag_duration: float) -> WriterOptions:

@@ -1,0 +1,123 @@
+"""Bags that a recorder could not finish, or that a disk has damaged, made whole."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import NamedTuple
+
+from teleopctl.bag.editing.agreement import disagreements
+from teleopctl.bag.editing.copying import Output, Told, copy_bags
+from teleopctl.bag.editing.reindexing import reindex
+from teleopctl.bag.mcap_file.file_reader import McapFileReader
+from teleopctl.bag.mcap_file.file_writer import McapFileWriter
+from teleopctl.bag.mcap_file.inspection import Fault, file_faults
+from teleopctl.bag.mcap_file.repair import finish_file
+from teleopctl.bag.mcap_file.scan import MAGIC_BYTES, scan
+from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata
+from teleopctl.bag.storage.bag import bag_files, open_bag
+from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
+
+
+class Recovery(NamedTuple):
+    """What was done to a bag.
+
+    Attributes:
+        path: Where the whole bag is.
+        message_count: How many messages it has.
+        done: What was done, a sentence for each thing.
+        damage: What was wrong with it, likewise.
+        lost: What could not be saved, likewise.
+    """
+
+    path: Path
+    message_count: int
+    done: list[str]
+    damage: list[str]
+    lost: list[str]
+
+
+def recover(path: Path, output: Path | None = None, told: Told = lambda _done: None) -> Recovery:
+    """Make a bag whole.
+
+    What was only cut off gets its end in place: nothing is taken from it but the beginning of a
+    record. What is broken otherwise stays as it is, and what can be read goes into a new bag.
+
+    Args:
+        path: The bag, its folder or a file.
+        output: A folder for the new bag. If None a bag that is only cut off is mended in place, and
+            what is broken goes to a folder beside it whose name ends with ``_recovered``.
+        told: Progress.
+
+    Raises:
+        NotFoundError: There is no bag.
+        InvalidFileError: Nothing of it can be read.
+        RefusedError: It is being written, or it is not made of MCAP files, or the output exists.
+        SystemFailureError: Something cannot be written.
+    """
+    if not path.exists():
+        raise NotFoundError(f"Bag path '{path}' does not exist!")
+    files = [file for file in bag_files(path) if file.exists()]
+    if not files or any(file.suffix != ".mcap" for file in files if path.is_dir()):
+        raise RefusedError(
+            f"{path} has no MCAP files, or others too",
+            hint="teleopctl bag convert reads SQLite databases as far as they can be read.",
+        )
+    faults = [(file, fault) for file in files for fault in _faults(file)]
+    if output is None and all(fault.is_finishable for _, fault in faults):
+        return _in_place(path, files)
+    return _anew(path, output or path.with_name(f"{path.stem}_recovered"), faults, told)
+
+
+def _faults(file: Path) -> list[Fault]:
+    return [] if file.stat().st_size < MAGIC_BYTES else list(file_faults(file))
+
+
+def _in_place(path: Path, files: list[Path]) -> Recovery:
+    done = []
+    for file in files:
+        if _has_no_header(file):
+            file.unlink()
+            McapFileWriter(file).close()
+            done.append(f"{file}: it had nothing yet, and is a file without messages now")
+            continue
+        with McapFileReader(file) as reader:
+            is_finished = reader.is_finished
+        if not is_finished:
+            repair = finish_file(file)
+            done.append(
+                f"{file}: it has its end now, with {repair.message_count} messages;"
+                f" {repair.bytes_cut} bytes of an unfinished record are gone"
+            )
+    if path.is_dir():
+        with open_bag(path) as bag:
+            old = _old_metadata(path)
+            agrees = old is not None and not any(disagreements(old, bag.metadata))
+        if not agrees:
+            reindex(path)
+            done.append(f"{path / METADATA_FILE}: made anew from the files")
+    with open_bag(path) as bag:
+        return Recovery(path, bag.metadata.message_count, done, [], [])
+
+
+def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told) -> Recovery:
+    damage = [f"{file}: {fault.what}" for file, fault in faults]
+    lost = [f"{file}: {fault.what}" for file, fault in faults if fault.loses]
+    with open_bag(path) as bag:
+        (counts,) = copy_bags([bag], [Output(output)], told, left_out=lambda _: None)
+        for topic, count in bag.metadata.topics:
+            missing = count - counts.get(topic.name, 0)
+            if missing > 0:
+                lost.append(f"{topic.name}: {missing} of {count} messages")
+    done = [f"{output}: what can be read of {path}"]
+    return Recovery(output, sum(counts.values()), done, damage, lost)
+
+
+def _has_no_header(file: Path) -> bool:
+    return file.stat().st_size < MAGIC_BYTES or scan(file).end == MAGIC_BYTES
+
+
+def _old_metadata(folder: Path) -> BagMetadata | None:
+    with contextlib.suppress(InvalidFileError):
+        return read_metadata(folder)
+    return None

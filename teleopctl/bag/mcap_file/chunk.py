@@ -1,0 +1,219 @@
+"""The chunks of an MCAP file: read with every length checked before anything is taken for it.
+
+The library's own reading believes what a record says of itself: a message shorter than its head
+takes all that follows, and a chunk may claim any size. So the heads are read here.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO, TypeVar
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, Message, MessageIndex, Schema
+from zstandard import ZstdError
+
+HEAD = struct.Struct("<BQ")
+"""Of any record: what it is, and the bytes that follow."""
+CHUNK_HEAD = struct.Struct("<QQQI")
+"""Of a chunk: first and last log time, uncompressed size and checksum."""
+MESSAGE_HEAD = struct.Struct("<HIQQ")
+"""Of a message: channel, sequence number, log time, publish time."""
+
+# The library's writer begins a chunk of its own for a message that is larger than a chunk.
+_LARGEST_CHUNK = 2**32
+
+# What decompressors and the library raise for bytes that are not what they should be.
+BROKEN = (
+    *(McapError, ZstdError, struct.error),
+    *(ValueError, OSError, RuntimeError, EOFError, MemoryError, OverflowError, LookupError),
+)
+"""What reading a broken chunk or record may raise."""
+
+_Record = TypeVar("_Record", Schema, Channel, MessageIndex)
+
+
+def read_chunk(
+    stream: BinaryIO, index: ChunkIndex, *, checked: bool = True
+) -> list[Schema | Channel | Message]:
+    """Return the records of a chunk.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is.
+        checked: Whether to compare the checksum.
+
+    Raises:
+        Exception: One of `BROKEN`: the chunk is not what its index says.
+    """
+    data = _content(stream, index, checked=checked)
+    found: list[Schema | Channel | Message] = []
+    for opcode, start, end in _records(data):
+        if opcode == Opcode.MESSAGE:
+            found.append(_message(data, start, end))
+        elif opcode == Opcode.SCHEMA:
+            found.append(read_record(Schema, data[start:end]))
+        elif opcode == Opcode.CHANNEL:
+            found.append(read_record(Channel, data[start:end]))
+    return found
+
+
+def read_latest(
+    stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
+) -> list[Message]:
+    """Return the last messages of channels before a log time, and read no others.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is; it has message indexes.
+        channels: The channels' numbers.
+        end_ns: The log time, in nanoseconds since the epoch.
+        most: How many.
+
+    Raises:
+        Exception: One of `BROKEN`: the chunk is not what its index says.
+    """
+    entries: list[tuple[int, int]] = []
+    for offset in (index.message_index_offsets.get(id_) for id_ in channels):
+        if offset is not None:
+            records = read_message_index(stream, offset).records
+            entries += [entry for entry in records if entry[0] < end_ns]
+    if not entries:
+        return []
+    data = _content(stream, index, checked=True)
+    found = []
+    for _, offset in sorted(entries)[-most:]:
+        opcode, length = HEAD.unpack_from(data, offset)
+        start = offset + HEAD.size
+        if opcode != Opcode.MESSAGE or length < MESSAGE_HEAD.size or start + length > len(data):
+            raise ValueError("its index does not lead to a message")
+        found.append(_message(data, start, start + length))
+    return found
+
+
+def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
+    """Read the message index there.
+
+    Raises:
+        Exception: One of `BROKEN`: there is none.
+    """
+    stream.seek(offset)
+    opcode, length = HEAD.unpack(stream.read(HEAD.size))
+    if opcode != Opcode.MESSAGE_INDEX:
+        raise ValueError("there is no message index")
+    if offset + HEAD.size + length > os.fstat(stream.fileno()).st_size:
+        raise ValueError("a message index goes beyond the end of the file")
+    return read_record(MessageIndex, stream.read(length))
+
+
+def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
+    """Make the message indexes of a chunk anew from its content.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is.
+
+    Raises:
+        Exception: One of `BROKEN`: the chunk is not what its index says.
+    """
+    data = _content(stream, index, checked=True)
+    entries: dict[int, list[tuple[int, int]]] = {}
+    for opcode, start, _ in _records(data):
+        if opcode == Opcode.MESSAGE:
+            channel, _, log_ns, _ = MESSAGE_HEAD.unpack_from(data, start)
+            entries.setdefault(channel, []).append((log_ns, start - HEAD.size))
+    return [MessageIndex(channel_id, records) for channel_id, records in entries.items()]
+
+
+def read_record(kind: type[_Record], data: bytes) -> _Record:
+    """Read a record from its content.
+
+    Raises:
+        Exception: One of `BROKEN`.
+    """
+    stream = ReadDataStream(io.BytesIO(data))
+    record: _Record = kind.read(stream)
+    if stream.count > len(data):
+        raise ValueError("a record is longer than it says")
+    return record
+
+
+def _message(data: bytes, start: int, end: int) -> Message:
+    channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, start)
+    return Message(channel, log_ns, data[start + MESSAGE_HEAD.size : end], publish_ns, sequence)
+
+
+def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """What each record is, and where its content begins and ends."""
+    offset = 0
+    while offset < len(data):
+        opcode, length = HEAD.unpack_from(data, offset)
+        start = offset + HEAD.size
+        offset = start + length
+        if offset > len(data):
+            raise ValueError("a record goes beyond the end of its chunk")
+        if opcode == Opcode.MESSAGE and length < MESSAGE_HEAD.size:
+            raise ValueError("a message is shorter than its head")
+        yield opcode, start, offset
+
+
+def _content(stream: BinaryIO, index: ChunkIndex, *, checked: bool) -> bytes:
+    offset = index.chunk_start_offset
+    stream.seek(offset)
+    opcode, length = HEAD.unpack(stream.read(HEAD.size))
+    if opcode != Opcode.CHUNK:
+        raise ValueError("there is no chunk")
+    if offset + HEAD.size + length > os.fstat(stream.fileno()).st_size:
+        raise ValueError("it goes beyond the end of the file")
+    _, _, size, checksum = CHUNK_HEAD.unpack(stream.read(CHUNK_HEAD.size))
+    compression, compressed = read_compression(stream, length)
+    if size > _LARGEST_CHUNK:
+        raise ValueError(f"it claims {size} bytes")
+    data = _decompressed(compression, stream.read(compressed), size)
+    if len(data) != size:
+        raise ValueError(f"it has {len(data)} bytes in place of {size}")
+    if checked and checksum and zlib.crc32(data) != checksum:
+        raise ValueError("its checksum is wrong")
+    return data
+
+
+def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
+    """Read what stands behind the head of a chunk: the compression, and how many bytes follow.
+
+    Raises:
+        Exception: One of `BROKEN`: it contradicts the length of the record.
+    """
+    (name_length,) = struct.unpack("<I", stream.read(4))
+    if name_length > length:
+        raise ValueError("the name of its compression is longer than it is")
+    name = stream.read(name_length).decode()
+    (compressed,) = struct.unpack("<Q", stream.read(8))
+    if CHUNK_HEAD.size + 4 + name_length + 8 + compressed != length:
+        raise ValueError("a chunk is not as long as its record")
+    return name, compressed
+
+
+def _decompressed(compression: str, data: bytes, size: int) -> bytes:
+    if compression == "":
+        return data
+    if compression == "zstd":
+        import zstandard
+
+        # It takes the memory that a frame asks for: no more than the chunk has.
+        if zstandard.frame_content_size(data) not in (-1, size):
+            raise ValueError("its compressed data is of another size than it says")
+        return zstandard.decompress(data, size)
+    if compression == "lz4":
+        import lz4.frame  # type: ignore[import-untyped]  # it has no stubs
+
+        if lz4.frame.get_frame_info(data)["content_size"] not in (0, size):
+            raise ValueError("its compressed data is of another size than it says")
+        unpacked: bytes = lz4.frame.decompress(data)
+        return unpacked
+    raise ValueError(f"its compression '{compression}' is not known")

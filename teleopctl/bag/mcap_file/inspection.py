@@ -1,0 +1,151 @@
+"""An MCAP file looked through: checksums, and everything that is said twice in it."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import AttachmentIndex, ChunkIndex
+from mcap.summary import Summary
+
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, message_indexes, read_message_index
+from teleopctl.bag.mcap_file.scan import Scan, scan
+from teleopctl.bag.mcap_file.summary import has_end, read_summary
+from teleopctl.errors import InvalidFileError
+
+_CHECKSUM = struct.Struct("<I")
+_BLOCK_BYTES = 2**20
+
+
+class Fault(NamedTuple):
+    """Something that is wrong with a file.
+
+    Attributes:
+        what: In one sentence.
+        is_finishable: Whether giving the file its end is all that it needs.
+        loses: Whether messages may be lost by it.
+    """
+
+    what: str
+    is_finishable: bool = False
+    loses: bool = False
+
+
+def file_faults(path: Path) -> Iterator[Fault]:
+    """Yield what is wrong with a file; all of it is read."""
+    try:
+        found = scan(path)
+        with path.open("rb") as stream:
+            yield from _faults_of_records(found)
+            yield from _faults_of_end(stream, found)
+            for chunk in found.summary.chunk_indexes:
+                fault = _fault_of_chunk(stream, chunk)
+                if fault is not None:
+                    what = f"the chunk at byte {chunk.chunk_start_offset}: {fault.what}"
+                    yield fault._replace(what=what)
+            for attachment in found.summary.attachment_indexes:
+                if not _is_whole(stream, attachment):
+                    yield Fault(f"the checksum of the attachment {attachment.name} is wrong")
+    except InvalidFileError as error:
+        yield Fault(error.message, loses=True)
+    except OSError as error:
+        yield Fault(f"cannot be read: {error.strerror}", loses=True)
+
+
+def _faults_of_records(found: Scan) -> Iterator[Fault]:
+    for start, end in found.gaps:
+        yield Fault(f"{end - start} bytes from byte {start} on belong to no record", loses=True)
+    for start, why in found.broken:
+        yield Fault(f"the record at byte {start} is broken ({why})", loses=True)
+
+
+def _faults_of_end(stream: BinaryIO, found: Scan) -> Iterator[Fault]:
+    if has_end(stream):
+        fault = _fault_of_data(stream, found.end)
+        if fault:
+            yield Fault(fault, loses=True)
+        summary = read_summary(stream)
+        if summary is not None:
+            yield from map(Fault, _faults_of_summary(summary, found))
+    elif found.data_is_whole:
+        yield Fault("its summary is missing or broken", is_finishable=True)
+    else:
+        rest = f"{found.bytes_beyond} bytes behind its last whole record"
+        is_cut_off = found.tail_is_cut_off
+        yield Fault(f"it has no end, and {rest}", is_finishable=is_cut_off, loses=not is_cut_off)
+
+
+def _faults_of_summary(summary: Summary, found: Scan) -> Iterator[str]:
+    """What the summary says otherwise than the records before it; what it leaves out is allowed."""
+    walked = found.summary
+    said, counted = summary.statistics, walked.statistics
+    if said is not None and counted is not None:
+        for what in ("message_count", "chunk_count", "attachment_count", "metadata_count"):
+            if getattr(said, what) != getattr(counted, what):
+                is_said, is_there = getattr(said, what), getattr(counted, what)
+                yield f"its summary has {is_said} as {what}, and not {is_there}"
+        if counted.message_count and (said.message_start_time, said.message_end_time) != (
+            counted.message_start_time,
+            counted.message_end_time,
+        ):
+            yield "its summary has other times than its messages"
+    if summary.chunk_indexes and summary.chunk_indexes != walked.chunk_indexes:
+        yield "the chunk indexes of its summary are not those of its chunks"
+    for id_, channel in summary.channels.items():
+        if walked.channels.get(id_, channel) != channel:
+            yield f"its summary has another channel {id_} than its data"
+    for id_, schema in summary.schemas.items():
+        if walked.schemas.get(id_, schema) != schema:
+            yield f"its summary has another schema {id_} than its data"
+
+
+def _fault_of_data(stream: BinaryIO, end: int) -> str:
+    """Compare the checksum of all data, which few writers make."""
+    stream.seek(end)
+    opcode, _ = HEAD.unpack(stream.read(HEAD.size))
+    (said,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
+    if opcode != Opcode.DATA_END or not said:
+        return ""
+    stream.seek(0)
+    checksum, left = 0, end
+    while left and (block := stream.read(min(left, _BLOCK_BYTES))):
+        checksum = zlib.crc32(block, checksum)
+        left -= len(block)
+    return "" if checksum == said else "the checksum of its data is wrong"
+
+
+def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex) -> Fault | None:
+    try:
+        found = {
+            index.channel_id: sorted(index.records) for index in message_indexes(stream, chunk)
+        }
+    except BROKEN as error:
+        return Fault(str(error) or type(error).__name__, loses=True)
+    times = [time_ns for records in found.values() for time_ns, _ in records]
+    if times and (min(times), max(times)) != (chunk.message_start_time, chunk.message_end_time):
+        return Fault("it has messages of other times than it says")
+    said = {}
+    try:
+        for offset in chunk.message_index_offsets.values():
+            index = read_message_index(stream, offset)
+            if index.records:
+                said[index.channel_id] = sorted(index.records)
+    except BROKEN as error:
+        return Fault(f"its index cannot be read ({str(error) or type(error).__name__})")
+    # An unfinished file may lack that of its last chunk.
+    return Fault("its index is not that of its messages") if said and said != found else None
+
+
+def _is_whole(stream: BinaryIO, index: AttachmentIndex) -> bool:
+    stream.seek(index.offset + HEAD.size)
+    left = index.length - HEAD.size - _CHECKSUM.size
+    checksum = 0
+    while left and (block := stream.read(min(left, _BLOCK_BYTES))):
+        checksum = zlib.crc32(block, checksum)
+        left -= len(block)
+    (said,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
+    return said in (0, checksum)

@@ -1,0 +1,143 @@
+"""The summary at the end of a finished MCAP file.
+
+It is believed where its checksum fits. The chunk indexes, of which a large file has ten thousands,
+are unpacked here: the library takes twelve reads for each.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from typing import BinaryIO, NamedTuple
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import AttachmentIndex, Channel, ChunkIndex, MetadataIndex, Schema, Statistics
+from mcap.summary import Summary
+from mcap.writer import MCAP0_MAGIC
+
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD
+
+_FOOTER = struct.Struct("<BQQQI")
+_CHUNK_INDEX_HEAD = struct.Struct("<QQQQI")
+_OFFSET = struct.Struct("<HQ")
+_LENGTH = struct.Struct("<I")
+_SIZES = struct.Struct("<QQ")
+_INDEX_LENGTH = struct.Struct("<Q")
+
+
+def read_summary(stream: BinaryIO) -> Summary | None:
+    """Return the summary; None where there is none, or none that can be believed.
+
+    Args:
+        stream: The file; it is left somewhere.
+    """
+    try:
+        return _read(stream)
+    except BROKEN:
+        return None
+
+
+def has_end(stream: BinaryIO) -> bool:
+    """Whether a file is finished: with a summary that can be believed, or without any.
+
+    Args:
+        stream: The file; it is left somewhere.
+    """
+    try:
+        footer = _footer(stream)
+    except BROKEN:
+        return False
+    return footer is not None and (footer.start == 0 or read_summary(stream) is not None)
+
+
+class _Footer(NamedTuple):
+    """Where the summary is, and its checksum with that of the first bytes of the footer."""
+
+    start: int
+    end: int
+    head: bytes
+    checksum: int
+
+
+def _footer(stream: BinaryIO) -> _Footer | None:
+    size = os.fstat(stream.fileno()).st_size
+    end = size - len(MCAP0_MAGIC) - _FOOTER.size
+    if end < len(MCAP0_MAGIC):
+        return None
+    stream.seek(end)
+    data = stream.read(_FOOTER.size)
+    opcode, length, start, _, checksum = _FOOTER.unpack(data)
+    if stream.read() != MCAP0_MAGIC or opcode != Opcode.FOOTER:
+        return None
+    if length != _FOOTER.size - HEAD.size:
+        return None
+    return _Footer(start, end, data[:-4], checksum)
+
+
+def _read(stream: BinaryIO) -> Summary | None:
+    footer = _footer(stream)
+    if footer is None or not len(MCAP0_MAGIC) <= footer.start < footer.end:
+        return None
+    start = footer.start
+    stream.seek(start)
+    data = stream.read(footer.end - start)
+    if footer.checksum and zlib.crc32(footer.head, zlib.crc32(data)) != footer.checksum:
+        return None
+    summary = Summary()
+    offset = 0
+    while offset < len(data):
+        opcode, length = HEAD.unpack_from(data, offset)
+        first = offset + HEAD.size
+        offset = first + length
+        if offset > len(data):
+            return None
+        _add(summary, opcode, data[first:offset])
+    if any(c.chunk_start_offset + c.chunk_length > start for c in summary.chunk_indexes):
+        return None
+    return summary
+
+
+def _add(summary: Summary, opcode: int, data: bytes) -> None:
+    if opcode == Opcode.CHUNK_INDEX:
+        summary.chunk_indexes.append(_chunk_index(data))
+        return
+    stream = ReadDataStream(io.BytesIO(data))
+    if opcode == Opcode.SCHEMA:
+        schema = Schema.read(stream)
+        summary.schemas[schema.id] = schema
+    elif opcode == Opcode.CHANNEL:
+        channel = Channel.read(stream)
+        summary.channels[channel.id] = channel
+    elif opcode == Opcode.STATISTICS:
+        summary.statistics = Statistics.read(stream)
+    elif opcode == Opcode.ATTACHMENT_INDEX:
+        summary.attachment_indexes.append(AttachmentIndex.read(stream))
+    elif opcode == Opcode.METADATA_INDEX:
+        summary.metadata_indexes.append(MetadataIndex.read(stream))
+
+
+def _chunk_index(data: bytes) -> ChunkIndex:
+    start_ns, end_ns, offset, length, offsets_length = _CHUNK_INDEX_HEAD.unpack_from(data)
+    position = _CHUNK_INDEX_HEAD.size
+    offsets = dict(_OFFSET.iter_unpack(data[position : position + offsets_length]))
+    position += offsets_length
+    (index_length,) = _INDEX_LENGTH.unpack_from(data, position)
+    position += _INDEX_LENGTH.size
+    (name_length,) = _LENGTH.unpack_from(data, position)
+    position += _LENGTH.size
+    compression = data[position : position + name_length].decode()
+    compressed, uncompressed = _SIZES.unpack_from(data, position + name_length)
+    return ChunkIndex(
+        chunk_length=length,
+        chunk_start_offset=offset,
+        compression=compression,
+        compressed_size=compressed,
+        message_end_time=end_ns,
+        message_index_length=index_length,
+        message_index_offsets=offsets,
+        message_start_time=start_ns,
+        uncompressed_size=uncompressed,
+    )

@@ -1,0 +1,19 @@
+"""``teleopctl bag reindex``."""
+
+from pathlib import Path
+
+from teleopctl.cli import console
+from teleopctl.cli.verbs.bag.options import BagPath, Storage
+
+
+def reindex_bag(bag_path: BagPath, storage: Storage = None) -> None:
+    """Make metadata.yaml anew from the files of a bag.
+
+    Files that were not finished get their end.
+    """
+    from teleopctl.bag import reindex
+
+    del storage  # the names of the files tell
+    console.note(f"Beginning reindexing bag in directory: {bag_path}")
+    metadata = reindex(Path(bag_path))
+    console.note(f"Reindexing complete: {metadata.message_count} messages.")
