@@ -116,7 +116,7 @@ class _TopicCheck:
         topic = self._topic
         if not topic.type_name:
             yield Finding(topic.name, "it has no type")
-        elif not topic.definition.text.strip():
+        elif not topic.definition.encoding:
             yield Finding(topic.name, f"the bag has no definition of {topic.type_name}")
         if self._fault:
             yield Finding(topic.name, self._fault)

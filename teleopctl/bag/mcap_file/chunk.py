@@ -19,6 +19,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Message, MessageIndex, Schema
 from zstandard import ZstdError
 
+MAGIC = b"\x89MCAP0\r\n"
+"""What a file begins and ends with. The library has it in its writer, which half of the time to
+read a small file would go into loading."""
 HEAD = struct.Struct("<BQ")
 """Of any record: what it is, and the bytes that follow."""
 CHUNK_HEAD = struct.Struct("<QQQI")

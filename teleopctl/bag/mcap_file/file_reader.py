@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Self
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, ChunkIndex, Header, Message, Metadata
-from mcap.writer import MCAP0_MAGIC
 
-from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, MAGIC, read_chunk, read_latest
 from teleopctl.bag.mcap_file.loose import loose_messages
 from teleopctl.bag.mcap_file.scan import scan
 from teleopctl.bag.mcap_file.summary import has_end, read_summary
@@ -73,7 +72,7 @@ class McapFileReader:
     @property
     def library(self) -> str:
         """The program that wrote it, as its header says; empty where that cannot be read."""
-        data = self._content_at(len(MCAP0_MAGIC), Opcode.HEADER)
+        data = self._content_at(len(MAGIC), Opcode.HEADER)
         try:
             return Header.read(ReadDataStream(io.BytesIO(data))).library if data else ""
         except BROKEN:

@@ -8,9 +8,8 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Message
-from mcap.writer import MCAP0_MAGIC
 
-from teleopctl.bag.mcap_file.chunk import HEAD, MESSAGE_HEAD
+from teleopctl.bag.mcap_file.chunk import HEAD, MAGIC, MESSAGE_HEAD
 
 
 def loose_messages(
@@ -45,7 +44,7 @@ def loose_messages(
 def _heads(stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
     """Where each whole message is, its channel and its log time."""
     size = stream.seek(0, 2)
-    offset = len(MCAP0_MAGIC)
+    offset = len(MAGIC)
     while offset + HEAD.size <= size:
         stream.seek(offset)
         opcode, length = HEAD.unpack(stream.read(HEAD.size))

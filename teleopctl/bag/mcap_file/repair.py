@@ -9,8 +9,8 @@ from typing import BinaryIO, NamedTuple
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer, McapRecord, SummaryOffset
-from mcap.writer import MCAP0_MAGIC
 
+from teleopctl.bag.mcap_file.chunk import MAGIC
 from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.mcap_file.scan import Scan, scan
 from teleopctl.bag.mcap_file.summary import has_end
@@ -116,7 +116,7 @@ def _write_end(stream: BinaryIO, found: Scan) -> None:
     Footer(start, offsets_start, 0).write(footer)
     checksum = zlib.crc32(_taken(footer)[:-4], zlib.crc32(content))
     Footer(start, offsets_start, checksum).write(footer)
-    stream.write(content + _taken(footer) + MCAP0_MAGIC)
+    stream.write(content + _taken(footer) + MAGIC)
 
 
 def _taken(builder: RecordBuilder) -> bytes:

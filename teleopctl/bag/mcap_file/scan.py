@@ -31,12 +31,12 @@ from mcap.records import (
     Statistics,
 )
 from mcap.summary import Summary
-from mcap.writer import MCAP0_MAGIC
 
 from teleopctl.bag.mcap_file.chunk import (
     BROKEN,
     CHUNK_HEAD,
     HEAD,
+    MAGIC,
     MESSAGE_HEAD,
     message_indexes,
     read_chunk,
@@ -46,7 +46,7 @@ from teleopctl.bag.mcap_file.chunk import (
 from teleopctl.errors import InvalidFileError
 
 _ATTACHMENT_TIMES = struct.Struct("<QQ")
-MAGIC_BYTES = len(MCAP0_MAGIC)
+MAGIC_BYTES = len(MAGIC)
 """What a file begins and ends with, before and behind all records."""
 
 # What is private to a program, and passed over by all others.
@@ -153,7 +153,7 @@ class _Walk:
         self._times = self._scan.times
 
     def walk(self) -> Scan:
-        if self._stream.read(MAGIC_BYTES) != MCAP0_MAGIC:
+        if self._stream.read(MAGIC_BYTES) != MAGIC:
             raise InvalidFileError(f"{self._path} is not an MCAP file")
         found = self._scan
         found.end = MAGIC_BYTES
@@ -168,7 +168,7 @@ class _Walk:
             found.end = start + HEAD.size + length
         self._open_chunks_without_index()
         self._stream.seek(-MAGIC_BYTES, io.SEEK_END)
-        found.is_finished = found.data_is_whole and self._stream.read() == MCAP0_MAGIC
+        found.is_finished = found.data_is_whole and self._stream.read() == MAGIC
         if not found.data_is_whole:
             found.bytes_beyond = self._size - found.end
         self._count()

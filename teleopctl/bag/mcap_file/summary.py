@@ -16,9 +16,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Channel, ChunkIndex, MetadataIndex, Schema, Statistics
 from mcap.summary import Summary
-from mcap.writer import MCAP0_MAGIC
 
-from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, MAGIC
 
 _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_INDEX_HEAD = struct.Struct("<QQQQI")
@@ -64,13 +63,13 @@ class _Footer(NamedTuple):
 
 def _footer(stream: BinaryIO) -> _Footer | None:
     size = os.fstat(stream.fileno()).st_size
-    end = size - len(MCAP0_MAGIC) - _FOOTER.size
-    if end < len(MCAP0_MAGIC):
+    end = size - len(MAGIC) - _FOOTER.size
+    if end < len(MAGIC):
         return None
     stream.seek(end)
     data = stream.read(_FOOTER.size)
     opcode, length, start, _, checksum = _FOOTER.unpack(data)
-    if stream.read() != MCAP0_MAGIC or opcode != Opcode.FOOTER:
+    if stream.read() != MAGIC or opcode != Opcode.FOOTER:
         return None
     if length != _FOOTER.size - HEAD.size:
         return None
@@ -79,7 +78,7 @@ def _footer(stream: BinaryIO) -> _Footer | None:
 
 def _read(stream: BinaryIO) -> Summary | None:
     footer = _footer(stream)
-    if footer is None or not len(MCAP0_MAGIC) <= footer.start < footer.end:
+    if footer is None or not len(MAGIC) <= footer.start < footer.end:
         return None
     start = footer.start
     stream.seek(start)
