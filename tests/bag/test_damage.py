@@ -270,3 +270,13 @@ def test_readers_of_several_files_survive_one_that_is_lost(tmp_path):
     with open_bag(tmp_path / "bag") as bag:
         assert len(list(bag.messages())) == 100 - count
         assert any("it is left out" in remark for remark in bag.remarks)
+
+
+def test_a_clock_that_was_set_back_is_told_and_is_no_damage(tmp_path):
+    with BagWriter(tmp_path / "bag", CHUNKED) as writer:
+        writer.add_topic(topic("/x"))
+        for number, time in enumerate([0, 100, 50, 60, 95, 200], start=1):
+            writer.write(message("/x", time)._replace(sequence=number))
+    (finding,) = findings(tmp_path / "bag")
+    assert "the times of 2 messages are before those of earlier ones of their topic" in finding
+    assert recover(tmp_path / "bag").done == []

@@ -18,7 +18,14 @@ from teleopctl.bag.mcap_file.file_writer import Compression
 from teleopctl.bag.recorder.selection import Selection
 from teleopctl.bag.records import NO_TIME_NS, BagTopic
 from teleopctl.bag.storage.bag_writer import WriterOptions
-from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
+from teleopctl.bag.storage.presets import chunk_settings
+from teleopctl.errors import (
+    InvalidFileError,
+    TeleopctlError,
+    UnsupportedError,
+    UsageError,
+    did_you_mean,
+)
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.text_file import read_text
 
@@ -49,6 +56,7 @@ _FORMS: dict[str, type] = {
     "max_bagfile_size": int,
     "max_bagfile_duration": int,
     "storage_preset_profile": str,
+    "storage_config_uri": str,
     "start_time_ns": int,
     "end_time_ns": int,
     "custom_data": dict,
@@ -59,7 +67,6 @@ _FORMS: dict[str, type] = {
 }
 # What is done where it says nothing, and cannot be done where it says something.
 _EMPTY_ONLY: dict[str, tuple[Any, ...]] = {
-    "storage_config_uri": ("", None),
     "snapshot_mode": (False,),
     "topic_qos_profile_overrides": ({}, "", None),
     "rmw_serialization_format": ("", "cdr"),
@@ -69,11 +76,6 @@ _OF_RECORDING = {
     *("include_unpublished_topics", "ignore_leaf_topics", "start_paused", "use_sim_time"),
     *("disable_keyboard_controls", "max_cache_size", "compression_queue_size"),
     *("compression_threads", "compression_threads_priority"),
-}
-_PRESETS = {
-    "fastwrite": Compression.NONE,
-    "zstd_fast": Compression.ZSTD,
-    "zstd_small": Compression.ZSTD,
 }
 
 
@@ -150,6 +152,7 @@ class _Entry:
             self._refuse("storage_id", "bags are written as mcap only")
         selection = self._selection()
         end_ns = values.get("end_time_ns", -1)
+        compression, chunk_bytes = self._chunk_settings()
         return Output(
             Path(values["uri"]),
             chooses=lambda topic: _chooses(selection, topic),
@@ -157,7 +160,8 @@ class _Entry:
             # rosbag2 takes a message at that time too.
             end_ns=end_ns + 1 if end_ns >= 0 else NO_TIME_NS,
             options=WriterOptions(
-                compression=self._compression(),
+                compression=compression,
+                chunk_bytes=chunk_bytes,
                 split_bytes=values.get("max_bagfile_size", 0),
                 split_duration_ns=values.get("max_bagfile_duration", 0) * NANOSECONDS_PER_SECOND,
                 custom_data=self._custom_data(),
@@ -199,11 +203,15 @@ class _Entry:
             self.remarks.append(f"{place}: nothing is chosen (all: true chooses everything)")
         return selection
 
-    def _compression(self) -> Compression:
+    def _chunk_settings(self) -> tuple[Compression, int]:
+        """How chunks are compressed, and how large they are."""
         values = self._values
-        preset = values.get("storage_preset_profile") or ""
-        if preset not in ("", "none", *_PRESETS):
-            self._refuse("storage_preset_profile", f"a profile is one of {', '.join(_PRESETS)}")
+        preset, config = (values.get(f"storage_{k}") for k in ("preset_profile", "config_uri"))
+        try:
+            settings = chunk_settings(preset or "", Path(config) if config else None)
+        except TeleopctlError as error:
+            key = "storage_config_uri" if config else "storage_preset_profile"
+            raise error.at(f"{self._path}:{self._lines[key]}") from error
         mode = (values.get("compression_mode") or "").lower()
         if mode not in ("", "none", "file", "message"):
             self._refuse("compression_mode", "it is none, file or message")
@@ -213,11 +221,11 @@ class _Entry:
         if mode in ("file", "message"):
             place = f"{self._path}:{self._lines['compression_mode']}"
             self.remarks.append(f"{place}: MCAP files are compressed by chunks")
-        elif mode == "none" and not preset:
-            return Compression.NONE
-        if form:
-            return Compression(form)
-        return _PRESETS.get(preset, Compression.ZSTD)
+        if form and mode != "none":
+            return Compression(form), settings[1]
+        if mode == "none" and not (preset or config):
+            return Compression.NONE, settings[1]
+        return settings
 
     def _custom_data(self) -> Mapping[str, str]:
         return {str(key): str(value) for key, value in self._values.get("custom_data", {}).items()}

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import AttachmentIndex, ChunkIndex
+from mcap.records import AttachmentIndex, ChunkIndex, MessageIndex
 from mcap.summary import Summary
 
 from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, message_indexes, read_message_index
@@ -19,6 +19,8 @@ from teleopctl.errors import InvalidFileError
 
 _CHECKSUM = struct.Struct("<I")
 _BLOCK_BYTES = 2**20
+# By so much may messages of several publishers of a topic overtake each other in the recorder.
+_JITTER_NS = 10_000_000
 
 
 class Fault(NamedTuple):
@@ -42,11 +44,13 @@ def file_faults(path: Path) -> Iterator[Fault]:
         with path.open("rb") as stream:
             yield from _faults_of_records(found)
             yield from _faults_of_end(stream, found)
+            clock = _Clock()
             for chunk in found.summary.chunk_indexes:
-                fault = _fault_of_chunk(stream, chunk)
+                fault = _fault_of_chunk(stream, chunk, clock)
                 if fault is not None:
                     what = f"the chunk at byte {chunk.chunk_start_offset}: {fault.what}"
                     yield fault._replace(what=what)
+            yield from clock.faults()
             for attachment in found.summary.attachment_indexes:
                 if not _is_whole(stream, attachment):
                     yield Fault(f"the checksum of the attachment {attachment.name} is wrong")
@@ -118,13 +122,42 @@ def _fault_of_data(stream: BinaryIO, end: int) -> str:
     return "" if checksum == said else "the checksum of its data is wrong"
 
 
-def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex) -> Fault | None:
+class _Clock:
+    """The times of messages, topic by topic, in the order in which they were written."""
+
+    def __init__(self) -> None:
+        self._latest: dict[int, int] = {}
+        self._count = 0
+        self._first_ns = 0
+
+    def add(self, index: MessageIndex) -> None:
+        """Take the messages of a chunk and a channel."""
+        latest = self._latest.get(index.channel_id, 0)
+        for time_ns, _ in sorted(index.records, key=lambda record: record[1]):
+            if time_ns < latest - _JITTER_NS:
+                self._first_ns = self._first_ns or latest
+                self._count += 1
+            latest = max(latest, time_ns)
+        self._latest[index.channel_id] = latest
+
+    def faults(self) -> Iterator[Fault]:
+        """What is wrong with them; nothing has to be repaired for it."""
+        if self._count:
+            yield Fault(
+                f"the times of {self._count} messages are before those of earlier ones of their"
+                f" topic, the first behind {self._first_ns}: the clock was set back",
+                is_finishable=True,
+            )
+
+
+def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex, clock: _Clock) -> Fault | None:
     try:
-        found = {
-            index.channel_id: sorted(index.records) for index in message_indexes(stream, chunk)
-        }
+        indexes = message_indexes(stream, chunk)
     except BROKEN as error:
         return Fault(str(error) or type(error).__name__, loses=True)
+    for index in indexes:
+        clock.add(index)
+    found = {index.channel_id: sorted(index.records) for index in indexes}
     times = [time_ns for records in found.values() for time_ns, _ in records]
     if times and (min(times), max(times)) != (chunk.message_start_time, chunk.message_end_time):
         return Fault("it has messages of other times than it says")

@@ -14,7 +14,7 @@ from typing import Self
 
 from teleopctl.bag.mcap_file.file_writer import CHUNK_BYTES, Compression, McapFileWriter
 from teleopctl.bag.mcap_file.repair import finish_file
-from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, format_metadata
+from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, format_metadata, write_metadata
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError
 
@@ -251,11 +251,5 @@ class BagWriter:
             self._write_metadata()
 
     def _write_metadata(self) -> None:
-        path = self.folder / METADATA_FILE
-        part = path.with_name(f"{METADATA_FILE}.part")
-        try:
-            part.write_text(format_metadata(self.metadata), encoding="utf-8")
-            part.replace(path)
-        except OSError as error:
-            raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
+        write_metadata(self.folder / METADATA_FILE, self.metadata)
         self._metadata_due_s = time.monotonic() + _METADATA_PERIOD_S

@@ -119,6 +119,16 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
             ":3: compression_format cannot be 'bz2': it is zstd or lz4",
         ),
         ("output_bags:\n- {uri: x, regex: '('}", UsageError, ":2: '(' is no regular expression"),
+        (
+            "output_bags:\n- uri: x\n  storage_preset_profile: best",
+            UsageError,
+            ":3: unknown MCAP storage preset profile 'best'",
+        ),
+        (
+            "output_bags:\n- uri: x\n  storage_config_uri: none.yaml",
+            InvalidFileError,
+            ":3: Cannot read none.yaml",
+        ),
         ("output_bags: [", InvalidFileError, ":2: not YAML"),
     ],
 )
