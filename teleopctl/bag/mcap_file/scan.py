@@ -292,7 +292,8 @@ class _Walk:
         chunks = self._scan.summary.chunk_indexes
         last = chunks[-1] if chunks and not self._scan.data_is_whole else None
         for chunk in [c for c in chunks if not c.message_index_offsets or c is last]:
-            indexed = self._times[chunk.chunk_start_offset]
+            start = chunk.chunk_start_offset
+            indexed = self._times[start]
             times: dict[int, Times] = {}
             try:
                 for record in read_chunk(self._stream, chunk):
@@ -301,12 +302,15 @@ class _Walk:
                     else:
                         self._add(record)
             except BROKEN:
-                if chunk is last:
+                # With whole records behind it the disk has damaged it; without, its writer ended.
+                if chunk is last and self._scan.end == start + chunk.chunk_length:
                     self._drop(chunk)
                 continue
-            self._times[chunk.chunk_start_offset] = times
-            if chunk is last and times.keys() != indexed.keys() and not self._scan.gaps:
-                self._scan.end = chunk.chunk_start_offset + chunk.chunk_length
+            self._times[start] = times
+            end = start + chunk.chunk_length
+            is_end = self._scan.end == end + chunk.message_index_length
+            if chunk is last and is_end and times.keys() != indexed.keys():
+                self._scan.end = end
                 self._scan.missing_indexes = message_indexes(self._stream, chunk)
 
     def _drop(self, chunk: ChunkIndex) -> None:
