@@ -83,7 +83,7 @@ def test_a_control_tick_in_lockstep(ros, tmp_path, rate, capsys):
         CONTROLLERS.read_text().replace("update_rate: 10 ", f"update_rate: {rate} ")
     )
     up = ros.run(
-        f"launch sim.yaml camera:=false paused:=true real_time_factor:=0 "
+        f"launch sim.yaml world:= camera:=false paused:=true real_time_factor:=0 "
         f"controllers_file:={controllers} --detach"
     )
     assert up.returncode == 0, up.stderr
