@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import threading
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -59,7 +60,10 @@ class MultiThreadedExecutor(Executor):
         self._pool = ThreadPoolExecutor(size, thread_name_prefix="callback")
         # Ctrl-C raises in the main thread. Between a worker's start and its entry in the pool's
         # books it would leave one that nobody wakes at exit, so another thread starts them all.
-        starter = threading.Thread(target=_start_workers, args=(self._pool, size), daemon=True)
+        self._workers: list[threading.Thread] = []
+        starter = threading.Thread(
+            target=_start_workers, args=(self._pool, size, self._workers), daemon=True
+        )
         starter.start()
         starter.join()
 
@@ -113,14 +117,32 @@ class MultiThreadedExecutor(Executor):
         return True
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Stop spinning; callbacks that run go on to their end."""
+        """Stop spinning; callbacks that run go on to their end.
+
+        Args:
+            timeout_sec: How long to wait for that end, in seconds of wall time; None does not wait.
+
+        Returns:
+            False where a callback was waited for and still runs.
+        """
         super().shutdown(timeout_sec)
         self._pool.shutdown(wait=False)
-        return True
+        if timeout_sec is None:
+            return True
+        deadline = time.monotonic() + timeout_sec
+        for worker in self._workers:
+            if worker is not threading.current_thread():
+                worker.join(max(0.0, deadline - time.monotonic()))
+        return not any(w.is_alive() for w in self._workers if w is not threading.current_thread())
 
 
-def _start_workers(pool: ThreadPoolExecutor, size: int) -> None:
-    """Have a pool start all its threads: none is idle until the last one runs."""
+def _start_workers(pool: ThreadPoolExecutor, size: int, workers: list[threading.Thread]) -> None:
+    """Have a pool start all its threads, and note them: none is idle until the last one runs."""
     together = threading.Barrier(size)
+
+    def note() -> None:
+        workers.append(threading.current_thread())
+        together.wait()
+
     for _ in range(size):
-        pool.submit(together.wait)
+        pool.submit(note)

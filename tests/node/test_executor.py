@@ -371,3 +371,23 @@ def test_the_threads_of_a_pool_run_before_anything_is_interrupted(context):
         assert len(set(threading.enumerate()) - before) == 3
     finally:
         executor.shutdown()
+
+
+def test_shutdown_waits_for_callbacks_that_run_as_long_as_it_is_told(context):
+    executor = MultiThreadedExecutor(2, context=context)
+    runs, may_end, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def work():
+        runs.set()
+        assert may_end.wait(20)
+        ended.set()
+
+    executor.create_task(work)
+    spinning = threading.Thread(target=executor.spin)
+    spinning.start()
+    assert runs.wait(20)
+    assert not executor.shutdown(0.01)
+    may_end.set()
+    assert executor.shutdown(20)
+    assert ended.is_set()
+    spinning.join(20)

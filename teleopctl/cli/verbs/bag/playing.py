@@ -26,6 +26,9 @@ _RATE_STEP = 0.1
 # come too late by.
 _SWITCH_INTERVAL_S = 0.0002
 
+# They come at once, but for a machine that is busy.
+_LAST_ANSWERS_S = 2.0
+
 
 @dataclass(frozen=True)
 class Terminal:
@@ -102,19 +105,19 @@ def _play(
         with Keyboard(lambda key: _press(player, key), wanted=terminal.keys):
             if terminal.keys:
                 _explain_keys(node)
-            try:
-                player.play()
-                # What is asked of the services before that is answered now.
-                with _served(node):
+            player.play()
+            # What is asked of the services before that is answered now.
+            with _served(node):
+                try:
                     if burst is not None:
                         player.burst(burst)
                     while not player.wait(1 / hertz if hertz > 0 else None):
                         bar.draw(player)
-            finally:
-                # A key may wait for the player.
-                player.stop()
-                bar.draw(player)
-                bar.leave()
+                finally:
+                    # A key or a service may wait for the player.
+                    player.stop()
+                    bar.draw(player)
+                    bar.leave()
 
 
 def _press(player: Player, key: str) -> None:
@@ -153,5 +156,6 @@ def _served(node: Node) -> Iterator[None]:
     try:
         yield
     finally:
-        executor.shutdown()
+        # Whoever stopped the player by its service is to have the answer.
+        executor.shutdown(_LAST_ANSWERS_S)
         thread.join()
