@@ -78,6 +78,12 @@ class Child:
         return bool(self._signals_sent)
 
     @property
+    def is_ready(self) -> bool:
+        """Whether the process has said that it is up, in so many words."""
+        said = progress.read(self.log_file)
+        return said is not None and said.state == progress.READY
+
+    @property
     def ended_well(self) -> bool:
         """Whether the process ended with status 0, or because somebody asked it to."""
         status = self.exit_status

@@ -32,6 +32,8 @@ _LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 _SAME_REQUEST_S = 1.0
 # When to write the status file again that could not be written.
 _TRY_AGAIN_AFTER_S = 1.0
+# A process says in a file that it is ready.
+_LOOK_EVERY_S = 0.02
 _STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
@@ -71,6 +73,10 @@ class Supervisor:
         # Those of which something is still to come, and of these those whose process was started.
         self._expected = set(range(len(self._children)))
         self._live: set[int] = set()
+        self._others_were_started = False
+        self._companions = {
+            index for index, process in enumerate(plan.processes) if process.accompanies
+        }
         self._starts: dict[int, Start] = {}
         self._status_is_late = False
         self._shutting_down = False
@@ -131,7 +137,21 @@ class Supervisor:
         for level, message in self._plan.messages:
             self._screen.say(level, "launch.user", message)
         self._publish_status()  # of a launch that starts nothing, too
+        for index in sorted(self._companions):
+            self._start_child(index)
+        self._start_others()
+
+    def _start_others(self) -> None:
+        """Start what companions are to see from its first word on, once they are ready for it."""
+        if self._shutting_down:
+            return
+        if not all(self._children[index].is_ready for index in self._companions):
+            self._after(_LOOK_EVERY_S, self._start_others)
+            return
+        self._others_were_started = True
         for index, child in enumerate(self._children):
+            if index in self._companions:
+                continue
             if child.plan.start_delay > 0:
                 self._after(child.plan.start_delay, partial(self._start_child, index))
             else:
@@ -154,6 +174,7 @@ class Supervisor:
             self._screen.say("ERROR", child.plan.name, f"process failed to start: {reason}")
             if child.plan.shutdown_on_exit:
                 self._required_ended(child)
+            self._lost_before_the_others(index)
         else:
             self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
             child.attend()
@@ -184,7 +205,20 @@ class Supervisor:
             self._expected.discard(index)
             if child.plan.shutdown_on_exit and not self._shutting_down:
                 self._required_ended(child)
+            self._lost_before_the_others(index)
+        self._end_companions()
         self._publish_status()
+
+    def _lost_before_the_others(self, index: int) -> None:
+        """Start nothing that somebody wants to be accompanied and that cannot be."""
+        if index in self._companions and not self._others_were_started:
+            self._shut_down()
+
+    def _end_companions(self) -> None:
+        """Ask those that accompany the others to end, once there is nobody left to accompany."""
+        if self._expected <= self._companions:
+            for index in sorted(self._companions & self._live):
+                self._ask_to_end(self._children[index])
 
     def _respawns(self, child: Child) -> bool:
         plan = child.plan
@@ -228,11 +262,15 @@ class Supervisor:
         self._shutting_down = True
         # What waits for its start, or for its next one, is not started any more.
         self._expected &= self._live
-        for index in sorted(self._live):
-            child = self._children[index]
+        for index in sorted(self._live - self._companions):
+            self._ask_to_end(self._children[index])
+        self._end_companions()
+        self._publish_status()
+
+    def _ask_to_end(self, child: Child) -> None:
+        if not child.was_signalled:
             child.signal(_STEPS[0])
             self._after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
-        self._publish_status()
 
     def _escalate(self, child: Child, step: int) -> None:
         if not child.is_running:

@@ -24,6 +24,8 @@ class ProcessPlan:
         is_node: Whether it is a ROS node, that is whether it becomes visible in the graph.
         node_name: Full name of the node where the launch file gives it, or None.
         ends_by_itself: Whether it does its work and ends, as a spawner does.
+        accompanies: Whether it is there from before the others start, once it says that it is
+            ready, until after they have ended, as a recorder is.
         start_delay: Seconds from the start of the launch to its own.
         respawn: Whether to start it again when it ends.
         respawn_delay: Seconds to wait before that.
@@ -42,6 +44,7 @@ class ProcessPlan:
     is_node: bool = False
     node_name: str | None = None
     ends_by_itself: bool = False
+    accompanies: bool = False
     start_delay: float = 0.0
     respawn: bool = False
     respawn_delay: float = 0.0

@@ -48,6 +48,43 @@ def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, c
     assert max(len(line) for line in lines) < 70_000
 
 
+COMPANION = """
+import os, signal, sys, threading
+from teleopctl import progress
+ended = threading.Event()
+signal.signal(signal.SIGINT, lambda *_: ended.set())
+print("here", os.path.exists("worked"), flush=True)
+progress.tell(progress.READY)
+ended.wait()
+print("gone", os.path.exists("worked"), flush=True)
+"""
+
+
+def companion(tmp_path, code=COMPANION):
+    (tmp_path / "companion.py").write_text(code)
+    return ProcessPlan(
+        name="companion-1",
+        command=[sys.executable, str(tmp_path / "companion.py")],
+        working_directory=str(tmp_path),
+        accompanies=True,
+    )
+
+
+def test_what_accompanies_the_others_is_there_before_and_after_them(tmp_path):
+    touch = [sys.executable, "-c", "open('worked', 'w').close()"]
+    works = replace(WORKS, command=touch, working_directory=str(tmp_path))
+    plan = LaunchPlan(log_directory=tmp_path, processes=[works, companion(tmp_path)])
+    assert Supervisor(plan).run() == 0
+    assert (tmp_path / "companion-1.log").read_text() == "here False\ngone True\n"
+
+
+def test_where_it_cannot_begin_the_others_do_not(tmp_path):
+    refuses = companion(tmp_path, "raise SystemExit('no room')")
+    plan = LaunchPlan(log_directory=tmp_path, processes=[WORKS, refuses])
+    assert Supervisor(plan).run() == 1
+    assert not (tmp_path / "works-1.log").exists()
+
+
 @pytest.mark.skipif(os.name == "nt", reason="FIFOs, and the signal of a broken pipe")
 @pytest.mark.parametrize("program", ["shell", "python"])
 def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program):
