@@ -94,6 +94,7 @@ NODES = Kind(
             "joint_state_publisher/joint_state_publisher": "joint_state_publisher.node",
             "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher.gui",
             "mujoco_sim/mujoco_sim": "mujoco_sim",
+            "rosbag2_transport/recorder": "recorder",
             "rviz2/rviz2": "rviz2",
             "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
             "teleop_py_pkg/simple_parameter": "simple_parameter",

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.model.descriptions import NodePart as NodePart
     from teleopctl.launch.model.plan import LaunchPlan as LaunchPlan
     from teleopctl.launch.model.template import Template as Template, literal as literal
+    from teleopctl.launch.recording import bag_folder as bag_folder, recorded as recorded
     from teleopctl.launch.starting import (
         free_name as free_name,
         make_plan as make_plan,
@@ -85,6 +86,7 @@ else:
             "model.descriptions": "NodePart",
             "model.plan": "LaunchPlan",
             "model.template": "Template literal",
+            "recording": "bag_folder recorded",
             "starting": "free_name make_plan run_here start_in_background",
         },
     )

@@ -36,6 +36,9 @@ class RecorderOptions:
         circumstances: Whether the bag holds what is needed to understand it: robot descriptions,
             parameters of every node, versions.
         qos: What topics are subscribed to with, by name, in place of what suits their publishers.
+        from_first_message: Listen to all topics at once, rather than to each when the graph shows
+            it, so that the first messages of what starts after the recorder are not missed. What
+            is not recorded is sent all the same.
         statistics_hz: How often losses are published at most; 0 for never.
         node_name: The recorder's name in the graph.
 
@@ -53,6 +56,7 @@ class RecorderOptions:
     discovery: bool = True
     circumstances: bool = True
     qos: Mapping[str, QoSProfile] = field(default_factory=dict)
+    from_first_message: bool = False
     statistics_hz: float = 1.0
     node_name: str = NODE_NAME
 

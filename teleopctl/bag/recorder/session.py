@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl.bag.recorder.circumstances import Circumstances
+from teleopctl.bag.recorder.early import EarlyMessages
 from teleopctl.bag.recorder.losses import LossCounter
 from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.options import CACHE_BYTES, RecorderOptions
@@ -64,6 +65,7 @@ class Session:
         self.writing = WritingThread(
             writer, queue, snapshot, on_failure, is_eager=not options.cache_bytes
         )
+        self._early = EarlyMessages(node) if options.from_first_message else None
         self.topics = Topics(
             node,
             options.selection.with_absolute_names(
@@ -76,6 +78,7 @@ class Session:
             self.losses,
             self.writing.add_topic,
             uses_simulated_time=options.use_sim_time,
+            early=self._early,
         )
         self._circumstances: Circumstances | None = None
         self._changed = threading.Event()
@@ -134,6 +137,8 @@ class Session:
             self._circumstances.close()
         self._thread.join()
         self.topics.close()
+        if self._early is not None:
+            self._early.close()
         self.writing.close()
 
     def join(self) -> None:

@@ -18,6 +18,7 @@ from teleopctl.node import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from teleopctl.bag.recorder.early import EarlyMessages
     from teleopctl.bag.recorder.losses import LossCounter
     from teleopctl.bag.recorder.message_queue import MessageQueue
     from teleopctl.bag.recorder.selection import Selection
@@ -71,6 +72,7 @@ class Topics:
         losses: Is told of those that do not.
         add_topic: Called for each topic once its definition is there.
         uses_simulated_time: Whether messages bear the time of the node's clock.
+        early: Where the first messages of topics are kept, if that is wanted.
     """
 
     def __init__(
@@ -84,7 +86,9 @@ class Topics:
         add_topic: Callable[[BagTopic], object],
         *,
         uses_simulated_time: bool,
+        early: EarlyMessages | None = None,
     ) -> None:
+        self._early = early
         self._node = node
         self._logger = node.get_logger()
         self._selection = selection
@@ -186,14 +190,21 @@ class Topics:
         else:
             self._logger.info(f"Overriding subscription profile for {topic.name}")
         topic.is_latched = qos.is_latched
-        topic.subscription = self._node.create_subscription(
+        receiver = self._receiver(topic)
+        # What a publisher keeps comes to a subscription of its own alone.
+        comes_early = self._early is not None and not qos.is_latched
+        subscription = topic.subscription = self._node.create_subscription(
             undecoded(topic.type_name, topic.version),
             topic.name,
-            self._receiver(topic),
+            _ignore if comes_early else receiver,
             qos,
             raw=True,
             immediate=True,
         )
+        if self._early is not None and comes_early:
+            self._early.hand_over(subscription.key, receiver)
+        elif self._early is not None:
+            self._early.forget(subscription.key)
 
     def _renew_if_latched_now(self, topic: _Topic, graph: Graph) -> None:
         """Subscribe anew where a publisher has come whose earlier messages would be missed."""
@@ -256,6 +267,10 @@ class Topics:
         if text not in self._told:
             self._told.add(text)
             self._logger.warning(text)
+
+
+def _ignore(_: bytes) -> None:
+    """Take no notice: the subscription is there for the graph, its messages come early."""
 
 
 def adapted_to(publishers: list[EndpointToken]) -> QoSProfile:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import InvalidFileError, InvalidMessageError
 from teleopctl.interfaces import deserialize, get_message, to_nanoseconds, to_seconds
+from teleopctl.node import parameter_value_to_python
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
@@ -17,12 +18,14 @@ if TYPE_CHECKING:
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
 DESCRIPTION_TOPIC = "/robot_description"
+EVENTS_TOPIC = "/parameter_events"
 SIMULATOR = "/mujoco_sim"
 
 RECORD_NAME = "teleopctl"
 """The record of metadata that has the versions of programs and libraries."""
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
+_PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 _STRING = "std_msgs/msg/String"
 
 
@@ -101,7 +104,10 @@ def read_session(
 
 
 def read_parameters(bag: Bag, node: str) -> dict[str, object]:
-    """Return the parameters of a node that were recorded with a bag; empty where none were.
+    """Return the parameters of a node, as far as a bag has them.
+
+    A node publishes each parameter when it declares it. Where the recorder came too late for that,
+    it has asked the node.
 
     Args:
         bag: The bag.
@@ -116,6 +122,12 @@ def read_parameters(bag: Bag, node: str) -> dict[str, object]:
             listed = document.get(node) if isinstance(document, dict) else None
             if isinstance(listed, dict):
                 found |= listed.get("ros__parameters") or {}
+    event_class = get_message(_PARAMETER_EVENT)
+    for message in bag.messages((EVENTS_TOPIC,)):
+        event: Any = deserialize(message.data, event_class)
+        if event.node == node:
+            for parameter in event.new_parameters:
+                found.setdefault(parameter.name, parameter_value_to_python(parameter.value))
     return found
 
 

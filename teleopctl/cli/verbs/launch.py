@@ -17,6 +17,7 @@ VERB = Verb(
     examples=(
         "teleopctl launch sim.yaml camera:=false",
         "teleopctl launch --detach display.yaml model:=my_robot.urdf.xacro",
+        "teleopctl launch sim.yaml record:=true",
     ),
 )
 
@@ -70,9 +71,11 @@ def launch(
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.launch import (
+        bag_folder,
         find_launch_file,
         make_plan,
         pages,
+        recorded,
         run_here,
         start_in_background,
         undeclared_arguments,
@@ -85,6 +88,7 @@ def launch(
 
         console.out_text("\n".join(describe_arguments(file, arguments)))
         return 0
+    folder = bag_folder(file, arguments)
     # In the background nobody sees the difference between the streams, and a log is to be whole.
     try:
         plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
@@ -92,6 +96,8 @@ def launch(
         for warning in undeclared_arguments(file, arguments):
             console.warn(warning)
         raise
+    if folder is not None:
+        plan = recorded(plan, folder, file, arguments)
     if print_plan:
         _print(plan)
         return 0
@@ -116,6 +122,8 @@ def launch(
     else:
         console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")
         console.out(f"To end it: teleopctl stop {record.name}")
+        if folder is not None:
+            console.out(f"It is recorded into {folder}")
         for address in pages(running):
             console.out(f"The robot in your browser: {address}")
     return 0
