@@ -51,8 +51,8 @@ ALLOWED = {
         *("sim", "tf", "viewer", "wire"),
     },
     "testing": {
-        *("bag", "compat", "control", "interfaces", "launch", "mujoco_model", "node", "robot"),
-        *("sim", "tf", "wire"),
+        *("bag", "compat", "control", "interfaces", "launch", "mujoco_model", "node", "nodes"),
+        *("robot", "sim", "tf", "wire"),
     },
     "cli": {
         *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes", "tf"),

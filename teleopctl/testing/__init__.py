@@ -1,7 +1,8 @@
 """Test tools for robot CI and for authors of plug-ins; with pytest, as fixtures.
 
 `RosGraph` is a ROS graph in a box: processes whose lines, nodes and messages are waited for, and
-launch files that are brought up in it. `ControlStack` runs controllers and hardware components
+launch files that are brought up in it. `assert_bag_repeats` makes a test of a recorded session.
+`ControlStack` runs controllers and hardware components
 cycle by cycle without any of that. ``pytest_plugin`` offers them as fixtures; without pytest
 everything here works as well. See docs/testing.md.
 """
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         RecordedLog as RecordedLog,
         RecordedNode as RecordedNode,
     )
+    from teleopctl.testing.replayed import assert_bag_repeats as assert_bag_repeats
     from teleopctl.testing.robots import serial_robot as serial_robot
 else:
     __getattr__, __dir__, __all__ = attach(
@@ -36,6 +38,7 @@ else:
             "launched": "LaunchedSystem",
             "process": "LONGEST_WAIT_S Process eventually",
             "recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
+            "replayed": "assert_bag_repeats",
             "robots": "serial_robot",
         },
     )

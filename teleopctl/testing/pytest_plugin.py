@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
+    from teleopctl.nodes.verifying import Verification
     from teleopctl.testing.graph import RosGraph
     from teleopctl.testing.launched import LaunchedSystem
 
@@ -65,6 +66,14 @@ def shared_ros_graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGr
 def ros_launch(ros_graph: RosGraph) -> Callable[..., LaunchedSystem]:
     """Bring a launch file up in ``ros_graph`` and wait until it is up; see `RosGraph.launch`."""
     return ros_graph.launch
+
+
+@pytest.fixture
+def ros_bag_repeats() -> Callable[..., Verification]:
+    """Simulate a recorded session once more and compare; see `assert_bag_repeats`."""
+    from teleopctl.testing.replayed import assert_bag_repeats
+
+    return assert_bag_repeats
 
 
 @pytest.hookimpl(wrapper=True)

@@ -33,7 +33,7 @@ def session(ros):
     return ros.folder / "session"
 
 
-def test_a_session_is_simulated_once_more_to_the_bit(ros, session):
+def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repeats):
     with open_bag(session) as bag:
         recorded = dict(bag.records())
         assert bag.remarks == []
@@ -50,6 +50,10 @@ def test_a_session_is_simulated_once_more_to_the_bit(ros, session):
     assert done.returncode == 1
     assert re.search(r"First difference:\n  \d+\.\d{3} s: joint_\d \w+ was", done.stdout)
     assert ros.run(["bag", "verify", str(changed), "--tolerance", "0.1"]).returncode == 0
+
+    assert ros_bag_repeats(session).verdict.states > 10
+    with pytest.raises(AssertionError, match=r"first difference:\n  .* joint_"):
+        ros_bag_repeats(changed)
 
     document = json.loads(ros.run(["bag", "verify", str(changed), "--json"]).stdout)
     assert document["same"] is False
