@@ -4,7 +4,7 @@ from typing import Any
 
 from rosbags.highlevel import AnyReader
 
-from teleopctl.bag import RecorderOptions, Selection
+from teleopctl.bag import RecorderOptions, Selection, open_bag
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import HistoryPolicy, QoSProfile
 from teleopctl.testing import eventually
@@ -70,3 +70,13 @@ def stop(process):
 def wait_for_count(recorder, count):
     """Wait until a recorder has received so many messages."""
     eventually(lambda: recorder.message_count == count)
+
+
+def wait_until_written(folder, count):
+    """Wait until a bag that is being written holds so many messages."""
+    eventually(lambda: _count(folder) >= count)
+
+
+def _count(folder):
+    with open_bag(folder) as bag:
+        return sum(1 for _ in bag.messages())

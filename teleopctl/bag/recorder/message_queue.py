@@ -41,9 +41,9 @@ class MessageQueue:
         self._is_closed = False
 
     @property
-    def bytes(self) -> int:
-        """What the messages take that are not written yet."""
-        return self._bytes
+    def is_closed(self) -> bool:
+        """Whether nothing is taken any more."""
+        return self._is_closed
 
     def put(self, message: BagMessage) -> bool:
         """Add a message, from any thread; False when there is no room for it."""

@@ -250,7 +250,8 @@ class Topics:
         return receive
 
     def _put(self, message: BagMessage) -> None:
-        if not self._queue.put(message):
+        # What is on its way when a recording ends is not part of it, and not lost.
+        if not self._queue.put(message) and not self._queue.is_closed:
             self._losses.lost_here(message.topic)
 
     def _describe(self, topic: _Topic, graph: Graph) -> None:
