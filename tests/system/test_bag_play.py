@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import select
 import signal
+import subprocess
 import sys
 import threading
 
@@ -25,6 +27,12 @@ from tests.bag.test_foreign import write_with_rosbags
 
 MS = 1_000_000
 PLAYER = "/rosbag2_player"
+
+_ON_A_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.executable, [sys.executable, "-m", "teleopctl", *sys.argv[1:]])
+"""
 
 
 @pytest.fixture
@@ -126,39 +134,41 @@ def test_the_services_control_the_player(ros, listener):
 
 def test_the_keys_of_a_terminal_control_the_player(ros, listener):
     pytest.importorskip("termios")
-    import pty
-
     written = write_bag(ros.folder / "bag", count=4)
-    child, terminal = pty.fork()
-    if child == 0:
-        os.chdir(ros.folder)
-        os.execve(
-            sys.executable,
-            [sys.executable, "-m", "teleopctl", "bag", "play", "bag", "-p", "--loop"],
-            ros.env,
-        )
-    shown = _Screen(terminal)
-    shown.wait_for("Progress bar enabled at 3 Hz.")
-    shown.wait_for("Press CURSOR_DOWN for Decrease Rate 10%")
-    shown.wait_for("====== Playback Progress ======")
-    shown.wait_for(f"[{START_NS // 10**9}.000000000] Duration 0.00/0.00 [P]")
-    for number in range(1, 4):
-        os.write(terminal, b"\x1b[C")
-        listener.wait_for_count(number)
-    assert listener.received == as_received(written[:3])
-    os.write(terminal, b"\x1b[A")
-    shown.wait_for("Set rate to 1.1")
-    os.write(terminal, b"\x1b[B\x1b[B")
-    shown.wait_for("Set rate to 0.9")
-    os.write(terminal, b" ")
-    shown.wait_for("Resuming play.")
-    listener.wait_for_count(9)
-    os.write(terminal, b" ")
-    shown.wait_for("Pausing play.")
-    os.write(terminal, b"\x03")
-    _, status = os.waitpid(child, 0)
-    assert os.waitstatus_to_exitcode(status) == 0
-    os.close(terminal)
+    terminal, theirs = os.openpty()
+    # A child of a program with threads must not run Python before its exec: it takes the terminal
+    # for its own behind that.
+    child = subprocess.Popen(
+        [sys.executable, "-c", _ON_A_TERMINAL, *["bag", "play", "bag", "-p", "--loop"]],
+        env=ros.env,
+        cwd=ros.folder,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+    )
+    os.close(theirs)
+    # When its terminal goes, it ends, whatever became of the test.
+    with child, contextlib.closing(_Screen(terminal)) as shown:
+        shown.wait_for("Progress bar enabled at 3 Hz.")
+        shown.wait_for("Press CURSOR_DOWN for Decrease Rate 10%")
+        shown.wait_for("====== Playback Progress ======")
+        shown.wait_for(f"[{START_NS // 10**9}.000000000] Duration 0.00/0.00 [P]")
+        for number in range(1, 4):
+            os.write(terminal, b"\x1b[C")
+            listener.wait_for_count(number)
+        assert listener.received == as_received(written[:3])
+        os.write(terminal, b"\x1b[A")
+        shown.wait_for("Set rate to 1.1")
+        os.write(terminal, b"\x1b[B\x1b[B")
+        shown.wait_for("Set rate to 0.9")
+        os.write(terminal, b" ")
+        shown.wait_for("Resuming play.")
+        listener.wait_for_count(9)
+        os.write(terminal, b" ")
+        shown.wait_for("Pausing play.")
+        os.write(terminal, b"\x03")
+        assert child.wait(20) == 0
 
 
 class _Screen:
@@ -167,6 +177,10 @@ class _Screen:
     def __init__(self, terminal: int) -> None:
         self._terminal = terminal
         self._text = ""
+
+    def close(self) -> None:
+        """Let the terminal go."""
+        os.close(self._terminal)
 
     def wait_for(self, part: str) -> None:
         """Read on until a text has been shown behind the last one."""
