@@ -401,6 +401,17 @@ def test_links_of_the_goal_that_stand_where_the_robot_does_are_not_drawn_twice(s
     assert display._goal._links["base"].visible
 
 
+def test_meshes_are_found_beside_the_description_as_those_of_the_robot_are(stage, tmp_path):
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    stage.robot_folder = tmp_path
+    display = made(stage, RobotState, described=False)
+    shape = '<visual><geometry><mesh filename="part.obj"/></geometry></visual>'
+    urdf = f'<robot name="r"><link name="base">{shape}</link></robot>'
+    stage.publish("/robot_description", STRING(data=urdf))
+    assert display.status[0] == "ok"
+    assert set(display.model.parts.meshes) == {"part.obj"}
+
+
 numbers = strategies.floats(width=32)
 stamps = strategies.integers(-(2**31), 2**31 - 1)
 

@@ -74,10 +74,12 @@ class MoveItDisplay(Display):
         """States and plans are of no time."""
 
     def _take_description(self, message: Any) -> None:
-        urdf = message.data
+        urdf, folder = message.data, self.stage.robot_folder
         self._turn += 1
         turn = self._turn
-        self.stage.work(lambda: GhostModel.of(urdf), lambda done: self._take_model(turn, done))
+        self.stage.work(
+            lambda: GhostModel.of(urdf, folder), lambda done: self._take_model(turn, done)
+        )
 
     def _take_model(self, turn: int, done: Any) -> None:
         if turn != self._turn or not self.is_drawn:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.robot import Joints, JointSet, Material, RobotDescription, SegmentTree
@@ -48,8 +49,12 @@ class GhostModel:
     bare: dict[str, MeshFile]
 
     @classmethod
-    def of(cls, urdf: str) -> GhostModel:
+    def of(cls, urdf: str, folder: Path | None = None) -> GhostModel:
         """Read a description and its meshes; takes long.
+
+        Args:
+            urdf: The description.
+            folder: Where it is from, for paths that are relative to it.
 
         Raises:
             TeleopctlError: The description makes no sense.
@@ -57,8 +62,10 @@ class GhostModel:
         description = RobotDescription.from_urdf(urdf)
         joints = Joints.for_display(description, lambda _warning: None)
         rest = {name: joint.zero for name, joint in JointSet(joints).free.items()}
-        parts = load_parts(description, Parts())
-        bare = {uri: load_mesh(uri, bare=True) for uri, mesh in parts.meshes.items() if mesh.glb}
+        parts = load_parts(description, Parts(), folder)
+        bare = {
+            uri: load_mesh(uri, folder, bare=True) for uri, mesh in parts.meshes.items() if mesh.glb
+        }
         return cls(description, SegmentTree(description, joints), rest, parts, bare)
 
     def poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
