@@ -1,12 +1,9 @@
 """``teleopctl bag record`` with real nodes."""
 
-import fcntl
 import os
-import pty
 import signal
 import subprocess
 import sys
-import termios
 
 import pytest
 from mcap.reader import make_reader
@@ -33,6 +30,12 @@ from tests.system.recording import (
     stop,
     wait_until_written,
 )
+
+_ON_A_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.executable, [sys.executable, "-m", "teleopctl", *sys.argv[1:]])
+"""
 
 
 def test_record_writes_every_message_as_it_came_and_other_readers_agree(ros):
@@ -137,6 +140,7 @@ def test_a_topic_with_two_types_is_left_out(ros):
     assert list(contents(ros.folder / "bag")) == ["/chatter"]
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no such signals")
 def test_sigterm_and_a_hung_up_terminal_finish_the_bag(ros):
     for number, name in ((signal.SIGTERM, "term"), (signal.SIGHUP, "hup")):
         process = record(ros, "-o", name, "--topics", f"/{name}")
@@ -148,30 +152,35 @@ def test_sigterm_and_a_hung_up_terminal_finish_the_bag(ros):
 
 
 def test_the_space_bar_pauses_and_the_terminal_is_put_back(ros):
-    terminal, side = pty.openpty()
-    before = termios.tcgetattr(side)
-    command = [sys.executable, "-m", "teleopctl", "bag", "record", "-o", "bag", "-a"]
-    with (ros.folder / "said").open("w") as written:
-        process = subprocess.Popen(
-            command,
+    termios = pytest.importorskip("termios")
+    terminal, theirs = os.openpty()
+    before = termios.tcgetattr(theirs)
+    log = ros.folder / "said"
+    with log.open("w") as written:
+        # A child of a program with threads must not run Python before its exec.
+        child = subprocess.Popen(
+            [sys.executable, "-c", _ON_A_TERMINAL, "bag", "record", "-o", "bag", "-a"],
             env=ros.env,
             cwd=ros.folder,
-            stdin=side,
+            stdin=theirs,
             stderr=written,
             start_new_session=True,
-            preexec_fn=lambda: fcntl.ioctl(side, termios.TIOCSCTTY, 0),
-            pass_fds=[side],
         )
-    log = ros.folder / "said"
-    eventually(lambda: log.exists() and "Recording..." in log.read_text())
-    os.write(terminal, b" ")
-    eventually(lambda: "Pausing recording." in log.read_text())
-    os.write(terminal, b" ")
-    eventually(lambda: "Resuming recording." in log.read_text())
-    os.write(terminal, b"\x03")
-    assert process.wait(20) == 0
-    assert "Press SPACE for pausing/resuming" in log.read_text()
-    assert termios.tcgetattr(side) == before
+    try:
+        eventually(lambda: "Recording..." in log.read_text())
+        os.write(terminal, b" ")
+        eventually(lambda: "Pausing recording." in log.read_text())
+        os.write(terminal, b" ")
+        eventually(lambda: "Resuming recording." in log.read_text())
+        os.write(terminal, b"\x03")
+        assert child.wait(20) == 0
+        assert "Press SPACE for pausing/resuming" in log.read_text()
+        assert termios.tcgetattr(theirs) == before
+    finally:
+        child.kill()
+        child.wait()
+        os.close(terminal)
+        os.close(theirs)
 
 
 @pytest.mark.parametrize("attempt", range(3))
