@@ -5,14 +5,30 @@ Each picture is made by the command that its page has, in a graph of its own.
 
 from __future__ import annotations
 
+import io
+import os
+import pty
+import re
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from rich.console import Console
+from rich.text import Text
+
 from teleopctl.testing import RosGraph
 
 FOLDER = Path(__file__).parent
+COLUMNS, LINES = 92, 22
+# Goes back over what stands on the terminal, to draw it anew.
+AGAIN = re.compile(r"(?:\x1b\[\d*[AK]|\r)+")
+
+FIELDS = "position[0],position[1],position[2]"
+POINTS = ", ".join(
+    f"{{positions: {list(positions)}, time_from_start: {{sec: {second}}}}}"
+    for second, positions in enumerate(((0.7, -0.5, 0.5), (-0.6, 0.3, -0.4), (0.2, 0.0, 0.1)), 2)
+)
 
 
 def command(ros: RosGraph, *words: str) -> str:
@@ -48,10 +64,37 @@ def frames(ros: RosGraph, file: Path) -> None:
     file.with_suffix(".gv").unlink()
 
 
+def plot(ros: RosGraph, file: Path) -> None:
+    """Three joints over time, on a terminal, while the arm moves."""
+    command(ros, "launch", "-d", "sim.yaml", "camera:=false")
+    topic = ["/arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory"]
+    joints = "joint_names: [joint_1, joint_2, joint_3]"
+    ros.spawn(["topic", "pub", "--once", *topic, f"{{{joints}, points: [{POINTS}]}}"])
+    drawn = b""
+
+    def keep(terminal: int) -> bytes:
+        nonlocal drawn
+        drawn += (said := os.read(terminal, 65536))
+        return said
+
+    os.environ.pop("NO_COLOR", None)
+    os.environ |= {"COLUMNS": str(COLUMNS), "LINES": str(LINES), "TERM": "xterm-256color"}
+    words = ["topic", "echo", "/joint_states", "--plot", FIELDS]
+    pty.spawn(
+        [sys.executable, "-m", "teleopctl", *words, "--window", "5", "--timeout", "4.5"], keep
+    )
+    whole = drawn.decode()
+    start = max(match.end() for match in re.finditer(r"\x1b\[\d*A", whole))
+    console = Console(record=True, width=COLUMNS, file=io.StringIO(), force_terminal=True)
+    console.print(Text.from_ansi(AGAIN.sub("", whole[start:])))
+    file.write_text(console.export_svg(title=f"teleopctl {' '.join(words)}"), encoding="utf-8")
+
+
 PICTURES: dict[str, Callable[[RosGraph, Path], None]] = {
     "graph_display": display,
     "graph_greeter": greeter,
     "frames_head": frames,
+    "plot": plot,
 }
 
 if __name__ == "__main__":

@@ -78,11 +78,11 @@ def launch(ros: RosGraph, *words: str) -> str:
     return addresses[-1]
 
 
-def prepare(page: Page, address: str) -> None:
+def prepare(page: Page, address: str, joint: str = "joint_1") -> None:
     """Open the page, and wait until the robot stands there."""
     page.set_default_timeout(WAIT_MS)
     page.goto(address)
-    page.get_by_text("joint_1", exact=True).wait_for()
+    page.get_by_text(joint, exact=True).wait_for()
     close = page.locator(".mantine-Notification-closeButton")
     for _ in range(close.count()):
         close.first.click()
@@ -169,6 +169,14 @@ TABS: dict[str, Callable[[Page], None]] = {
 }
 
 
+def own_robot(ros: RosGraph) -> Path:
+    """Write the robot of the page on one's own robot, and return its file."""
+    text = (FOLDER.parent / "own_robot.md").read_text(encoding="utf-8")
+    file = ros.folder / "head.urdf"
+    file.write_text("<robot" + text.partition("<robot")[2].partition("```")[0], encoding="utf-8")
+    return file
+
+
 @contextmanager
 def graph() -> Iterator[RosGraph]:
     """A graph of its own, in a folder of its own."""
@@ -178,7 +186,7 @@ def graph() -> Iterator[RosGraph]:
 
 def main(names: list[str]) -> None:
     """Take the pictures that are named, or all."""
-    wanted = names or ["page.webp", "page_phone.png", *TABS]
+    wanted = names or ["page.webp", "page_phone.png", "page_head.png", *TABS]
     program = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
     arguments = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
     with sync_playwright() as playwright:
@@ -191,6 +199,15 @@ def main(names: list[str]) -> None:
                 page = browser.new_page(viewport=LAPTOP)
                 prepare(page, address)
                 film(page, ros)
+                page.close()
+        if "page_head.png" in wanted:
+            with graph() as ros:
+                address = launch(ros, "display.yaml", f"model:={own_robot(ros)}")
+                page = browser.new_page(viewport=LAPTOP)
+                prepare(page, address, "pan")
+                press("Randomize")(page)
+                page.wait_for_timeout(5_000)
+                photograph(page, "page_head.png")
                 page.close()
         tabs = [name for name in TABS if name in wanted]
         if tabs or "page_phone.png" in wanted:

@@ -69,6 +69,15 @@ def test_fields_are_drawn_on_a_terminal(ros, terminal):
     screen.until(r"\x1b\[1A.*-5 s")
 
 
+def test_each_field_has_a_colour_on_a_terminal(ros, terminal):
+    ros.env.pop("NO_COLOR", None)
+    ros.spawn(["topic", "pub", "-r", "20", "/cmd_vel", TWIST, "{linear: {x: 1.5}}"]).wait_for_line(
+        "#1"
+    )
+    screen = terminal("topic echo /cmd_vel --plot linear.x,angular.z --window 5")
+    screen.until(r"\x1b\[3\dm.*linear\.x.*\x1b\[3\dm.*angular\.z")
+
+
 def test_in_a_pipe_there_is_one_drawing_at_the_end(ros):
     ros.spawn(["topic", "pub", "-r", "20", "/cmd_vel", TWIST, "{linear: {x: 1.5}}"]).wait_for_line(
         "#1"

@@ -236,13 +236,14 @@ def tell_when_up(
 
 def _what_is_up_now(running: list[ProcessStatus]) -> str:
     names = [process.node_name or process.name for process in running]
-    controlled = "/controller_manager" in names
-    command = "control list_controllers" if controlled else "node list"
-    look = "".join(f" The robot in your browser: {address}" for address in pages(running))
-    return (
-        f"Up: {', '.join(names)}. Next, in another terminal: teleopctl {command}. "
-        f"Ctrl-C ends everything.{look}"
-    )
+    first = "control list_controllers" if "/controller_manager" in names else "node list"
+    lines = [
+        f"Up: {', '.join(names)}",
+        "  Ctrl-C ends everything. Next, in another terminal:",
+        *(f"    teleopctl {command}" for command in (first, "topic list", "topic hz --all")),
+        *(f"  The robot in your browser: {address}" for address in pages(running)),
+    ]
+    return "\n".join(lines)
 
 
 def _what_it_waits_for(name: str, waiting: Mapping[str, str]) -> str:

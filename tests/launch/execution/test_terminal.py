@@ -40,14 +40,17 @@ def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
     command = [sys.executable, "-m", "teleopctl", "launch", "one.yaml"]
     env = {**ros.env, "TERM": "xterm"}
     up = (
-        b"[INFO] [launch]: Up: /mouth. Next, in another terminal: teleopctl node list. "
-        b"Ctrl-C ends everything."
+        b"[INFO] [launch]: Up: /mouth",
+        b"  Ctrl-C ends everything. Next, in another terminal:",
+        b"    teleopctl node list",
+        b"    teleopctl topic list",
+        b"    teleopctl topic hz --all",
     )
     with subprocess.Popen(command, env=env, cwd=ros.folder, stdout=theirs) as launch:
         os.close(theirs)
         with os.fdopen(ours, "rb") as screen:
             lines: set[bytes] = set()
-            while not {up, b"[INFO] [mouth]: Publishing at 1.0 Hz"} <= lines:
+            while not {*up, b"[INFO] [mouth]: Publishing at 1.0 Hz"} <= lines:
                 lines.add(screen.readline().rstrip())
             launch.terminate()
             assert launch.wait(LONGEST_WAIT_S) == 0

@@ -85,12 +85,13 @@ def _canvas(traces: Traces) -> Iterator[Callable[..., None]]:
     from rich.live import Live
     from rich.text import Text
 
+    # While it is live, sys.stdout is a stand-in that is no terminal.
+    colour = console.colour_enabled(sys.stdout)
     with Live(console=Console(), auto_refresh=False) as live:
 
         def draw(*, is_last: bool) -> None:
             del is_last
             width, lines = shutil.get_terminal_size()
-            colour = console.colour_enabled(sys.stdout)
             text = traces.drawing(time.monotonic(), width, lines - 1, colour=colour)
             live.update(Text.from_ansi(text), refresh=True)
 
