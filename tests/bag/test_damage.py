@@ -105,7 +105,7 @@ def mutated(data: bytes, mutations: list[tuple[float, str, bytes]]) -> bytes:
     return bytes(changed)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.sampled_from(Compression), MUTATIONS)
 def test_damaged_files_raise_nothing_but_our_errors(
     tmp_path_factory, whole, compression, mutations
@@ -121,12 +121,14 @@ def test_damaged_files_raise_nothing_but_our_errors(
     except TeleopctlError:
         return
     assert set(messages) <= set(written)
-    assert [f for f in findings(recovery.path) if "lost before" not in f] == []
+    # The times of a broken chunk's head are not covered by its checksum: order may be lost.
+    told = ("lost before", "the clock was set back")
+    assert [f for f in findings(recovery.path) if not any(words in f for words in told)] == []
     if len(messages) < len(written):
         assert found
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.binary(max_size=300), st.sampled_from([".mcap", ".db3", ".bag"]), st.booleans())
 def test_bytes_that_are_no_bag_raise_nothing_but_our_errors(tmp_path_factory, data, suffix, magic):
     file = tmp_path_factory.mktemp("random") / f"x{suffix}"
@@ -136,7 +138,7 @@ def test_bytes_that_are_no_bag_raise_nothing_but_our_errors(tmp_path_factory, da
             look(file)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.floats(0, 1), st.sampled_from([b"\xff" * 8, b"\xff" * 4, b"\xff\xff\xff\x7f"]))
 def test_absurd_lengths_take_no_memory(tmp_path_factory, whole, place, absurd):
     folder, _ = whole[Compression.ZSTD]

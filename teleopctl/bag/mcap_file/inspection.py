@@ -46,7 +46,9 @@ def file_faults(path: Path) -> Iterator[Fault]:
             yield from _faults_of_end(stream, found)
             clock = _Clock()
             for chunk in found.summary.chunk_indexes:
-                fault = _fault_of_chunk(stream, chunk, clock)
+                # Of the last one of an unfinished file, its end is all that is missing.
+                is_cut = found.missing_indexes and chunk is found.summary.chunk_indexes[-1]
+                fault = _fault_of_chunk(stream, chunk, clock, has_index=not is_cut)
                 if fault is not None:
                     what = f"the chunk at byte {chunk.chunk_start_offset}: {fault.what}"
                     yield fault._replace(what=what)
@@ -150,7 +152,9 @@ class _Clock:
             )
 
 
-def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex, clock: _Clock) -> Fault | None:
+def _fault_of_chunk(
+    stream: BinaryIO, chunk: ChunkIndex, clock: _Clock, *, has_index: bool
+) -> Fault | None:
     try:
         indexes = message_indexes(stream, chunk)
     except BROKEN as error:
@@ -161,6 +165,8 @@ def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex, clock: _Clock) -> Fault
     times = [time_ns for records in found.values() for time_ns, _ in records]
     if times and (min(times), max(times)) != (chunk.message_start_time, chunk.message_end_time):
         return Fault("it has messages of other times than it says")
+    if not has_index:
+        return None
     said = {}
     try:
         for offset in chunk.message_index_offsets.values():
@@ -169,8 +175,9 @@ def _fault_of_chunk(stream: BinaryIO, chunk: ChunkIndex, clock: _Clock) -> Fault
                 said[index.channel_id] = sorted(index.records)
     except BROKEN as error:
         return Fault(f"its index cannot be read ({str(error) or type(error).__name__})")
-    # An unfinished file may lack that of its last chunk.
-    return Fault("its index is not that of its messages") if said and said != found else None
+    if chunk.message_index_offsets and said != found:
+        return Fault("its index is not that of its messages")
+    return None
 
 
 def _is_whole(stream: BinaryIO, index: AttachmentIndex) -> bool:
