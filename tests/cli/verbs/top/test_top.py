@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import threading
 import time
 
 import pytest
@@ -72,8 +73,19 @@ def on_screen(scenario, size=(120, 30)):
 def publishing(ros, message, topic, rate=20.0):
     """A publisher of the test's that sends again and again."""
     publisher = ros.node.create_publisher(type(message), topic, 10)
-    timer = ros.node.create_timer(1.0 / rate, lambda: publisher.publish(message))
+    sending = threading.Lock()
+    ended = False
+
+    def send():
+        with sending:
+            if not ended:
+                publisher.publish(message)
+
+    timer = ros.node.create_timer(1.0 / rate, send)
     yield publisher
+    # A call that has begun on the node's thread comes to its end first.
+    with sending:
+        ended = True
     ros.node.destroy_timer(timer)
     ros.node.destroy_publisher(publisher)
 
