@@ -268,6 +268,7 @@ PANELS = Kind(
     "viewer panel",
     "teleopctl.viewer_panels",
     {
+        "bag": f"{_PANELS}.bag:BagPanel",
         "joints": f"{_PANELS}.joints:JointsPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
         "camera": f"{_PANELS}.camera:CameraPanel",

@@ -177,6 +177,30 @@ def own_robot(ros: RosGraph) -> Path:
     return file
 
 
+def show_bag(page: Page, ros: RosGraph) -> None:
+    """Record a session in which the arm takes the cube, and open it at a moment of it."""
+    session = ros.launch("sim.yaml", "record:=session")
+    command(ros, LIFT, GRIP)
+    page.wait_for_timeout(5_000)
+    session.stop()
+    view = ros.spawn("bag view session --start-paused --port 0")
+    found = view.wait_for_line(r"(http://\S+)")
+    page.set_default_timeout(WAIT_MS)
+    page.goto(found[1])
+    page.get_by_text("paused").wait_for()
+    page.wait_for_timeout(4_000)
+    slider = page.get_by_role("slider").first
+    slider.focus()
+    for _ in range(3):
+        # A click beside the thumb, as a person would do it.
+        box = slider.locator("xpath=../..").bounding_box()
+        assert box is not None
+        page.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + box["height"] / 2)
+        page.wait_for_timeout(2_000)
+    page.mouse.move(20, 400)
+    page.wait_for_timeout(6_000)
+
+
 @contextmanager
 def graph() -> Iterator[RosGraph]:
     """A graph of its own, in a folder of its own."""
@@ -186,7 +210,7 @@ def graph() -> Iterator[RosGraph]:
 
 def main(names: list[str]) -> None:
     """Take the pictures that are named, or all."""
-    wanted = names or ["page.webp", "page_phone.png", "page_head.png", *TABS]
+    wanted = names or ["page.webp", "page_phone.png", "page_head.png", "page_bag.png", *TABS]
     program = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
     arguments = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
     with sync_playwright() as playwright:
@@ -208,6 +232,12 @@ def main(names: list[str]) -> None:
                 press("Randomize")(page)
                 page.wait_for_timeout(5_000)
                 photograph(page, "page_head.png")
+                page.close()
+        if "page_bag.png" in wanted:
+            with graph() as ros:
+                page = browser.new_page(viewport=LAPTOP)
+                show_bag(page, ros)
+                photograph(page, "page_bag.png")
                 page.close()
         tabs = [name for name in TABS if name in wanted]
         if tabs or "page_phone.png" in wanted:

@@ -83,7 +83,10 @@ class Viewer(Node):
         made: list[Panel] = []
         tabs = self.gui.add_tab_group()
         for name in names or plugins.available(plugins.PANELS):
-            panel: Panel = plugins.load(plugins.PANELS, name)(self)
+            kind: type[Panel] = plugins.load(plugins.PANELS, name)
+            if not (names or kind.is_default):
+                continue
+            panel = kind(self)
             with tabs.add_tab(panel.title, cast("viser.IconName", panel.icon)):
                 panel.build()
             made.append(panel)

@@ -253,7 +253,7 @@ class Reader:
             self._asked.append(lambda: self._to_the_end(step, process, argv, stripped))
         elif command != step.line:
             self._running.append((process, False))
-        elif stripped[0] == "teleopctl" and goes_on(stripped):
+        elif stripped[0] == "teleopctl" and goes_on(stripped) and not _shows_failure(step):
             self._until_shown(step, process, stripped)
         else:
             self._to_the_end(step, process, argv, stripped)
@@ -293,7 +293,7 @@ class Reader:
         assert not step.lacks(step.shown, process), process.report()
 
     def _to_the_end(self, step: Step, process: Process, argv: list[str], words: list[str]) -> None:
-        fails = any(re.search(r"^teleopctl: |: error: |^\w+Error: ", line) for line in step.shown)
+        fails = _shows_failure(step)
 
         def is_right() -> bool:
             nonlocal process
@@ -317,6 +317,10 @@ class Reader:
         while self._running and (final or not self._running[-1][1]):
             _press_ctrl_c(self._running[-1][0])
             self._running.pop()
+
+
+def _shows_failure(step: Step) -> bool:
+    return any(re.search(r"^teleopctl: |: error: |^\w+Error: ", line) for line in step.shown)
 
 
 def _of_this_command(shown: tuple[str, ...]) -> tuple[str, ...]:

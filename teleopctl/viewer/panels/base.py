@@ -59,12 +59,14 @@ class Panel:
     Attributes:
         title: What stands on it.
         icon: The name of its icon, one of Tabler's.
+        is_default: Whether it is there where nobody names the panels.
         page: What it works with.
         gui: Where to add buttons and so on.
     """
 
     title: ClassVar[str]
     icon: ClassVar[str] = "square"
+    is_default: ClassVar[bool] = True
 
     def __init__(self, page: Page) -> None:
         self.page = page

@@ -91,6 +91,11 @@ GROUP = Group(
                 "teleopctl bag plot my_bag /joint_states/effort[1] /wrench/force/z -o forces.svg",
             ),
         ),
+        "view": Verb(
+            f"{_LOOK}.view:view",
+            "Show a bag on the page, with a time line.",
+            examples=("teleopctl bag view my_bag --open",),
+        ),
         "verify": Verb(
             f"{_LOOK}.verify:verify",
             "Simulate a recorded session once more, and compare.",

@@ -1,0 +1,51 @@
+"""``teleopctl bag view``."""
+
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.bag.options import BagPath
+from teleopctl.errors import UsageError
+
+_PORT = 8080
+
+
+def view(
+    bag_path: BagPath,
+    display_config: Annotated[
+        str | None,
+        Option("-d", "--display-config", help="An .rviz file to begin with.", metavar="FILE"),
+    ] = None,
+    rate: Annotated[float, Option("-r", "--rate", help="Seconds of the bag per second.")] = 1.0,
+    start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
+    host: Annotated[str, Option("--host", help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, Option("--port", help="Port to listen on.")] = _PORT,
+    token: Annotated[
+        str | None, Option("--token", help="What the page's address has to carry.")
+    ] = None,
+    open_page: Annotated[bool, Option("--open", help="Open the page in the browser.")] = False,
+) -> None:
+    """Show a bag on the page, with a time line to drag, until Ctrl-C."""
+    if rate <= 0:
+        raise UsageError(f"--rate {rate:g}: a bag is played forwards, so that it is above 0")
+    from teleopctl.nodes.bag_view import view_bag
+
+    def tell(address: str, domain: int) -> None:
+        console.out(f"The bag in your browser: {address}")
+        console.out(f"Its topics: ROS_DOMAIN_ID={domain} teleopctl topic list")
+        console.flush()
+        if open_page:
+            webbrowser.open(address)
+
+    view_bag(
+        Path(bag_path),
+        host=host,
+        port=port,
+        token=token,
+        view=Path(display_config) if display_config else None,
+        rate=rate,
+        is_paused=start_paused,
+        on_ready=tell,
+    )

@@ -1,0 +1,93 @@
+"""A bag on the page, with a time line: a player and a viewer in a domain of their own."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from teleopctl.bag import Player, PlayOptions, open_bag
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    SingleThreadedExecutor,
+    init,
+    qos_profile_latched,
+)
+from teleopctl.wire import ensure_router
+
+_PANELS = ["bag", "scene", "camera", "plot", "topics", "log"]
+_PLAYER = "rosbag2_player"
+_CLOCK_HZ = 40.0
+_DESCRIPTION = "/robot_description"
+# Beside the domains that people choose, of which there are 233.
+_FIRST_DOMAIN = 1000
+
+
+def view_bag(
+    path: Path,
+    *,
+    host: str,
+    port: int,
+    token: str | None,
+    view: Path | None,
+    rate: float,
+    is_paused: bool,
+    on_ready: Callable[[str, int], object],
+) -> None:
+    """Show a bag on the page until it is interrupted.
+
+    What is played reaches nobody else, and what else runs is not in the picture: the two nodes are
+    in a domain of their own.
+
+    Args:
+        path: The bag.
+        host: Where the page listens; see `open_server`, as for ``port`` and ``token``.
+        port: See there.
+        token: See there.
+        view: The ``.rviz`` file to begin with.
+        rate: Seconds of the bag per second.
+        is_paused: Whether to begin paused.
+        on_ready: Called with the page's address and the domain.
+
+    Raises:
+        TeleopctlError: The bag or the view cannot be read, or the page not be opened.
+    """
+    # Before anything is started: nothing is worse than a page without a bag.
+    with open_bag(path) as bag:
+        has_description = any(t.name == _DESCRIPTION and n for t, n in bag.metadata.topics)
+        attached = [] if has_description else [*bag.attachments()]
+    description = next((a.data for a in attached if a.name == "robot_description.urdf"), None)
+    ensure_router()
+    domain = _FIRST_DOMAIN + os.getpid()
+    arguments = ["--ros-args", "-p", "use_sim_time:=true"]
+    options = PlayOptions(rate=rate, loop=True, is_paused=is_paused, clock_hz=_CLOCK_HZ)
+    from teleopctl.viewer import open_viewer
+
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=arguments, domain_id=domain),
+        contextlib.ExitStack() as stack,
+    ):
+        viewer, address = open_viewer(host, port, token, view=view, panels=_PANELS)
+        stack.enter_context(viewer)
+        node = stack.enter_context(Node(_PLAYER))
+        if description is not None:
+            _publish_description(node, description)
+        player = stack.enter_context(Player(node, path, options))
+        executor = SingleThreadedExecutor()
+        for each in (viewer, node):
+            executor.add_node(each)
+        player.play()
+        on_ready(address, domain)
+        executor.spin()
+
+
+def _publish_description(node: Node, urdf: bytes) -> None:
+    """Publish the robot that was recorded beside the topics."""
+    from teleopctl.interfaces import get_message
+
+    string = get_message("std_msgs/msg/String")
+    publisher = node.create_publisher(string, _DESCRIPTION, qos_profile_latched)
+    publisher.publish(string(data=urdf.decode(errors="replace")))

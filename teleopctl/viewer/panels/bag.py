@@ -1,0 +1,214 @@
+"""The time line of a bag that is played: to drag, with play, pause and rate."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds
+from teleopctl.node import parameter_value_to_python, qos_profile_sensor_data
+from teleopctl.viewer.page.html import escaped
+from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.remote.service_calls import ServiceCalls
+
+_PACKAGE = "rosbag2_interfaces/srv"
+_SEEK = "seek"
+_BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
+_RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+# While a person drags, and a moment longer, the time line follows them and not the player.
+_DRAGGED_S = 0.5
+# What is shown of a moment that playing has not come to: so many messages from there on.
+_SHOWN_MESSAGES = 100
+_NOBODY = "No bag is played. Look at one with <code>teleopctl bag view BAG</code>."
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class BagPanel(Panel):
+    """Time and rate of a player with rosbag2's services; with teleopctl's also a time line."""
+
+    title: ClassVar[str] = "Bag"
+    icon = "movie"
+    is_default = False
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page)
+        self._calls = ServiceCalls(page)
+        self._player = ""
+        self._start_ns = self._end_ns = 0
+        self._now_ns = 0
+        self._is_paused = False
+        self._dragged_at = 0.0
+        self._wanted_s: float | None = None
+        self._is_seeking = False
+        self._end: Callable[[], None] | None = None
+
+    def build(self) -> None:
+        """Add the sentence for when nothing is played, and what there is otherwise."""
+        self._note = self.gui.add_html(_text(_NOBODY))
+        self._place = self.gui.add_folder(None, visible=False)
+        with self._place:
+            self._state = self.gui.add_html("")
+            self._line: Any = self.gui.add_slider(
+                "Time", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds from the bag's start"
+            )
+            self._line.on_update(self.page.on(self._drag))
+            self._buttons: Any = self.gui.add_button_group(" ", ("Play", "Pause", "Next"))
+            self._buttons.on_click(self.page.on(self._pressed))
+            rates = tuple(_label(rate) for rate in _RATES)
+            self._rate: Any = self.gui.add_dropdown("Rate", rates, initial_value=_label(1.0))
+            self._rate.on_update(self.page.on(self._choose_rate))
+
+    def began(self) -> None:
+        """Look for a player."""
+        self.graph_changed()
+
+    def ended(self) -> None:
+        """Listen to nothing."""
+        self._follow("")
+
+    def graph_changed(self) -> None:
+        """Notice players that come and go."""
+        node = self.page.node
+        players = sorted(
+            name.removesuffix(f"/{_SEEK}")
+            for name, types in node.get_service_names_and_types()
+            if name.endswith(f"/{_SEEK}")
+            and f"{_PACKAGE}/Seek" in types
+            and node.count_services(name)
+        )
+        if self._player not in players:
+            self._follow(players[0] if players else "")
+
+    def tick(self) -> None:
+        """Show where it is."""
+        if not self._player:
+            return
+        passed_s = (self._now_ns - self._start_ns) / NANOSECONDS_PER_SECOND
+        if self._line.visible:
+            whole = f" of {(self._end_ns - self._start_ns) / NANOSECONDS_PER_SECOND:.2f} s"
+            if time.monotonic() - self._dragged_at > _DRAGGED_S:
+                self._line.value = min(max(passed_s, self._line.min), self._line.max)
+        else:
+            whole = " s"
+        word = "paused" if self._is_paused else "playing"
+        content = _text(
+            f"<b>{word}</b> <span style='opacity:.7'>{escaped(self._player)}</span><br>"
+            f"<b>{passed_s:.2f}</b>{whole}"
+        )
+        if content != self._state.content:
+            self._state.content = content
+
+    def _follow(self, player: str) -> None:
+        if player == self._player:
+            return
+        if self._end is not None:
+            self._end()
+            self._end = None
+        self._calls.close()
+        self._player = player
+        self._note.visible, self._place.visible = not player, bool(player)
+        self._line.visible = False
+        self._start_ns = self._now_ns = 0
+        if not player:
+            return
+        self._end = self.page.stage.subscribe(
+            "/clock", "rosgraph_msgs/msg/Clock", self._take_time, qos_profile_sensor_data
+        )
+        self._ask("is_paused", "IsPaused", self._take_paused)
+        self._ask("get_rate", "GetRate", self._take_rate)
+        self._calls.call(
+            f"{player}/get_parameters",
+            "rcl_interfaces/srv/GetParameters",
+            self._take_bounds,
+            lambda _reason: None,
+            names=list(_BOUNDS),
+        )
+
+    # --- what the player says -----------------------------------------------------------------
+
+    def _take_time(self, message: Any) -> None:
+        self._now_ns = to_nanoseconds(message.clock)
+
+    def _take_paused(self, response: Any) -> None:
+        self._is_paused = response.paused
+
+    def _take_rate(self, response: Any) -> None:
+        self._rate.options = tuple(map(_label, sorted({*_RATES, response.rate})))
+        self._rate.value = _label(response.rate)
+
+    def _take_bounds(self, response: Any) -> None:
+        """Offer the time line; rosbag2's own player does not tell how long its bag is."""
+        bounds = [parameter_value_to_python(value) for value in response.values]
+        if len(bounds) == 2 and all(isinstance(bound, int) for bound in bounds):
+            self._start_ns, self._end_ns = int(str(bounds[0])), int(str(bounds[1]))
+            self._line.max = max((self._end_ns - self._start_ns) / NANOSECONDS_PER_SECOND, 0.01)
+            self._line.visible = True
+
+    # --- what a person does -------------------------------------------------------------------
+
+    def _pressed(self, event: Any) -> None:
+        what = event.target.value
+        if what == "Next":
+            self._ask("pause", "Pause", lambda _: self._ask("play_next", "PlayNext"))
+        else:
+            self._ask(*(("pause", "Pause") if what == "Pause" else ("resume", "Resume")))
+        self._is_paused = what != "Play"
+
+    def _drag(self, event: Any) -> None:
+        # A value that was set from here comes without a client.
+        if event.client is None:
+            return
+        self._dragged_at = time.monotonic()
+        self._wanted_s = float(event.target.value)
+        self._seek()
+
+    def _seek(self) -> None:
+        """Go where the person is, once the player has gone where they were."""
+        if self._is_seeking or self._wanted_s is None:
+            return
+        wanted_ns = self._start_ns + round(self._wanted_s * NANOSECONDS_PER_SECOND)
+        self._wanted_s, self._is_seeking = None, True
+        seconds, nanoseconds = divmod(wanted_ns, NANOSECONDS_PER_SECOND)
+
+        def done(_: object) -> None:
+            self._is_seeking = False
+            self._seek()
+
+        def show(_: object) -> None:
+            self._now_ns = wanted_ns
+            if self._is_paused:
+                self._ask("burst", "Burst", done, done, num_messages=_SHOWN_MESSAGES)
+            else:
+                done(None)
+
+        stamp = get_message("builtin_interfaces/msg/Time")(sec=seconds, nanosec=nanoseconds)
+        self._ask(_SEEK, "Seek", show, done, time=stamp)
+
+    def _choose_rate(self, event: Any) -> None:
+        if event.client is not None:
+            self._ask("set_rate", "SetRate", rate=float(event.target.value.removesuffix("x")))
+
+    def _ask(
+        self,
+        service: str,
+        type_name: str,
+        then: Callable[[Any], object] = lambda _: None,
+        failed: Callable[[str], object] = lambda _: None,
+        **fields: Any,
+    ) -> None:
+        def fail(reason: str) -> None:
+            self.page.notify("The player", reason, wrong=True)
+            failed(reason)
+
+        name = f"{self._player}/{service}"
+        self._calls.call(name, f"{_PACKAGE}/{type_name}", then, fail, **fields)
+
+
+def _label(rate: float) -> str:
+    return f"{rate:g}x"
+
+
+def _text(content: str) -> str:
+    return f'<div style="padding:0 .75em .5em;font-size:14px;line-height:1.5">{content}</div>'

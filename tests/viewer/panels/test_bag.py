@@ -1,0 +1,93 @@
+"""The panel of a bag that is played, against a real player."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from teleopctl.bag import Player, PlayOptions
+from teleopctl.node import Node
+from teleopctl.viewer.panels.bag import BagPanel
+from tests.bag.bags import write_bag
+from tests.viewer.panels.live import spinning
+
+LONG_S = 4.0
+
+
+@pytest.fixture
+def panel(live):
+    panel = BagPanel(live)
+    live.show(panel)
+    return panel
+
+
+@pytest.fixture
+def player(tmp_path) -> Iterator[Player]:
+    write_bag(tmp_path / "bag", count=int(LONG_S * 1000) + 1)
+
+    def make(context, executor):
+        node = Node("player", context=context)
+        executor.add_node(node)
+        return node
+
+    with (
+        spinning(make) as (node,),
+        Player(node, tmp_path / "bag", PlayOptions(loop=True, clock_hz=40.0)) as player,
+    ):
+        player.play()
+        yield player
+
+
+def text(panel):
+    return re.sub("<[^>]*>", "", panel._state.content)
+
+
+def test_where_nothing_is_played_one_sentence_says_how_to(panel):
+    assert panel._note.visible
+    assert "teleopctl bag view" in panel._note.content
+    assert not panel._place.visible
+
+
+def test_time_is_shown_dragged_paused_and_paced(live, panel, player):
+    live.until(lambda: panel._line.visible)
+    assert panel._line.max == LONG_S
+    live.until(lambda: panel._line.value > 0.2)
+    assert re.search(r"playing /player\d+\.\d\d of 4\.00 s", text(panel))
+
+    live.choose(panel._buttons, "Pause")
+    live.until(lambda: player.is_paused)
+    live.choose(panel._line, 3.0)
+    # What is shown of that moment are the messages behind it.
+    live.until(lambda: 3.0 <= (player.position_ns - player.start_ns) * 1e-9 < 3.2)
+    live.until(lambda: "paused" in text(panel) and "3.0" in text(panel))
+    assert player.is_paused
+
+    before_ns = player.position_ns
+    live.choose(panel._buttons, "Next")
+    live.until(lambda: player.position_ns > before_ns)
+
+    live.choose(panel._rate, "0.5x")
+    live.until(lambda: player.rate == 0.5)
+    live.choose(panel._line, 0.5)
+    live.until(lambda: (player.position_ns - player.start_ns) * 1e-9 < 0.7)
+    live.choose(panel._buttons, "Play")
+    live.until(lambda: not player.is_paused)
+    live.until(lambda: panel._line.value > 0.8)
+    assert live.told == []
+
+
+def test_many_places_in_one_go_end_at_the_last_one(live, panel, player):
+    live.until(lambda: panel._line.visible)
+    live.choose(panel._buttons, "Pause")
+    live.until(lambda: player.is_paused)
+    for place in (1.0, 3.5, 0.2, 2.0):
+        live.choose(panel._line, place)
+    live.until(lambda: 2.0 <= (player.position_ns - player.start_ns) * 1e-9 < 2.2)
+
+
+def test_a_player_that_has_gone_leaves_the_sentence(live, panel, player):
+    live.until(lambda: panel._line.visible)
+    player.close()
+    live.until(lambda: panel._note.visible)
