@@ -245,6 +245,8 @@ def test_a_controller_that_takes_positions_at_once_is_not_given_jumps(
         live.until(lambda: panel._sliders)
         for name in names:
             switch(ros, f"load_controller --set-state active {name}")
+        # Before that the sliders are those of a robot that nobody moves.
+        live.until(lambda: "<b>forward</b>" in panel._note.content)
         live.until(lambda: "joint_1" in enabled(panel))
         live.until(lambda: is_at(robot, joint_1=0.0))
         put(live, panel, "joint_1", 0.5)
