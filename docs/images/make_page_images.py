@@ -83,11 +83,16 @@ def prepare(page: Page, address: str, joint: str = "joint_1") -> None:
     page.set_default_timeout(WAIT_MS)
     page.goto(address)
     page.get_by_text(joint, exact=True).wait_for()
+    close_notifications(page)
+    # Meshes are drawn some pictures after the sliders.
+    page.wait_for_timeout(6_000)
+
+
+def close_notifications(page: Page) -> None:
+    """Close what the page tells of the browser without a graphics card."""
     close = page.locator(".mantine-Notification-closeButton")
     for _ in range(close.count()):
         close.first.click()
-    # Meshes are drawn some pictures after the sliders.
-    page.wait_for_timeout(6_000)
 
 
 def photograph(page: Page, name: str) -> None:
@@ -189,14 +194,11 @@ def show_bag(page: Page, ros: RosGraph) -> None:
     page.goto(found[1])
     page.get_by_text("paused").wait_for()
     page.wait_for_timeout(4_000)
-    slider = page.get_by_role("slider").first
-    slider.focus()
-    for _ in range(3):
-        # A click beside the thumb, as a person would do it.
-        box = slider.locator("xpath=../..").bounding_box()
-        assert box is not None
-        page.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + box["height"] / 2)
-        page.wait_for_timeout(2_000)
+    close_notifications(page)
+    # A click beside the thumb, as a person would do it.
+    box = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + box["height"] / 2)
     page.mouse.move(20, 400)
     page.wait_for_timeout(6_000)
 

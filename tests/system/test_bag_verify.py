@@ -40,9 +40,7 @@ def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repea
     assert recorded["teleopctl.launch"]["argument.camera"] == "false"
     done = ros.run(["bag", "verify", str(session)])
     assert (done.returncode, done.stderr) == (0, "")
-    assert re.fullmatch(
-        r"\d+ states compared, up to \d+\.\d{3} s: the same bits\.\n", done.stdout
-    )
+    assert re.fullmatch(r"\d+ states compared, up to \d+\.\d{3} s: the same bits\.\n", done.stdout)
 
     with open_bag(session) as bag:
         changed = changed_a_little(bag, session.with_name("changed"))

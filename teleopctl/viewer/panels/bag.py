@@ -16,6 +16,7 @@ _PACKAGE = "rosbag2_interfaces/srv"
 _SEEK = "seek"
 _BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
 _RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+_STEP_S = 0.01
 # While a person drags, and a moment longer, the time line follows them and not the player.
 _DRAGGED_S = 0.5
 # What is shown of a moment that playing has not come to: so many messages from there on.
@@ -51,7 +52,7 @@ class BagPanel(Panel):
         with self._place:
             self._state = self.gui.add_html("")
             self._line: Any = self.gui.add_slider(
-                "Time", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds from the bag's start"
+                "Time", 0.0, 1.0, _STEP_S, 0.0, visible=False, hint="Seconds from the bag's start"
             )
             self._line.on_update(self.page.on(self._drag))
             self._buttons: Any = self.gui.add_button_group(" ", ("Play", "Pause", "Next"))
@@ -143,7 +144,8 @@ class BagPanel(Panel):
         bounds = [parameter_value_to_python(value) for value in response.values]
         if len(bounds) == 2 and all(isinstance(bound, int) for bound in bounds):
             self._start_ns, self._end_ns = int(str(bounds[0])), int(str(bounds[1]))
-            self._line.max = max((self._end_ns - self._start_ns) / NANOSECONDS_PER_SECOND, 0.01)
+            whole_s = (self._end_ns - self._start_ns) / NANOSECONDS_PER_SECOND
+            self._line.max = max(round(whole_s, 2), _STEP_S)
             self._line.visible = True
 
     # --- what a person does -------------------------------------------------------------------
