@@ -25,7 +25,14 @@ from teleopctl.testing import RosGraph, free_port, pytest_plugin
 _FOLDER = pytest.StashKey[Path]()
 
 # How long examples take tells about the machine's other work, not about what is tested.
-settings.register_profile("teleopctl", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# The same examples each time, so that a change is judged by itself; others are looked for with
+# TELEOPCTL_TESTS_EXPLORE=1.
+settings.register_profile(
+    "teleopctl",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=not os.environ.get("TELEOPCTL_TESTS_EXPLORE"),
+)
 settings.load_profile("teleopctl")
 
 with contextlib.suppress(TeleopctlError):

@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from teleopctl.bag.storage.presets import chunk_settings as chunk_settings
     from teleopctl.bag.verify.comparison import Difference as Difference, Verdict as Verdict
     from teleopctl.bag.verify.session import Session as Session, read_session as read_session
+    from teleopctl.bag.verify.traces import Traces as Traces
 else:
     from teleopctl.lazy import attach
 
@@ -105,6 +106,7 @@ else:
             "storage.bag_writer": "BagWriter WriterOptions",
             "verify.comparison": "Difference Verdict",
             "verify.session": "Session read_session",
+            "verify.traces": "Traces",
             "storage.presets": "chunk_settings",
         },
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from importlib import metadata
 from pathlib import Path
@@ -59,8 +58,6 @@ def verify_bag(
         InvalidDescriptionError: The robot or the world cannot be simulated.
         NotFoundError: The bag or the world is not there.
     """
-    # It draws nothing; mujoco reads this when it is imported.
-    os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.sim import replay_session, simulate
 
     with open_bag(path) as bag:

@@ -49,6 +49,11 @@ def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repea
     assert re.search(r"First difference:\n  \d+\.\d{3} s: joint_\d \w+ was", done.stdout)
     assert ros.run(["bag", "verify", str(changed), "--tolerance", "0.1"]).returncode == 0
 
+    done = ros.run(["bag", "verify", str(changed), "-o", "difference.svg"])
+    assert done.returncode == 1
+    drawn = (ros.folder / "difference.svg").read_text(encoding="utf-8")
+    assert re.search(r'id="joint_\d \w+, recorded"', drawn)
+
     assert ros_bag_repeats(session).verdict.states > 3
     with pytest.raises(AssertionError, match=r"first difference:\n  .* joint_"):
         ros_bag_repeats(changed)

@@ -223,4 +223,5 @@ def ground_at(origin: Vector3, direction: Vector3) -> Vector3 | None:
         return None
     way = -z / dz
     place = (x + way * dx, y + way * dy, 0.0)
-    return place if math.hypot(way * dx, way * dy, z) < _FARTHEST_M else None
+    is_near = math.hypot(way * dx, way * dy, z) < _FARTHEST_M
+    return place if is_near and all(map(math.isfinite, place)) else None

@@ -1,5 +1,6 @@
 """``teleopctl bag verify``."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,19 +25,42 @@ def verify(
     world: Annotated[
         str | None, Option("--world", help="Another world than the recorded one.", metavar="FILE")
     ] = None,
+    picture: Annotated[
+        str | None,
+        Option(
+            "-o", "--output", help="Draw what differs first: a .png, .svg or .pdf.", metavar="FILE"
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Simulate a recorded session once more, and compare every state with the recording."""
+    # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
+    # mujoco reads that when it is imported.
+    os.environ["MUJOCO_GL"] = "disable"
+    from teleopctl.bag import Traces, check_picture_name
     from teleopctl.nodes.verifying import verify_bag
 
-    found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
+    traces = Traces()
+    if picture is None:
+        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world)
+    else:
+        check_picture_name(Path(picture))
+        found = verify_bag(Path(bag_path), tolerance=tolerance, world=world, on_state=traces.note)
     for remark in found.remarks:
         console.warn(remark)
     if as_json:
         console.out_json(_document(found))
     else:
         console.out_lines(_lines(found))
-    return _SAME if found.verdict.is_same else _OTHER
+    if found.verdict.is_same:
+        return _SAME
+    if picture is not None:
+        from teleopctl.bag import save_picture
+
+        first = found.verdict.first[0]
+        save_picture(traces.curves(first), Path(picture), Path(bag_path).resolve().name)
+        console.note(f"{picture}: {first.joint} {first.field}")
+    return _OTHER
 
 
 def _lines(found: "Verification") -> Iterator[str]:
