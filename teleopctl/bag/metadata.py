@@ -42,6 +42,15 @@ _NO_START_NS = 2**63 - 1
 _Yaml = dict[str, Any]
 
 
+class _Dumper(yaml.SafeDumper):
+    """Quotes also what ROS 2's reader takes for a number and YAML 1.1 does not, such as 1e5."""
+
+
+for _first, _resolvers in ros_yaml.RosLoader.yaml_implicit_resolvers.items():
+    for _tag, _pattern in _resolvers:
+        _Dumper.add_implicit_resolver(_tag, _pattern, [_first])
+
+
 @dataclass(frozen=True)
 class BagFile:
     """One file of a bag; times in nanoseconds (since the epoch).
@@ -141,7 +150,8 @@ def format_metadata(metadata: BagMetadata, *, with_root: bool = True) -> str:
         "custom_data": dict(metadata.custom_data) or None,
         "ros_distro": metadata.distribution,
     }
-    return yaml.safe_dump({_ROOT: content} if with_root else content, sort_keys=False)
+    document = {_ROOT: content} if with_root else content
+    return yaml.dump(document, Dumper=_Dumper, sort_keys=False)
 
 
 def _format_topic(topic: BagTopic) -> _Yaml:

@@ -83,6 +83,11 @@ def test_metadata_is_read_as_written(metadata):
     assert parse_metadata(format_metadata(metadata)) == metadata
 
 
+def test_texts_that_look_like_numbers_stay_texts():
+    metadata = BagMetadata(custom_data={"speed": "1e5", "day": "2026-11-22"}, distribution="0E0")
+    assert parse_metadata(format_metadata(metadata)) == metadata
+
+
 def test_a_bag_of_foxy_has_no_files_listed_and_its_folder_in_the_paths():
     old = """
 rosbag2_bagfile_information:
