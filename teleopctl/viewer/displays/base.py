@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from teleopctl.node import Node, QoSProfile
     from teleopctl.viewer.scene.frames import Frames
 
-OK, WARN, ERROR = "ok", "warn", "error"
+OK = "ok"
+WARN = "warn"
+ERROR = "error"
 
 # Any stands for messages throughout: their classes are made at run time, from definitions.
 
