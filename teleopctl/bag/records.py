@@ -13,6 +13,9 @@ ROS2MSG = "ros2msg"
 """A definition in ROS 2's ``.msg`` language, followed by those of all types that it uses."""
 
 
+COUNTED = {"teleopctl.sequence": "count"}
+"""What says in a channel's metadata that its topic `is_counted`."""
+
 NO_TIME_NS = 2**63 - 1
 """Later than any message, in nanoseconds since the epoch."""
 
@@ -39,6 +42,8 @@ class BagTopic(NamedTuple):
         definition: Of the type.
         qos: What its publishers offered, each profile once.
         serialization_format: ``cdr`` in ROS 2's bags.
+        is_counted: Whether the recorder numbered its messages by its own count of all that it knows
+            to have been sent, whoever sent them: then a gap in the numbers is a loss.
     """
 
     name: str
@@ -47,6 +52,7 @@ class BagTopic(NamedTuple):
     definition: TypeText = TypeText()
     qos: tuple[EndpointQos, ...] = ()
     serialization_format: str = CDR
+    is_counted: bool = False
 
     @property
     def is_latched(self) -> bool:
@@ -62,7 +68,8 @@ class BagMessage(NamedTuple):
         log_time_ns: When it was received: the time by which bags are ordered.
         publish_time_ns: When its publisher sent it; that of its receipt where nobody told.
         data: CDR bytes, with their four bytes of header.
-        sequence: The publisher's number of the message, modulo 2^32; 0 where nobody told.
+        sequence: The number of the message, modulo 2^32, as whoever recorded it gave it; 0 where
+            nobody did, and for a message that is repeated. See `BagTopic.is_counted`.
         publisher: Identity of the publisher while it is recorded; not kept in the bag.
     """
 

@@ -250,14 +250,14 @@ def test_check_reads_every_message_and_every_number(tmp_path):
     no_text = topic("/none")
     no_text = no_text._replace(definition=no_text.definition._replace(text="strin data"))
     with BagWriter(tmp_path / "bag") as writer:
-        for described in (topic("/x"), wrong_hash, no_text):
+        for described in (topic("/x")._replace(is_counted=True), wrong_hash, no_text):
             writer.add_topic(described)
         for number in (1, 2, 5, 6):
             writer.write(message("/x", number))
         writer.write(message("/x", 7)._replace(data=b"\0\1\0\0\xff\0\0\0x"))
     found = findings(tmp_path / "bag")
     assert any("/x: 1 messages cannot be decoded, the first at 17000000000070" in f for f in found)
-    assert any(f.startswith("/x: 2 messages were lost before they were recorded") for f in found)
+    assert any(f.startswith("/x: 2 messages were sent and are missing") for f in found)
     assert any(f.startswith("/wrong: its definition has the hash RIHS01_df668") for f in found)
     assert any(f.startswith("/none: ") for f in found)
     assert len(found) == 4

@@ -34,6 +34,7 @@ topics = st.builds(
     st.just(TypeText()),
     st.lists(profiles, max_size=3, unique=True).map(tuple),
     st.just("cdr"),
+    st.just(value=False),
 )
 files = st.builds(BagFile, names, st.integers(0, 2**60), st.integers(0, 2**60), st.integers(1, 9))
 

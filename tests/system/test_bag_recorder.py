@@ -10,6 +10,7 @@ from teleopctl.bag import (
     RecorderOptions,
     Selection,
     WriterOptions,
+    check,
     open_bag,
     read_metadata,
 )
@@ -98,6 +99,7 @@ def test_a_paused_recorder_leaves_out_what_comes_but_for_what_is_latched(ros):
         "/description": ["a robot", "a mark"],
         "/chatter": ["kept"],
     }
+    assert list(check(ros.folder / "bag")) == []
 
 
 def test_split_begins_a_file_that_has_what_is_latched_and_says_so(ros):
@@ -117,6 +119,7 @@ def test_split_begins_a_file_that_has_what_is_latched_and_says_so(ros):
     assert events[0].node_name == "/rosbag2_recorder"
     assert contents(first) == {"/description": ["a robot"], "/chatter": ["one"]}
     assert contents(second) == {"/description": ["a robot"], "/chatter": ["two"]}
+    assert list(check(ros.folder / "bag")) == []
 
 
 def test_only_the_newest_files_are_kept(ros):
@@ -147,8 +150,12 @@ def test_a_snapshot_is_written_when_it_is_asked_for(ros):
             wait_for_count(recorder, number + 1)
             # What waits is bounded as well: let it go into the memory first.
             recorder.flush()
-        assert call(ros, "Snapshot").success
-    assert contents(ros.folder / "bag") == {"/chatter": [f"{18:80d}", f"{19:80d}"]}
+            if number in (9, 19):
+                assert call(ros, "Snapshot").success
+    there = [f"{number:80d}" for number in (8, 9, 18, 19)]
+    assert contents(ros.folder / "bag") == {"/chatter": there}
+    # What fell out of the memory is not lost.
+    assert list(check(ros.folder / "bag")) == []
 
 
 def test_without_snapshot_mode_there_is_no_service_for_it(ros):
@@ -206,13 +213,21 @@ def test_what_finds_no_room_is_counted_by_topic_and_told(ros, monkeypatch):
 
 def test_what_never_came_is_counted_by_the_numbers_of_the_messages(ros):
     with Recorder(ros.folder / "bag", select("/chatter")) as recorder:
-        publisher = say(ros, "/chatter", ["one"])
-        wait_for_count(recorder, 1)
+        publishers = [ros.node.create_publisher(String, "/chatter", 10) for _ in range(6)]
+        assert ros.node.wait_for_subscribers("/chatter", 1, 20)
+        # Each has a count of its own, as the nodes that share /rosout.
+        for number, publisher in enumerate(publishers):
+            for _ in range(7 * number):
+                next(publisher._sequence)
+            for text in ("one", "two"):
+                publisher.publish(String(data=text))
         for _ in range(3):
-            next(publisher._sequence)
-        publisher.publish(String(data="five"))
-        wait_for_count(recorder, 2)
+            next(publishers[0]._sequence)
+        publishers[0].publish(String(data="six"))
+        wait_for_count(recorder, 13)
         assert recorder.losses.in_transport == {"/chatter": 3}
+    (finding,) = check(ros.folder / "bag")
+    assert finding.what.startswith("3 messages were sent and are missing, by the recorder's count")
 
 
 def test_simulated_time_is_waited_for_and_stands_in_the_bag(ros):

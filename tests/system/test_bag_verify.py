@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from collections import defaultdict
 
 import pytest
+from rcl_interfaces.msg import Log
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -14,9 +16,13 @@ from teleopctl.interfaces import deserialize, serialize
 from teleopctl.testing import LONGEST_WAIT_S
 
 
-@pytest.fixture
-def session(ros):
-    """A launch that is recorded from its first message on, in which the gripper is commanded."""
+@pytest.fixture(scope="module")
+def recorded(shared_ros):
+    """A launch that is recorded from its first message on, in which the gripper is commanded.
+
+    Its bag, and what the launch printed.
+    """
+    ros = shared_ros
     arm = ros.launch("sim.yaml", "camera:=false", "record:=session")
     assert "recorder" in ros.run("ps").stdout
     publisher = ros.node.create_publisher(Float64MultiArray, "/gripper_controller/commands", 10)
@@ -30,10 +36,27 @@ def session(ros):
     publisher.publish(Float64MultiArray(data=[0.0]))
     ros.wait_for_message(JointState, "/joint_states", lambda state: joint_4(state) > -0.05)
     arm.stop()
-    return ros.folder / "session"
+    return ros.folder / "session", arm.output
 
 
-def test_a_session_is_simulated_once_more_to_the_bit(ros, session, ros_bag_repeats):
+def test_a_recorded_launch_has_the_first_line_of_every_node_and_check_misses_nothing(
+    shared_ros, recorded
+):
+    session, output = recorded
+    printed = defaultdict(list)
+    for process, text in re.findall(r"^\[(\S+)\] \[INFO\] \[[\d.]+\] \[\S+\]: (.*)$", output, re.M):
+        printed[process].append(text)
+    assert len(printed) >= 5, output
+    with open_bag(session) as bag:
+        said = [deserialize(m.data, Log).msg for m in bag.messages(["/rosout"])]
+    for process, texts in printed.items():
+        assert texts[0] in said, f"{process}: {texts[0]}"
+    done = shared_ros.run(["bag", "check", str(session)])
+    assert (done.returncode, done.stdout) == (0, f"{session}: nothing is wrong\n")
+
+
+def test_a_session_is_simulated_once_more_to_the_bit(shared_ros, recorded, ros_bag_repeats):
+    ros, (session, _) = shared_ros, recorded
     with open_bag(session) as bag:
         recorded = dict(bag.records())
         assert bag.remarks == []

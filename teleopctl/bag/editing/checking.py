@@ -11,8 +11,6 @@ from teleopctl.bag.editing.agreement import disagreements
 from teleopctl.bag.editing.copying import Told
 from teleopctl.bag.editing.sequences import Sequences
 from teleopctl.bag.look.decoding import class_of
-from teleopctl.bag.mcap_file.file_reader import McapFileReader
-from teleopctl.bag.mcap_file.file_writer import LIBRARY
 from teleopctl.bag.mcap_file.inspection import file_faults
 from teleopctl.bag.metadata import METADATA_FILE, read_metadata
 from teleopctl.bag.records import CDR, ROS2MSG, BagMessage, BagTopic
@@ -60,10 +58,9 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
         broken: list[str] = []
         start_ns = bag.metadata.start_ns
         length_ns = max(1, bag.metadata.duration_ns)
-        has_numbers = all(_numbers_messages(file) for file in files) and bool(files)
         with contextlib.suppress(InvalidFileError):  # of databases; those of MCAP were told
             for message in bag.messages(left_out=broken.append):
-                topics[message.topic].add(message, has_numbers=has_numbers)
+                topics[message.topic].add(message)
                 told((message.log_time_ns - start_ns) / length_ns)
         for topic, count in bag.metadata.topics:
             yield from topics[topic.name].findings(count)
@@ -83,13 +80,6 @@ def _metadata_findings(path: Path, bag: Bag) -> Iterator[Finding]:
         return
     for sentence in disagreements(said, bag.metadata):
         yield Finding(str(file), sentence)
-
-
-def _numbers_messages(file: Path) -> bool:
-    """Whether the numbers of messages are those of their publishers, as ours are."""
-    with contextlib.suppress(InvalidFileError), McapFileReader(file) as reader:
-        return reader.library.partition(" ")[0] == LIBRARY.partition(" ")[0]
-    return True
 
 
 class _TopicCheck:
@@ -129,10 +119,10 @@ class _TopicCheck:
                 f"its definition has the hash {found} and not, as is said, {topic.type_hash}",
             )
 
-    def add(self, message: BagMessage, *, has_numbers: bool) -> None:
+    def add(self, message: BagMessage) -> None:
         """Look at a message."""
         self._count += 1
-        if has_numbers and self._sequences.add(message.sequence):
+        if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns
         if self._class is None:
             return
@@ -158,6 +148,6 @@ class _TopicCheck:
         if self._sequences.lost:
             yield Finding(
                 name,
-                f"{self._sequences.lost} messages were lost before they were recorded, by their"
-                f" publishers' numbers; the first before {self._first_gap_ns}",
+                f"{self._sequences.lost} messages were sent and are missing, by the recorder's"
+                f" count; the first before {self._first_gap_ns}",
             )

@@ -119,7 +119,7 @@ class _Selected:
         if output.continues_latched:
             latched = {topic.name for topic in chosen if topic.is_latched}
             for message in _last_of(sources.messages(latched, 0, output.start_ns)):
-                self._write(message._replace(log_time_ns=output.start_ns))
+                self._write(message._replace(log_time_ns=output.start_ns, sequence=0))
 
     def take(self, message: BagMessage) -> None:
         """Write a message, if it is one of those that were chosen."""

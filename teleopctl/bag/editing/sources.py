@@ -108,5 +108,7 @@ class Sources:
             type_hash=known.type_hash or topic.type_hash,
             definition=known.definition if known.definition.text else topic.definition,
             qos=tuple(dict.fromkeys((*known.qos, *topic.qos))),
+            # Two bags have a count each.
+            is_counted=topic.is_counted and topic.name not in self.topics,
         )
         self.topics[topic.name] = (merged, before + count)

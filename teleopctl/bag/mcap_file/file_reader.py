@@ -12,15 +12,22 @@ from typing import TYPE_CHECKING, Self
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, ChunkIndex, Header, Message, Metadata
+from mcap.records import Attachment, Channel, ChunkIndex, Message, Metadata
 
-from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, MAGIC, read_chunk, read_latest
+from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
 from teleopctl.bag.mcap_file.loose import loose_messages
 from teleopctl.bag.mcap_file.scan import scan
 from teleopctl.bag.mcap_file.summary import has_end, read_summary
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import parse_offers
-from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
+from teleopctl.bag.records import (
+    COUNTED,
+    NO_TIME_NS,
+    BagAttachment,
+    BagMessage,
+    BagTopic,
+    TypeText,
+)
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import EndpointQos
 
@@ -68,15 +75,6 @@ class McapFileReader:
         start_ns = statistics.message_start_time
         duration_ns = statistics.message_end_time - start_ns
         return BagFile(self.path.name, start_ns, duration_ns, statistics.message_count)
-
-    @property
-    def library(self) -> str:
-        """The program that wrote it, as its header says; empty where that cannot be read."""
-        data = self._content_at(len(MAGIC), Opcode.HEADER)
-        try:
-            return Header.read(ReadDataStream(io.BytesIO(data))).library if data else ""
-        except BROKEN:
-            return ""
 
     def messages(
         self,
@@ -206,11 +204,14 @@ class McapFileReader:
                 else TypeText(),
                 self._offers(channel),
                 channel.message_encoding,
+                COUNTED.items() <= channel.metadata.items(),
             )
             # Several channels of one topic, as of two recorders, are one topic here.
             known, count = topics.get(topic.name, (topic, 0))
-            offers = tuple(dict.fromkeys((*known.qos, *topic.qos)))
-            topics[topic.name] = (known._replace(qos=offers), count + counts.get(id_, 0))
+            if topic.name in topics:
+                offers = tuple(dict.fromkeys((*known.qos, *topic.qos)))
+                known = known._replace(qos=offers, is_counted=False)
+            topics[topic.name] = (known, count + counts.get(id_, 0))
         return topics
 
     def _offers(self, channel: Channel) -> tuple[EndpointQos, ...]:

@@ -16,7 +16,7 @@ from teleopctl import __version__
 from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import format_offers
-from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
+from teleopctl.bag.records import COUNTED, BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import SystemFailureError
 
 if TYPE_CHECKING:
@@ -134,6 +134,7 @@ class McapFileWriter:
             {
                 "offered_qos_profiles": format_offers(topic.qos),
                 "topic_type_hash": topic.type_hash,
+                **(COUNTED if topic.is_counted else {}),
             },
         )
 

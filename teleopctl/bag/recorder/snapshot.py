@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 
 from teleopctl.bag.records import BagMessage
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
@@ -27,6 +27,8 @@ class SnapshotBuffer:
         self._messages: deque[BagMessage] = deque()
         self._bytes = 0
         self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
+        # Of each topic how many messages fell out, which the bag is not to count as lost.
+        self._fallen_out: Counter[str] = Counter()
 
     def put(self, message: BagMessage, latched_depth: int = 0) -> None:
         """Keep a message.
@@ -43,7 +45,9 @@ class SnapshotBuffer:
         self._messages.append(message)
         self._bytes += len(message.data)
         while self._is_full(message.log_time_ns):
-            self._bytes -= len(self._messages.popleft().data)
+            oldest = self._messages.popleft()
+            self._bytes -= len(oldest.data)
+            self._fallen_out[oldest.topic] += 1
 
     def take(self) -> list[BagMessage]:
         """Return what is kept, the latched messages first, and begin anew."""
@@ -53,12 +57,16 @@ class SnapshotBuffer:
         there = {id(message) for message in messages}
         begin_ns = messages[0].log_time_ns
         earlier = [
-            message._replace(log_time_ns=begin_ns)
+            message._replace(log_time_ns=begin_ns, sequence=0)
             for kept in self._latched.values()
             for message in kept
             if id(message) not in there
         ]
-        return [*earlier, *messages]
+        recorded = [
+            message._replace(sequence=message.sequence - self._fallen_out[message.topic])
+            for message in messages
+        ]
+        return [*earlier, *recorded]
 
     def _is_full(self, now_ns: int) -> bool:
         if len(self._messages) < 2:

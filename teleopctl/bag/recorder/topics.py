@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +57,9 @@ class _Topic:
         self.last: dict[bytes, int] = {}
         # Of a latched topic what came last from each publisher while the recorder was paused.
         self.kept: dict[bytes, BagMessage] = {}
+        # Of all its publishers, the messages that are known to have been sent; see `BagTopic`.
+        self.count = 0
+        self.lock = threading.Lock()
         # Since the topic was subscribed to anew, a message may come twice.
         self.was_renewed = False
 
@@ -226,9 +230,11 @@ class Topics:
             publisher = info["publisher_gid"]
             number = info["publication_sequence_number"]
             before = last.get(publisher)
+            lost = 0
             if before is not None and number != before + 1:
                 if number > before:
-                    losses.lost_on_the_way(topic.name, number - before - 1)
+                    lost = number - before - 1
+                    losses.lost_on_the_way(topic.name, lost)
                 elif topic.was_renewed:
                     return
             last[publisher] = number
@@ -241,11 +247,14 @@ class Topics:
             else:
                 # One clock for both, so that they can be compared.
                 received_ns = sent_ns = clock.nanoseconds()
-            message = BagMessage(topic.name, received_ns, sent_ns, data, number, publisher)
-            if gate.is_open:
-                put(message)
-            else:
-                topic.kept[publisher] = message
+            if not gate.is_open:
+                topic.kept[publisher] = BagMessage(
+                    topic.name, received_ns, sent_ns, data, 0, publisher
+                )
+                return
+            with topic.lock:
+                topic.count = count = topic.count + 1 + lost
+            put(BagMessage(topic.name, received_ns, sent_ns, data, count, publisher))
 
         return receive
 
@@ -262,7 +271,16 @@ class Topics:
     def _tell(self, topic: _Topic, graph: Graph, text: TypeText) -> None:
         topic.is_described = True
         offers = dict.fromkeys(p.qos for p in graph.publishers(topic.name, topic.type_name))
-        self._add_topic(BagTopic(topic.name, topic.type_name, topic.version, text, tuple(offers)))
+        self._add_topic(
+            BagTopic(
+                topic.name,
+                topic.type_name,
+                topic.version,
+                text,
+                tuple(offers),
+                is_counted=True,
+            )
+        )
 
     def _warn_once(self, text: str) -> None:
         if text not in self._told:

@@ -268,6 +268,7 @@ class _McapBag:
                 merged = topic._replace(
                     type_hash=topic.type_hash or known.type_hash,
                     qos=tuple(dict.fromkeys((*known.qos, *topic.qos))),
+                    is_counted=topic.is_counted and (name not in topics or known.is_counted),
                 )
                 topics[name] = (merged, before + count)
         return topics

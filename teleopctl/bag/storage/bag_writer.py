@@ -162,7 +162,7 @@ class BagWriter:
         if time_ns is None:
             time_ns = ended.description.end_ns
         for message in itertools.chain.from_iterable(self._latched.values()):
-            repeated = message._replace(log_time_ns=time_ns)
+            repeated = message._replace(log_time_ns=time_ns, sequence=0)
             self._attempt(functools.partial(self._file.write, repeated))
             self.message_counts[message.topic] += 1
         self._remove_oldest()

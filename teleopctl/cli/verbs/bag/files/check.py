@@ -11,7 +11,7 @@ def check_bag(bag_path: BagPath, as_json: AsJson = False) -> int:
     """Read a whole bag and say what is wrong with it; the exit status is 1 if something is.
 
     Checksums, indexes, metadata.yaml, definitions and their hashes, messages that cannot be
-    decoded, messages that were lost before they were recorded, times that go back.
+    decoded, messages that are missing, times that go back.
     """
     from teleopctl.bag import check
     from teleopctl.cli.verbs.bag.files.writing import progress
