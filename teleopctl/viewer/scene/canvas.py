@@ -8,15 +8,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.viewer.scene.drawing import COLUMNS, OWN, Drawing, Floats, Rows, Surface, Text
+from teleopctl.tf import Transform
+from teleopctl.viewer.scene.drawing import (
+    COLUMNS,
+    OWN,
+    Drawing,
+    Floats,
+    Rows,
+    Surface,
+    Text,
+    Vector,
+)
 from teleopctl.viewer.scene.glb import dressed, tinted
-from teleopctl.viewer.scene.surface_glb import linear_light, surface_glb
+from teleopctl.viewer.scene.srgb import linear_light
+from teleopctl.viewer.scene.surface_glb import surface_glb
 from teleopctl.viewer.scene.unit_shapes import is_unit_shape, unit_shape
 
 if TYPE_CHECKING:
     import viser
 
     from teleopctl.viewer.scene.mesh_files import MeshFile
+    from teleopctl.viewer.scene.texture_files import Texture
 
 # Any stands for viser's nodes of any kind, and for what they are made of.
 
@@ -42,6 +54,8 @@ class Canvas:
         scene: Where to draw.
         path: The name below which it draws; nobody else draws there.
         meshes: The triangles of shapes that are not of `unit_shapes`, by name.
+        textures: The pictures on surfaces, by name; None for one that cannot be had, so that the
+            surface is drawn in its colours.
         picked: Whether people click on what is drawn. Then each solid is a node of its own, since
             viser finds what lies under the mouse by the size of a batch's shape, not of the solid.
     """
@@ -51,6 +65,7 @@ class Canvas:
         scene: viser.SceneApi,
         path: str,
         meshes: Mapping[str, MeshFile] | None = None,
+        textures: Mapping[str, Texture | None] | None = None,
         *,
         picked: bool = False,
     ) -> None:
@@ -58,9 +73,10 @@ class Canvas:
         self._picked = picked
         self._scene = scene
         self._meshes: Mapping[str, MeshFile] = meshes if meshes is not None else {}
+        self._textures: Mapping[str, Texture | None] = textures if textures is not None else {}
         # The node and the number of its rows. Any stands for viser's kinds of handles.
         self._nodes: dict[str, tuple[Any, int]] = {}
-        self._shown_surfaces: dict[str, Surface] = {}
+        self._shown_surfaces: dict[str, tuple[Surface, Texture | None]] = {}
 
     def show(self, drawing: Drawing) -> None:
         """Draw this and nothing else."""
@@ -75,7 +91,8 @@ class Canvas:
         for number, text in enumerate(drawing.texts[:MOST_TEXTS]):
             kept.add(self._show_text(f"text{number}", text))
         for number, surface in enumerate(drawing.surfaces[:MOST_SURFACES]):
-            kept.add(self._show_surface(f"surface{number}", surface))
+            if (shown := self._show_surface(f"surface{number}", surface)) is not None:
+                kept.add(shown)
         for name in before - kept:
             self._remove(name)
 
@@ -107,6 +124,7 @@ class Canvas:
     def _show_solids(self, shape: str, rows: Floats) -> set[str]:
         rows = rows[rows[:, 13] > 0.0]
         mesh = self._meshes.get(shape)
+        is_file = mesh is not None
         if mesh is None:
             if not is_unit_shape(shape):
                 return set()  # a mesh that has not been read yet
@@ -118,7 +136,7 @@ class Canvas:
         if self._picked:
             name = _node_name(shape)
             return {
-                self._show_mesh(f"{name}{number}", row, vertices, faces)
+                self._show_mesh(f"{name}{number}", row, vertices, faces, is_file=is_file)
                 for number, row in enumerate(rows[:_MOST_PICKED])
             }
         clear = rows[:, 13] < 1.0
@@ -126,7 +144,9 @@ class Canvas:
         for suffix, part in (("", rows[~clear]), ("_clear", rows[clear])):
             if len(part):
                 name = _node_name(shape) + suffix
-                self._show_batch(name, part, vertices, faces, see_through=bool(suffix))
+                self._show_batch(
+                    name, part, vertices, faces, see_through=bool(suffix), is_file=is_file
+                )
                 kept.add(name)
         return kept
 
@@ -136,6 +156,8 @@ class Canvas:
         row: Floats,
         vertices: npt.NDArray[np.float32],
         faces: npt.NDArray[np.uint32],
+        *,
+        is_file: bool,
     ) -> str:
         red, green, blue = _bytes(row[10:13]).tolist()
         node = self._scene.add_mesh_simple(
@@ -146,6 +168,9 @@ class Canvas:
             opacity=float(row[13]) if row[13] < 1.0 else None,
             position=row[0:3],
             wxyz=row[3:7],
+            # The triangles of files are as flat as they are, and may be turned inside out.
+            flat_shading=is_file,
+            side="double" if is_file else "front",
             cast_shadow=False,
             receive_shadow=False,
         )
@@ -160,6 +185,7 @@ class Canvas:
         faces: npt.NDArray[np.uint32],
         *,
         see_through: bool,
+        is_file: bool,
     ) -> None:
         opacities = rows[:, 13].astype(np.float32) if see_through else None
         node = self._fitting(name, len(rows))
@@ -174,6 +200,8 @@ class Canvas:
                 batched_colors=_linear_bytes(rows[:, 10:13]),
                 batched_opacities=opacities,
                 # Simplifying costs the browser more than drawing what is simple.
+                flat_shading=is_file,
+                side="double" if is_file else "front",
                 lod="off" if len(vertices) <= _MOST_SIMPLE else "auto",
                 cast_shadow=False,
                 receive_shadow=False,
@@ -274,24 +302,28 @@ class Canvas:
             node.position = text.position
         return name
 
-    def _show_surface(self, name: str, surface: Surface) -> str:
+    def _show_surface(self, name: str, surface: Surface) -> str | None:
         node = self._fitting(name, 1)
+        texture = self._textures.get(surface.texture)
+        if surface.texture and surface.texture not in self._textures:
+            # It has not been read yet: what was there before stays until then.
+            return name if node is not None else None
         shown = self._shown_surfaces.get(name)
-        if (
-            node is not None
-            and shown is not None
-            and np.array_equal(shown.corners, surface.corners)
-            and np.array_equal(shown.colors, surface.colors)
-        ):
-            return name
-        self._nodes[name] = (self._add_surface(f"{self.path}/{name}", surface), 1)
-        self._shown_surfaces[name] = surface
+        if node is None or shown is None or not _is_same(shown, (surface, texture)):
+            node = self._add_surface(f"{self.path}/{name}", surface, texture)
+            self._nodes[name] = (node, 1)
+        elif shown[0].pose != surface.pose:
+            node.position, node.wxyz = _where(surface.pose)
+        self._shown_surfaces[name] = surface, texture
         return name
 
-    def _add_surface(self, path: str, surface: Surface) -> Any:
-        if surface.colors.ndim == 2:
-            glb = surface_glb(surface.corners, surface.colors)
-            return self._scene.add_glb(path, glb, cast_shadow=False, receive_shadow=False)
+    def _add_surface(self, path: str, surface: Surface, texture: Texture | None) -> Any:
+        position, wxyz = _where(surface.pose)
+        if surface.colors.ndim == 2 or texture is not None:
+            glb = surface_glb(surface.corners, surface.colors, surface.uv, texture)
+            return self._scene.add_glb(
+                path, glb, position=position, wxyz=wxyz, cast_shadow=False, receive_shadow=False
+            )
         red, green, blue = _bytes(surface.colors[:3]).tolist()
         opacity = float(surface.colors[3])
         return self._scene.add_mesh_simple(
@@ -302,9 +334,31 @@ class Canvas:
             opacity=opacity if opacity < 1.0 else None,
             flat_shading=True,
             side="double",
+            position=position,
+            wxyz=wxyz,
             cast_shadow=False,
             receive_shadow=False,
         )
+
+
+def _is_same(one: tuple[Surface, Texture | None], other: tuple[Surface, Texture | None]) -> bool:
+    """Whether two surfaces look alike, wherever they stand."""
+    (a, its_texture), (b, other_texture) = one, other
+    return (
+        its_texture is other_texture
+        and np.array_equal(a.corners, b.corners)
+        and np.array_equal(a.colors, b.colors)
+        and (its_texture is None or np.array_equal(_uv(a), _uv(b)))
+    )
+
+
+def _uv(surface: Surface) -> Floats:
+    return surface.uv if surface.uv is not None else np.empty((0, 2))
+
+
+def _where(pose: Transform) -> tuple[Vector, tuple[float, float, float, float]]:
+    x, y, z, w = pose.rotation
+    return pose.translation, (w, x, y, z)
 
 
 def _place(node: Any, rows: Floats) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -76,10 +76,16 @@ class Surface:
     Attributes:
         corners: Shape (3 n, 3): three for each triangle.
         colors: Red, green, blue and opacity, each from 0 to 1: shape (3 n, 4), or (4,) for all.
+        pose: Where the frame of the corners stands.
+        texture: The name of a picture on them; empty for none.
+        uv: Where each corner is in the picture, from its upper left, shape (3 n, 2).
     """
 
     corners: Floats
     colors: Floats
+    pose: Transform = field(default_factory=Transform)
+    texture: str = ""
+    uv: Floats | None = None
 
 
 @dataclass(slots=True)
@@ -218,10 +224,11 @@ class Drawing:
             for px, py, pz in place(np.array([text.position])).tolist():
                 out.texts.append(Text((px, py, pz), text.text, text.height))
         for surface in self.surfaces:
-            colors = surface.colors
-            if colors.ndim == 2:
-                colors = np.tile(colors, (len(positions), 1))
-            out.surfaces.append(Surface(place(surface.corners), colors))
+            for (px, py, pz), (w, x, y, z) in zip(
+                positions.tolist(), rotations.tolist(), strict=True
+            ):
+                pose = Transform((px, py, pz), (x, y, z, w)) @ surface.pose
+                out.surfaces.append(replace(surface, pose=pose))
         return out
 
 

@@ -7,20 +7,21 @@ length and kind and filled up to a multiple of four bytes.
 from __future__ import annotations
 
 import json
-import math
 import struct
 from typing import Any
 
 from teleopctl.viewer.scene.drawing import Rgba
+from teleopctl.viewer.scene.srgb import light_of, shade_of
 
 _JSON = 0x4E4F534A
 _HEADER, _CHUNK_HEADER = 12, 8
 # By this name a material stands for the colour that is not the file's.
 _NOT_OF_THE_FILE = "of the description"
 _ROUGHNESS = 0.7
+_MOST_COVERED = 0.5
 
 
-def furnished(glb: bytes, *, metals: bool) -> bytes:
+def furnished(glb: bytes, *, is_gltf: bool) -> bytes:
     """Make a file one that looks as it does in RViz.
 
     All is seen from both sides, what is partly opaque is seen through, and what has no material
@@ -28,17 +29,20 @@ def furnished(glb: bytes, *, metals: bool) -> bytes:
 
     Args:
         glb: What trimesh wrote.
-        metals: Whether a material that does not say how metallic it is, is a metal. The standard
-            has it so, and other kinds of files do not.
+        is_gltf: Whether the file was glTF before. There a material that does not say how metallic
+            it is, is a metal, and colours are amounts of light; other kinds of files have colours
+            as a screen shows them, which trimesh writes as they are.
     """
     described, rest = _split(glb)
     materials: list[Any] = described.setdefault("materials", [])
     for material in materials:
         material["doubleSided"] = True
         reflecting = material.setdefault("pbrMetallicRoughness", {})
-        if not metals:
+        *shades, opacity = reflecting.get("baseColorFactor", [1.0] * 4)
+        if not is_gltf:
             reflecting["metallicFactor"] = 0.0
-        if reflecting.get("baseColorFactor", [1.0] * 4)[3] < 1.0:
+            reflecting["baseColorFactor"] = [*map(light_of, shades), opacity]
+        if opacity < 1.0:
             material.setdefault("alphaMode", "BLEND")
     bare: dict[bool, int] = {}
     for mesh in described.get("meshes", []):
@@ -76,7 +80,7 @@ def dressed(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
     for material in described.get("materials", []):
         reflecting = material.setdefault("pbrMetallicRoughness", {})
         if material.get("name") == _NOT_OF_THE_FILE:
-            reflecting["baseColorFactor"] = [*map(_linear, rgba[:3]), rgba[3]]
+            reflecting["baseColorFactor"] = [*map(light_of, rgba[:3]), rgba[3]]
         color = [float(part) for part in reflecting.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))]
         color[3] *= alpha
         reflecting["baseColorFactor"] = color
@@ -86,23 +90,50 @@ def dressed(glb: bytes, rgba: Rgba, alpha: float = 1.0) -> bytes:
 
 
 def tinted(glb: bytes, rgba: Rgba) -> bytes:
-    """Multiply all colours of a `furnished` file by one, as RViz tints the meshes of markers."""
+    """Lay a colour over a `furnished` file, as RViz tints the meshes of markers.
+
+    RViz draws the mesh, then the mesh in the colour, which covers at most half of what is below.
+    What has no material of its own has the colour alone. A picture is multiplied instead by what
+    half of the colour and half of white are: nearly the same, and black as dark.
+
+    Args:
+        glb: The file.
+        rgba: As a screen shows it.
+    """
     described, rest = _split(glb)
-    light = (*map(_linear, rgba[:3]), rgba[3])
-    for material in described.get("materials", []):
+    cover = min(rgba[3], _MOST_COVERED)
+    painted = _painted_materials(described)
+    for number, material in enumerate(described.get("materials", [])):
         reflecting = material.setdefault("pbrMetallicRoughness", {})
-        color = reflecting.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
-        reflecting["baseColorFactor"] = [
-            float(part) * factor for part, factor in zip(color, light, strict=True)
-        ]
-        if reflecting["baseColorFactor"][3] < 1.0:
+        *base, opacity = (
+            float(part) for part in reflecting.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
+        )
+        if material.get("name") == _NOT_OF_THE_FILE:
+            mixed = [*map(light_of, rgba[:3])]
+        elif number in painted or "baseColorTexture" in reflecting:
+            mixed = [
+                part * light_of(1.0 - cover + cover * shade)
+                for part, shade in zip(base, rgba[:3], strict=True)
+            ]
+        else:
+            mixed = [
+                light_of((1.0 - cover) * shade_of(part) + cover * shade)
+                for part, shade in zip(base, rgba[:3], strict=True)
+            ]
+        reflecting["baseColorFactor"] = [*mixed, opacity * rgba[3]]
+        if opacity * rgba[3] < 1.0:
             material["alphaMode"] = "BLEND"
     return _joined(described, rest)
 
 
-def _linear(shade: float) -> float:
-    shade = min(max(shade, 0.0), 1.0)
-    return shade / 12.92 if shade <= 0.04045 else math.pow((shade + 0.055) / 1.055, 2.4)
+def _painted_materials(described: dict[str, Any]) -> set[int]:
+    """The materials of parts whose corners have colours of their own."""
+    return {
+        primitive["material"]
+        for mesh in described.get("meshes", [])
+        for primitive in mesh.get("primitives", [])
+        if "COLOR_0" in primitive.get("attributes", {})
+    }
 
 
 # Any stands for what JSON holds.

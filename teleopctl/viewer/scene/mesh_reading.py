@@ -23,6 +23,7 @@ from teleopctl.robot import collada_unit_m
 from teleopctl.tf import Vector3
 from teleopctl.viewer.scene.drawing import drawable_rows
 from teleopctl.viewer.scene.glb import furnished
+from teleopctl.viewer.scene.srgb import linear_light
 from teleopctl.viewer.scene.textures import Neighbours, fit_textures
 
 # A missing texture makes trimesh log a traceback; one sentence of ours says it.
@@ -78,7 +79,8 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
     raw = path.read_bytes() if data is None else data
     if suffix == ".stl":
         return _read_stl(raw)
-    if suffix in (".glb", ".gltf"):
+    is_gltf = suffix in (".glb", ".gltf")
+    if is_gltf:
         _check_gltf(raw)
     neighbours = Neighbours(path) if data is None else None
     # Any, here and below: trimesh's results have no types that hold for every kind of file. Left
@@ -113,8 +115,10 @@ def read_mesh(path: Path, data: bytes | None = None, *, bare: bool = False) -> C
     faults += fit_textures(meshes)
     for mesh in meshes:
         _forget_invented(mesh)
+        if not is_gltf:
+            _paint_in_light(mesh)
     written = bytes(scene.export(file_type="glb"))
-    glb = furnished(written, metals=suffix in (".glb", ".gltf"))
+    glb = furnished(written, is_gltf=is_gltf)
     return Content(glb, None, None, box, faults)
 
 
@@ -122,7 +126,7 @@ def bare_glb(vertices: Vertices, faces: Faces) -> bytes:
     """Triangles as binary glTF, without normals: so they are shown as flat as they are."""
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     written: Any = mesh.export(file_type="glb", include_normals=False)
-    return furnished(bytes(written), metals=False)
+    return furnished(bytes(written), is_gltf=False)
 
 
 def _box(bounds: npt.NDArray[np.floating[Any]]) -> tuple[Vector3, Vector3]:
@@ -234,6 +238,17 @@ def _forget_invented(mesh: Any) -> None:
     # Its picture is one of 2 x 2 equal pixels.
     if material.image is None or max(material.image.size) <= 2:
         mesh.visual = ColorVisuals(mesh)
+
+
+def _paint_in_light(mesh: Any) -> None:
+    """Turn the colours of corners or triangles, if there are any, into those of glTF."""
+    visual = mesh.visual
+    if getattr(visual, "kind", None) not in ("vertex", "face"):
+        return
+    colors = np.array(visual.vertex_colors, np.uint8)
+    light = linear_light(colors[:, :3] / 255.0)
+    colors[:, :3] = np.rint(255.0 * light)
+    visual.vertex_colors = colors
 
 
 def _check_gltf(raw: bytes) -> None:

@@ -18,7 +18,7 @@ from teleopctl.packages import resolve_uri
 # Phones refuse larger textures, and they are sent whole.
 _LARGEST_SIDE = 2048
 _MOST_PIXELS = 64_000_000
-_MOST_BYTES = 100_000_000
+MOST_BYTES = 100_000_000
 _PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 _SLOTS = (
     "image",
@@ -53,8 +53,8 @@ class Neighbours(Resolver):
         name = key.strip()
         try:
             path = self._find(name)
-            if path.stat().st_size > _MOST_BYTES:
-                raise FileNotFoundError(f"is larger than {_MOST_BYTES / 1e6:.0f} MB")
+            if path.stat().st_size > MOST_BYTES:
+                raise FileNotFoundError(f"is larger than {MOST_BYTES / 1e6:.0f} MB")
             content = path.read_bytes()
             if path.suffix.lower() in _PICTURES:
                 _check_pixels(content)
@@ -140,14 +140,49 @@ def fit_texture(image: Image.Image) -> Image.Image:
         OSError: It cannot be read.
         ValueError: It is too large.
     """
+    stored = _stored_smaller(image)
+    return image if stored is None else Image.open(io.BytesIO(stored))
+
+
+def _stored_smaller(image: Image.Image) -> bytes | None:
+    """A picture as PNG that fits; None for one that fits as it is.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is too large.
+    """
     _check_size(image)
     if image.format in ("PNG", "JPEG") and max(image.size) <= _LARGEST_SIDE:
         image.load()
-        return image
-    small = image.convert(
-        "RGBA" if "A" in image.getbands() or "transparency" in image.info else "RGB"
-    )
+        return None
+    small = image.convert("RGBA" if _is_see_through(image) else "RGB")
     small.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
     stored = io.BytesIO()
     small.save(stored, "PNG")
-    return Image.open(stored)
+    return stored.getvalue()
+
+
+def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool]:
+    """What a picture's file holds, such that a browser shows it.
+
+    Args:
+        content: In any format that Pillow reads; PNG and JPEG of a fair size stay as they are.
+
+    Returns:
+        The file, its media type, and whether it may be seen through.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no picture, or too large.
+    """
+    _check_pixels(content)
+    with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
+        image = Image.open(io.BytesIO(content))
+    stored = _stored_smaller(image)
+    is_jpeg = stored is None and image.format == "JPEG"
+    mime_type = "image/jpeg" if is_jpeg else "image/png"
+    return stored or content, mime_type, _is_see_through(image)
+
+
+def _is_see_through(image: Image.Image) -> bool:
+    return "A" in image.getbands() or "transparency" in image.info

@@ -341,6 +341,27 @@ def base_colors(node: Any) -> list[list[float]]:
     return [one["pbrMetallicRoughness"]["baseColorFactor"] for one in materials]
 
 
+def screen_shade(light: float) -> float:
+    return light * 12.92 if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
+
+
+def test_a_black_marker_darkens_a_mesh_with_its_own_materials_by_half(
+    page: FakePage, draw: Draw, picture: Picture, tmp_path: Path
+):
+    draw("Marker")
+    (tmp_path / "part.mtl").write_text("newmtl a\nKd 1 1 0\n")
+    file = tmp_path / "part.obj"
+    file.write_text("mtllib part.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    # What a program sends that sets nothing of its colour but the opacity.
+    said = marker(Marker.MESH_RESOURCE, 0, mesh_resource=str(file), color=(0.0, 0.0, 0.0, 1.0))
+    said.mesh_use_embedded_materials = True
+    page.publish("/it", said)
+    look(page)
+    (node,) = picture.nodes("/display1").values()
+    (color,) = base_colors(node)
+    assert [round(screen_shade(part), 3) for part in color[:3]] == [0.5, 0.5, 0]
+
+
 def test_a_colour_tints_a_mesh_with_its_own_materials(
     page: FakePage, draw: Draw, picture: Picture, tmp_path: Path
 ):
@@ -363,7 +384,11 @@ def test_a_colour_tints_a_mesh_with_its_own_materials(
     show(page, *marked)
     nodes = picture.nodes("/display1")
     shown = {tuple(base_colors(node)[0]): len(node.batched_positions) for node in nodes.values()}
-    assert shown == {(1, 1, 0, 1): 1, (1, 0, 0, 0.2): 2, (0, 1, 0, 1): 1}
+    # A fifth of the way from yellow to magenta, and half the way to green, as screens count.
+    assert {
+        (*(round(screen_shade(part), 3) for part in color[:3]), color[3]): count
+        for color, count in shown.items()
+    } == {(1, 1, 0, 1): 1, (1, 0.8, 0.2, 0.2): 2, (0.5, 1, 0, 1): 1}
     marked[0].color = rgba(1.0, 0.0, 0.0, 1.0)
     show(page, marked[0])
     assert len(picture.nodes("/display1")) == 3

@@ -70,6 +70,30 @@ def test_a_mesh_of_each_kind_has_the_size_of_its_file(tmp_path, kind):
     assert size_of(embedded) == pytest.approx([1, 2, 3])
 
 
+def corner_color(glb: bytes) -> list[int]:
+    said = described(glb)
+    accessor = said["accessors"][said["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"]]
+    (length,) = struct.unpack_from("<I", glb, 12)
+    start = 28 + length + said["bufferViews"][accessor["bufferView"]]["byteOffset"]
+    return list(glb[start : start + 4])
+
+
+def test_colours_of_a_file_are_those_that_a_screen_shows(tmp_path):
+    half, light = 188, 0.5  # half of a screen's light, which glTF counts
+    (tmp_path / "part.mtl").write_text(f"newmtl a\nKd {half / 255} 1 0\n")
+    (tmp_path / "part.obj").write_text(f"mtllib part.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n")
+    (material,) = materials(load_mesh(str(tmp_path / "part.obj")).glb)
+    color = material["pbrMetallicRoughness"]["baseColorFactor"]
+    assert color == pytest.approx([light, 1, 0, 1], abs=0.01)
+    painted = trimesh.creation.box()
+    painted.visual = trimesh.visual.ColorVisuals(painted, vertex_colors=[half, 255, 0, 255])
+    glb = load_mesh(str(exported(tmp_path, "ply", painted))).glb
+    assert corner_color(glb) == pytest.approx([128, 255, 0, 255], abs=1)
+    # whose own file has them so
+    glb = load_mesh(str(exported(tmp_path, "glb", painted))).glb
+    assert corner_color(glb) == [half, 255, 0, 255]
+
+
 def test_a_text_stl_is_one_too(tmp_path):
     path = tmp_path / "text.stl"
     path.write_text(trimesh.creation.box().export(file_type="stl_ascii"))

@@ -133,8 +133,7 @@ def _wedge(pose: Transform, length: float, half_angle: float, color: Rgba) -> Su
     rim = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1) * length
     corners = np.zeros((_WEDGE_PARTS, 3, 3))
     corners[:, 1], corners[:, 2] = rim[:-1], rim[1:]
-    flat = Drawing(surfaces=[Surface(corners.reshape(-1, 3), np.array(color))])
-    return flat.moved(pose).surfaces[0]
+    return Surface(corners.reshape(-1, 3), np.array(color), pose)
 
 
 def _rotation_of(matrix: Floats) -> Quaternion:

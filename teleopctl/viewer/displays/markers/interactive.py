@@ -16,7 +16,7 @@ from teleopctl.viewer.displays.markers.interactive_marker import (
     InteractiveMarker,
 )
 from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault
-from teleopctl.viewer.displays.markers.marker_meshes import MarkerMeshes
+from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.displays.markers.update_feed import UpdateFeed
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.reading import pose_of
@@ -55,7 +55,7 @@ class InteractiveMarkers(Display):
         self._later: dict[str, Any] = {}
         self._client_id = f"rviz{self.root}/{secrets.token_hex(4)}"
         self._feed = UpdateFeed()
-        self._meshes = MarkerMeshes(self.stage, self._mesh_arrived)
+        self._files = MarkerFiles(self.stage, self._file_arrived)
         self._client: Any = None
         self._publisher: Any = None
         self._asked_at = 0.0
@@ -177,6 +177,7 @@ class InteractiveMarkers(Display):
                 self._draw(marker.message, pose)
         for name in update.erases:
             self._remove(name)
+        self._files.forget_unused(set().union(*(one.files for one in self.markers.values())))
 
     def _draw(self, message: Any, pose: Transform | None = None) -> None:
         name = str(message.name)
@@ -197,7 +198,7 @@ class InteractiveMarkers(Display):
                 self.stage,
                 f"{self.root}/marker{self._numbers}",
                 message,
-                self._meshes,
+                self._files,
                 tell,
                 show_description=self.values.flag("Show Descriptions"),
                 show_axes=self.values.flag("Show Axes"),
@@ -220,7 +221,7 @@ class InteractiveMarkers(Display):
             self._remove(name)
         self._fault = ""
 
-    def _mesh_arrived(self) -> None:
+    def _file_arrived(self) -> None:
         for marker in self.markers.values():
             marker.refresh()
 
@@ -234,7 +235,7 @@ class InteractiveMarkers(Display):
                 fault = f"No transform from [{frame}] to [{self.stage.frames.fixed}]"
             elif marker.fault:
                 fault = f"A marker of {printable_line(name)} {marker.fault}"
-        fault = fault or next(iter(self._meshes.faults.values()), "")
+        fault = fault or next(iter(self._files.faults.values()), "")
         self.say(WARN if fault else OK, fault)
 
     # --- feedback -----------------------------------------------------------------------------

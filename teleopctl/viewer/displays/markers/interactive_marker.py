@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.printable import printable_line
 from teleopctl.tf import Transform, TransformException
 from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, Handle, has_handle, put
-from teleopctl.viewer.displays.markers.marker_drawing import (
-    MESH,
-    MarkerFault,
-    draw_marker,
-    own_pose,
-)
-from teleopctl.viewer.displays.markers.marker_meshes import MarkerMeshes
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
+from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.displays.reading import pose_of
 from teleopctl.viewer.displays.stamped import place_of
 from teleopctl.viewer.scene.canvas import Canvas
@@ -40,7 +35,7 @@ class InteractiveMarker:
         stage: Where to draw.
         path: The end of its path below its frame's node, or the whole path for one that stands.
         message: The ``visualization_msgs/msg/InteractiveMarker``.
-        meshes: Where meshes come from.
+        files: Where meshes and textures come from.
         tell: Whom to tell.
         show_description: Whether its description is written above it.
         show_axes: Whether its axes are drawn.
@@ -50,6 +45,7 @@ class InteractiveMarker:
         pose: Where it stands in the frame of its header.
         held: The control that a person holds; empty for none.
         fault: Why it is not drawn as it says.
+        files: The keys of its meshes and textures.
 
     Raises:
         MarkerFault: It cannot be drawn at all.
@@ -60,7 +56,7 @@ class InteractiveMarker:
         stage: Stage,
         path: str,
         message: Any,
-        meshes: MarkerMeshes,
+        files: MarkerFiles,
         tell: Told,
         *,
         show_description: bool,
@@ -73,6 +69,7 @@ class InteractiveMarker:
         self.pose = pose
         self.held = ""
         self.fault = ""
+        self.files: set[str] = set()
         self._stage = stage
         self._tell = tell
         self._placed = False
@@ -104,19 +101,18 @@ class InteractiveMarker:
                 handle_path = f"{self._place.name}/handle{number}"
                 handle = Handle(stage, handle_path, control, scale, self._moved)
                 self._handles[handle_path] = handle
-            self._draw_control(number, control, meshes)
+            self._draw_control(number, control, files)
         self._menu: Any = None
         self.refresh()
         self._put_everything()
         self.follow()
 
-    def _draw_control(self, number: int, control: Any, meshes: MarkerMeshes) -> None:
+    def _draw_control(self, number: int, control: Any, files: MarkerFiles) -> None:
         drawings = []
         for marker in control.markers:
             try:
                 pose = own_pose(marker)
-                if marker.type == MESH and marker.mesh_resource:
-                    meshes.want(marker)
+                self.files.add(files.want(marker))
                 drawing, fault = draw_marker(marker, pose)
                 drawings.append(drawing)
             except MarkerFault as error:
@@ -125,7 +121,7 @@ class InteractiveMarker:
         if drawings:
             path, mode = f"{self._body.name}/control{number}", control.interaction_mode
             picked = mode in (BUTTON, MENU) or bool(self.message.menu_entries)
-            canvas = Canvas(self._stage.scene, path, meshes.ready, picked=picked)
+            canvas = Canvas(self._stage.scene, path, files.meshes, files.textures, picked=picked)
             self._canvases.append((control, canvas, merged(drawings)))
 
     def refresh(self) -> None:

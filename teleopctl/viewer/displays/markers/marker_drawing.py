@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from teleopctl.tf import Transform
-from teleopctl.viewer.displays.markers.marker_meshes import mesh_key
+from teleopctl.viewer.displays.markers.marker_files import MESH, TRIANGLES, file_key
 from teleopctl.viewer.displays.reading import pose_of, vector_of
 from teleopctl.viewer.scene.drawing import (
     OWN,
@@ -27,7 +27,7 @@ from teleopctl.viewer.scene.drawing import (
 
 ARROW, CUBE, SPHERE, CYLINDER = 0, 1, 2, 3
 LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS = 4, 5, 6, 7, 8
-TEXT, MESH, TRIANGLES, ARROW_STRIP = 9, 10, 11, 12
+TEXT, ARROW_STRIP = 9, 12
 MOST_POINTS = 500_000
 _LONGEST_TEXT = 2000
 # What RViz takes where an arrow through two points does not say.
@@ -207,10 +207,25 @@ def _triangles(drawing: Drawing, marker: Any, pose: Transform) -> str:
     colors, wrong = _colors(marker, whole // 3 if by_triangle else len(points))
     if colors.ndim == 2:
         colors = np.repeat(colors, 3, axis=0) if by_triangle else colors[:whole]
+    texture, uv, unmapped = _texture(marker, whole)
     size = np.array(vector_of(marker.scale))
     if size.all() and (colors[..., 3] > 0).any():
-        drawing.surfaces.append(Surface(moved_points(points[:whole] * size, pose), colors))
-    return fault or wrong or ("" if size.all() else _NO_SIZE)
+        drawing.surfaces.append(Surface(points[:whole] * size, colors, pose, texture, uv))
+    return fault or wrong or unmapped or ("" if size.all() else _NO_SIZE)
+
+
+def _texture(marker: Any, corners: int) -> tuple[str, Floats | None, str]:
+    """The name of its texture, where its corners are in it, and what is wrong with them."""
+    if not marker.texture_resource:
+        return "", None, ""
+    said = marker.uv_coordinates
+    if len(said) != len(marker.points):
+        fault = f"has {len(said)} uv_coordinates for {len(marker.points)} points: "
+        return "", None, f"{fault}its texture is not used"
+    uv = np.array([(one.u, one.v) for one in said[:corners]], np.float64).reshape(-1, 2)
+    if not drawable_rows(uv).all():
+        return "", None, "has uv_coordinates that are not finite: its texture is not used"
+    return file_key(marker), uv, ""
 
 
 def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
@@ -221,7 +236,7 @@ def _mesh(drawing: Drawing, marker: Any, pose: Transform) -> str:
     if own and color == (0.0, 0.0, 0.0, 0.0):
         color = OWN
     size = vector_of(marker.scale)
-    drawing.solid(mesh_key(marker), pose, size, color)
+    drawing.solid(file_key(marker), pose, size, color)
     if color is OWN:
         return _NO_SIZE if 0.0 in size else ""
     return _seen(marker, *size)

@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.printable import printable_line
 from teleopctl.tf import Transform, TransformException
-from teleopctl.viewer.displays.markers.marker_drawing import (
-    MESH,
-    MarkerFault,
-    draw_marker,
-    own_pose,
-)
-from teleopctl.viewer.displays.markers.marker_meshes import MarkerMeshes, mesh_key
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
+from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.displays.stamped import no_transform, place_of
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import Drawing, merged
@@ -44,6 +39,7 @@ class _Entry:
         waiting: Newer ones, whose place is not known yet.
         drawing: What is drawn of it.
         group: The frame below whose node it is drawn; empty for one that stands still.
+        file: The key of its mesh or texture; empty for none.
         expires_ns: When it goes by itself; 0 for never.
         fault: Why it is not drawn as it says.
     """
@@ -52,6 +48,7 @@ class _Entry:
     waiting: list[Any] = field(default_factory=list)
     drawing: Drawing | None = None
     group: str = ""
+    file: str = ""
     expires_ns: int = 0
     fault: str = ""
 
@@ -70,7 +67,7 @@ class MarkerSet:
         self._root = root
         self._entries: dict[Key, _Entry] = {}
         self._canvases: dict[str, Canvas] = {}
-        self._meshes = MarkerMeshes(stage, self._mesh_arrived)
+        self._files = MarkerFiles(stage, self._file_arrived)
         self._stale: set[str] = set()
         self._waiting: set[Key] = set()
         self._expires_ns = 0
@@ -157,23 +154,21 @@ class MarkerSet:
         if not self._stale:
             return False
         groups: dict[str, list[Drawing]] = {group: [] for group in self._stale}
-        used: set[str] = set()
         for (ns, _), entry in self._entries.items():
-            if entry.shown is not None and entry.shown.type == MESH:
-                used.add(mesh_key(entry.shown))
             if entry.group in groups and entry.drawing is not None and ns not in self.hidden:
                 groups[entry.group].append(entry.drawing)
         for group, drawings in groups.items():
             canvas = self._canvases.get(group)
             if canvas is None:
                 above = self._stage.frames.node_of(group) if group else ""
-                canvas = Canvas(self._stage.scene, f"{above}{self._root}", self._meshes.ready)
+                path = f"{above}{self._root}"
+                canvas = Canvas(self._stage.scene, path, self._files.meshes, self._files.textures)
                 self._canvases[group] = canvas
             canvas.show(merged(drawings))
             if not drawings:
                 del self._canvases[group]
         self._stale.clear()
-        self._meshes.forget_unused(used)
+        self._files.forget_unused({entry.file for entry in self._entries.values()})
         return True
 
     def hide(self, ns: str, *, hidden: bool) -> None:
@@ -197,13 +192,15 @@ class MarkerSet:
         faults = [self._message_fault] if self._message_fault else []
         number = len(faults)
         for key, entry in self._entries.items():
-            fault = entry.fault
-            if not fault and entry.shown is not None and entry.shown.type == MESH:
-                fault = self._meshes.faults.get(mesh_key(entry.shown), "")
+            fault = entry.fault or self._files.faults.get(entry.file, "")
             if fault:
                 number += 1
                 if not faults:
-                    named = fault if fault.startswith(("No ", "Mesh")) else f"{_name(key)} {fault}"
+                    named = (
+                        fault
+                        if fault.startswith(("No ", "Mesh", "Texture"))
+                        else f"{_name(key)} {fault}"
+                    )
                     faults.append(named)
         if number > 1:
             return f"{faults[0]} ({number - 1} more)"
@@ -220,7 +217,7 @@ class MarkerSet:
                 self._waiting.add(key)
         self._stale.add("")
 
-    def _mesh_arrived(self) -> None:
+    def _file_arrived(self) -> None:
         self._stale |= {entry.group for entry in self._entries.values()}
 
     def _now_ns(self) -> int:
@@ -261,15 +258,14 @@ class MarkerSet:
                     return False
                 if place != _HERE:
                     pose = place @ pose
-            if marker.type == MESH and marker.mesh_resource:
-                self._meshes.want(marker)
+            file = self._files.want(marker)
             drawing, entry.fault = draw_marker(marker, pose)
         except MarkerFault as fault:
             # What was drawn of it before stays, as RViz leaves it.
             entry.fault = str(fault)
             return True
         self._stale |= {entry.group, group}
-        entry.shown, entry.drawing, entry.group = marker, drawing, group
+        entry.shown, entry.drawing, entry.group, entry.file = marker, drawing, group, file
         return True
 
 

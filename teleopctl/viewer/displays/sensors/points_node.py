@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from teleopctl.viewer.scene.surface_glb import linear_light
+from teleopctl.viewer.scene.srgb import linear_light
 from teleopctl.viewer.scene.unit_shapes import unit_shape
 
 if TYPE_CHECKING:

@@ -1,0 +1,131 @@
+"""The meshes and textures that markers name or carry, each read once, in a thread of its own."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.viewer.scene.mesh_files import MeshFile, load_embedded_mesh, load_mesh
+from teleopctl.viewer.scene.texture_files import Texture, load_embedded_texture, load_texture
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.base import Stage
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+MESH, TRIANGLES = 10, 11
+_EMBEDDED = "embedded://"
+_BARE = "#bare"
+_TEXTURE = "#texture"
+# Files that no marker uses any more are kept up to this many, since markers come and go.
+_MOST_UNUSED = 20
+# A program may send another picture with each message: those that wait for this are let go again.
+_MOST_AT_ONCE = 4
+
+
+def file_key(marker: Any) -> str:
+    """The name of a marker's mesh or texture among all; empty for a marker with neither."""
+    if marker.type == MESH:
+        uri, data = str(marker.mesh_resource), marker.mesh_file.data
+        suffix = "" if marker.mesh_use_embedded_materials else _BARE
+    elif marker.type == TRIANGLES and len(marker.uv_coordinates):
+        uri, data, suffix = str(marker.texture_resource), marker.texture.data, _TEXTURE
+    else:
+        return ""
+    if uri.startswith(_EMBEDDED):
+        uri += f"#{zlib.crc32(bytes(data)):08x}"
+    return uri + suffix if uri else ""
+
+
+class MarkerFiles:
+    """Meshes and textures by their keys.
+
+    Args:
+        stage: Who has a thread for reading.
+        arrived: Called when one more has been read, or cannot be.
+
+    Attributes:
+        meshes: The meshes that have been read.
+        textures: The textures, and None for those that cannot be read.
+        faults: Why something cannot be read, or what is not shown of it.
+    """
+
+    def __init__(self, stage: Stage, arrived: Callable[[], object]) -> None:
+        self.meshes: dict[str, MeshFile] = {}
+        self.textures: dict[str, Texture | None] = {}
+        self.faults: dict[str, str] = {}
+        self._stage = stage
+        self._arrived = arrived
+        self._asked: set[str] = set()
+        self._reading = 0
+        self._waiting: dict[str, Callable[[], MeshFile | Texture]] = {}
+
+    def want(self, marker: Any) -> str:
+        """Read a marker's file, unless that has been done.
+
+        Returns:
+            Its key, or an empty text where there is no file.
+        """
+        key = file_key(marker)
+        if key and key not in self._asked:
+            self._asked.add(key)
+            self._waiting[key] = _reader(marker)
+            self._read_next()
+        return key
+
+    def forget_unused(self, used: Iterable[str]) -> None:
+        """Let go of what no marker uses, if it has become much, and of what nobody waits for."""
+        unused = self._asked.difference(used)
+        for key in unused & self._waiting.keys():
+            self._asked.discard(key)
+            del self._waiting[key]
+        done = unused & (self.meshes.keys() | self.textures.keys() | self.faults.keys())
+        if len(done) > _MOST_UNUSED:
+            self._asked -= done
+            for key in done:
+                for known in (self.meshes, self.textures, self.faults):
+                    known.pop(key, None)
+
+    def _read_next(self) -> None:
+        while self._waiting and self._reading < _MOST_AT_ONCE:
+            key = next(iter(self._waiting))
+            self._reading += 1
+            self._stage.work(self._waiting.pop(key), partial(self._take, key))
+
+    def _take(self, key: str, result: MeshFile | Texture | BaseException) -> None:
+        self._reading -= 1
+        if isinstance(result, MeshFile):
+            self.meshes[key] = result
+            if result.faults:
+                self.faults[key] = "; ".join(result.faults)
+        elif isinstance(result, Texture):
+            self.textures[key] = result
+        else:
+            is_ours = isinstance(result, TeleopctlError)
+            self.faults[key] = str(result) if is_ours else f"{_kind(key)} {key}: {result}"
+            if key.endswith(_TEXTURE):
+                self.textures[key] = None
+        self._read_next()
+        self._arrived()
+
+
+def _kind(key: str) -> str:
+    return "Texture" if key.endswith(_TEXTURE) else "Mesh"
+
+
+def _reader(marker: Any) -> Callable[[], MeshFile | Texture]:
+    """What reads a marker's file."""
+    if marker.type == TRIANGLES:
+        uri = str(marker.texture_resource)
+        if uri.startswith(_EMBEDDED):
+            picture = bytes(marker.texture.data)
+            return lambda: load_embedded_texture(uri, picture)
+        return lambda: load_texture(uri)
+    uri, bare = str(marker.mesh_resource), not marker.mesh_use_embedded_materials
+    if uri.startswith(_EMBEDDED):
+        name, data = str(marker.mesh_file.filename or uri), bytes(marker.mesh_file.data)
+        return lambda: load_embedded_mesh(name, data, bare=bare)
+    return lambda: load_mesh(uri, bare=bare)
