@@ -10,7 +10,7 @@ import typer
 
 from teleopctl.cli.typer_app import command_tree, spread_lists
 from teleopctl.launch.evaluation.evaluation import evaluate
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends import read_launch_file
 from tests import ROOT
 
 README = ROOT / "README.md"
@@ -186,16 +186,19 @@ def test_the_launch_files_of_the_nodes_page_plan_the_processes_that_it_shows(tmp
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    launch_files = list(tmp_path.rglob("launch/*.yaml"))
-    assert launch_files
+    launch_files = [*tmp_path.rglob("launch/*.yaml"), *tmp_path.rglob("launch/*.xml")]
+    assert len(launch_files) == 2
+    plans = []
     for file in launch_files:
-        plan = evaluate(parse_file(file), {"who": "Ada", "twice": "true"}, tmp_path / "log")
+        plan = evaluate(read_launch_file(file), {"who": "Ada", "twice": "true"}, tmp_path / "log")
         assert [process.name for process in plan.processes] == [
             "talker-1",
             "talker-2",
             "simple_subscriber-3",
         ]
         assert not plan.warnings
+        plans.append(plan)
+    assert plans[0] == plans[1]
 
 
 def test_pictures_are_small_enough_for_a_first_screen():

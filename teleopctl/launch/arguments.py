@@ -11,7 +11,7 @@ from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.evaluation import undeclared
 from teleopctl.launch.evaluation.substitution import render
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Template
 
@@ -75,7 +75,7 @@ def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[Declar
     if depth > _MAX_DEPTH:
         return
     with context.inside(file):
-        yield from _declared_in(parse_file(file).steps, context, depth)
+        yield from _declared_in(read_launch_file(file).steps, context, depth)
 
 
 def _declared_in(

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import builtin_package, find_package, include_package_of
 
-SUFFIXES = (".yaml", ".yml")
+SUFFIXES = (".yaml", ".yml", ".xml", ".launch", ".py")
 """The endings of launch files."""
+
+# Added to a name that has no ending, in this order.
+_ADDED = (".yaml", ".launch.yaml", ".launch.xml", ".launch.py", ".xml", ".py")
+# What the names of launch files look like, among the many that Python files have.
+_LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 
 def is_launch_file(name: str) -> bool:
-    """Whether a name has the ending of a launch file."""
-    return name.endswith(SUFFIXES)
+    """Whether a name looks like that of a launch file."""
+    return name.endswith(_LOOKS) and Path(name).name != "package.xml"
 
 
 def builtin_files() -> list[str]:
@@ -44,33 +51,39 @@ def find_launch_file(package: str | None, name: str) -> Path:
 
     Args:
         package: Package to look in, or None for a path or a built-in file.
-        name: A path, or the name of a file in the package's ``launch`` folder, or of a built-in
-            one; the ending ``.yaml`` may be left out.
+        name: A path, or the name of a file of the package, or of a built-in one; the ending may be
+            left out.
 
     Raises:
-        NotFoundError: When there is no such package or file, or it is not a YAML file.
+        NotFoundError: There is no such package or file, it is no launch file, or a package has
+            several of that name.
     """
-    candidates = [*_in_package(package, name)] if package is not None else [Path(name).expanduser()]
-    candidates += [_builtin_folder() / name, _builtin_folder() / f"{name}.yaml"]
-    for path in candidates:
+    given = _in_package(package, name) if package is not None else [Path(name).expanduser()]
+    for path in chain(given, (_builtin_folder() / name, _builtin_folder() / f"{name}.yaml")):
         if path.is_file():
             if path.suffix not in SUFFIXES:
                 raise NotFoundError(
-                    f"{path} is not a YAML launch file",
-                    hint="teleopctl reads ROS 2's YAML launch files; built in are "
+                    f"{path} is not a launch file",
+                    hint=f"Launch files end in {', '.join(SUFFIXES)}; built in are "
                     f"{', '.join(builtin_files())}.",
                 )
             include_package_of(path)
             return path.absolute()
-    where = f" in package '{package}'" if package is not None else ""
+    raise _not_found(package, name)
+
+
+def _not_found(package: str | None, name: str) -> NotFoundError:
     known = {*builtin_files(), *(files_in_package(package) if package is not None else ())}
     stem = Path(name).name.split(".", maxsplit=1)[0]
     guess = did_you_mean(name, known) or did_you_mean(stem, {file.split(".")[0] for file in known})
-    listed = f"There are {', '.join(sorted(known))}, and any YAML file by its path."
-    raise NotFoundError(
-        f"Launch file '{name}' not found{where}",
-        hint=f"{guess} {listed}" if guess else listed,
-    )
+    listed = f"There are {', '.join(sorted(known))}, and any launch file by its path."
+    message = f"Launch file '{name}' not found"
+    if package is not None:
+        message = (
+            f"file '{name}' was not found in the share directory of package '{package}' "
+            f"which is at '{find_package(package).share}'"
+        )
+    return NotFoundError(message, hint=f"{guess} {listed}" if guess else listed)
 
 
 def files_in_package(package: str) -> list[str]:
@@ -80,14 +93,29 @@ def files_in_package(package: str) -> list[str]:
         TeleopctlError: There is no such package.
     """
     folder = find_package(package).share / "launch"
-    return sorted(path.name for suffix in SUFFIXES for path in folder.glob(f"*{suffix}"))
+    return sorted({path.name for path in _files_below(folder) if is_launch_file(path.name)})
 
 
 def _in_package(package: str, name: str) -> Iterator[Path]:
     share = find_package(package).share
     for folder in (share / "launch", share):
         yield folder / name
-        yield folder / f"{name}.yaml"
+        yield from (folder / f"{name}{ending}" for ending in _ADDED)
     # Some packages sort their launch files into folders.
     if Path(name).name == name:
-        yield from sorted((share / "launch").rglob(name))
+        found = sorted(path for path in _files_below(share) if path.name == name)
+        if len(found) > 1:
+            places = ", ".join(f"'{path}'" for path in found)
+            raise NotFoundError(
+                f"file '{name}' was found more than once in the share directory of package "
+                f"'{package}': [{places}]",
+                hint="Name it by its folder, as in FOLDER/FILE.",
+            )
+        yield from found
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    """Iterate over the files in a folder; what begins with a dot, such as ``.git``, is left out."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if name[:1] != "." and name != "__pycache__"]
+        yield from (Path(place, name) for name in files)

@@ -16,7 +16,7 @@ from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.execution.running import died, forget_died, stopped_by_ctrl_c
 from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
 
 
@@ -40,7 +40,7 @@ def make_plan(
             cannot be evaluated.
     """
     return evaluate(
-        parse_file(file),
+        read_launch_file(file),
         arguments,
         new_log_directory(),
         show_all_output=show_all_output,

@@ -88,12 +88,19 @@ def test_launch_files_their_packages_and_their_arguments_are_completed(
     folder.mkdir(parents=True)
     (folder.parent / "package.xml").write_text("<package><name>my_pkg</name></package>")
     (folder / "up.yaml").write_text("launch:\n- arg: {name: who, default: a}\n")
+    (folder / "again.launch.xml").write_text("<launch><arg name='what'/></launch>")
+    (folder / "old.launch.py").touch()
+    (folder / "helpers.py").touch()
+    (tmp_path / "setup.py").touch()
     (tmp_path / "broken.yaml").write_text("launch: [")
     monkeypatch.chdir(tmp_path)
     offered = candidates(monkeypatch, capsys, "teleopctl launch ")
     assert {"sim.yaml", "broken.yaml", "my_pkg"} <= set(offered)
-    assert "teleop_py_pkg" not in offered
-    assert candidates(monkeypatch, capsys, "teleopctl launch my_pkg ") == ["up.yaml"]
+    assert not {"teleop_py_pkg", "setup.py"} & set(offered)
+    of_package = candidates(monkeypatch, capsys, "teleopctl launch my_pkg ")
+    assert of_package == ["again.launch.xml", "old.launch.py", "up.yaml"]
+    line = "teleopctl launch my_pkg again.launch.xml "
+    assert candidates(monkeypatch, capsys, line) == ["what:="]
     assert candidates(monkeypatch, capsys, "teleopctl launch my_pkg up.yaml ") == ["who:="]
     # Bash takes the value of an argument for a word of its own.
     line = "teleopctl launch -d sim.yaml paused := true ca"

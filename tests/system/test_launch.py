@@ -247,7 +247,7 @@ def test_show_args_and_print_start_nothing(ros):
         ("launch nope x.yaml", "Package 'nope' not found", ""),
         (
             "launch teleop_description nope.yaml",
-            "not found in package 'teleop_description'",
+            "file 'nope.yaml' was not found in the share directory of package 'teleop_description'",
             "display",
         ),
         ("launch display.yaml model:=nope.xacro", "nope.xacro", ""),

@@ -27,7 +27,7 @@ def launch(
         list[str],
         Argument(
             metavar="[PACKAGE] FILE [NAME:=VALUE]...",
-            help="A YAML launch file, by path, of a package, or a built-in one; its arguments.",
+            help="A launch file, by path, of a package, or a built-in one; its arguments.",
             complete="launch_words",
         ),
     ],

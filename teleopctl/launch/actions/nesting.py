@@ -26,9 +26,7 @@ class Group(Action):
     def parse(cls, entity: Entity) -> Self:
         """Read a ``group``."""
         scoped = entity.element("scoped")
-        if scoped is not None and not isinstance(scoped.value, bool):
-            raise scoped.error(f"expected true or false, got {scoped.describe()}")
-        return cls(scoped=scoped is None or scoped.value, steps=entity.steps("children"))
+        return cls(scoped=scoped is None or scoped.flag(), steps=entity.steps("children"))
 
     def evaluate(self, launch: Launch) -> None:
         """Run the steps."""

@@ -34,7 +34,7 @@ def parameter(entity: Entity, prefix: str = "") -> Parameter:
     name = entity.required("name")
     return Parameter(
         name=parse(f"{prefix}{name.source}") if prefix else name,
-        value=_parameter_value(entity.required_element("value")),
+        value=_parameter_value(_value(entity.required_element("value"), type_name)),
         type_name=type_name,
     )
 
@@ -53,6 +53,14 @@ def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter 
             )
         else:
             yield parameter(entity, prefix)
+
+
+def _value(element: Element, type_name: str | None) -> Element:
+    """The value, as its language types it; a text that is to be of a certain type stays one."""
+    is_text = isinstance(element.value, str)
+    if type_name is None or (type_name.startswith("list_of_") and is_text):
+        return element.typed()
+    return element
 
 
 def _parameter_value(element: Element) -> ParameterTree:

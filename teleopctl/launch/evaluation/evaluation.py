@@ -14,7 +14,7 @@ from teleopctl.errors import LaunchError, TeleopctlError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition, Place, Process
@@ -164,7 +164,7 @@ class Evaluation:
             raise LaunchError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
         self._depth += 1
         try:
-            self.run_file(parse_file(path))
+            self.run_file(read_launch_file(path))
         finally:
             self._depth -= 1
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError
+from teleopctl.launch.model import values
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -34,26 +34,8 @@ def infer(text: str) -> object:
 
     ``24`` is an integer, ``1e-3`` a float, ``true`` a boolean, ``[1, 2]`` a list, ``'24'`` a text.
     """
-    value = _scalars(text)
+    value = values.typed(text)
     return unify(value) if isinstance(value, list) else value
-
-
-def _scalars(text: str) -> object:
-    """Return the scalar, or list of scalars, that a text is in YAML, else the text."""
-    # A robot description is long and never a scalar: it is not worth a parser's time.
-    if "\n" in text.strip():
-        return text
-    try:
-        value = ros_yaml.load_value(text)
-    except yaml.YAMLError:
-        return text
-    if isinstance(value, bool | int | float | str):
-        return value
-    if isinstance(value, list) and all(
-        isinstance(item, bool | int | float | str) for item in value
-    ):
-        return value
-    return text
 
 
 def convert(text: str, type_name: str) -> object:
@@ -67,7 +49,7 @@ def convert(text: str, type_name: str) -> object:
         LaunchError: When the text is not of that type.
     """
     if type_name.startswith("list_of_"):
-        items = _scalars(text)
+        items = values.typed(text)
         if not isinstance(items, list):
             raise LaunchError(f"expected a list like [a, b], got '{text}'")
         return [convert(str(item), type_name.removeprefix("list_of_")) for item in items]
@@ -87,19 +69,19 @@ def convert(text: str, type_name: str) -> object:
 
 
 # Any: a parameter has one of nine types.
-def unify(values: list[Any]) -> list[Any]:
+def unify(items: list[Any]) -> list[Any]:
     """Give a list the single type that a parameter needs: integers beside floats become floats.
 
     Raises:
         LaunchError: When the items have types that do not go together.
     """
-    kinds = {type(value) for value in values}
+    kinds = {type(item) for item in items}
     if kinds == {int, float}:
-        return [float(value) for value in values]
+        return [float(item) for item in items]
     if len(kinds) > 1:
         names = ", ".join(sorted(kind.__name__ for kind in kinds))
         raise LaunchError(f"the items of a list parameter have one type, these have {names}")
-    return values
+    return items
 
 
 def parameter_file(parameters: Iterable[tuple[str, object]]) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import ClassVar, Protocol, Self
 
 from teleopctl.errors import did_you_mean
@@ -14,17 +15,20 @@ from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
+_NO_NAMES: Mapping[str, str] = MappingProxyType({})
+
 
 class Entity:
-    """What stands below the name of an action: a mapping with known keys.
+    """What belongs to an action, by known keys.
 
     Args:
-        element: The mapping.
+        element: What stands below the action's name, or is the action's tag.
         known: The keys that may stand in it, with hyphens or with underscores.
-        read_steps: How the front end reads a list of actions; None where there can be none.
+        read_steps: How a list of actions is read; None where there can be none.
+        renamed: What those keys are called elsewhere, and here.
 
     Raises:
-        TeleopctlError: When the element is no mapping, or has another key.
+        TeleopctlError: When the element has no keys, or has another one.
     """
 
     def __init__(
@@ -32,18 +36,22 @@ class Entity:
         element: Element,
         known: Iterable[str],
         read_steps: Callable[[Element], tuple[Step, ...]] | None = None,
+        renamed: Mapping[str, str] = _NO_NAMES,
     ) -> None:
         self._element = element
         self._read_steps = read_steps
         self._fields: dict[str, Element] = {}
         keys = tuple(known)
         canonical = {key.replace("-", "_"): key for key in keys}
-        for key, value in element.mapping(f"a mapping with {', '.join(keys)}").items():
-            name = canonical.get(key.replace("-", "_"))
+        for key, value in element.fields(keys).items():
+            plain = key.replace("-", "_")
+            name = canonical.get(plain)
             if name is None:
                 raise value.error(
-                    f"unknown key '{key}', expected one of {', '.join(keys)}",
-                    hint=did_you_mean(key, keys),
+                    f"unknown {value.noun} '{key}', expected one of {', '.join(keys)}",
+                    hint=f"In ROS 2 it is '{renamed[plain]}'."
+                    if plain in renamed
+                    else did_you_mean(key, keys),
                 )
             self._fields[name] = value
 
@@ -99,10 +107,12 @@ class Action:
 
     Attributes:
         keys: What may stand below its name in a launch file, besides ``if`` and ``unless``.
+        renamed: What those keys were or are called elsewhere (with underscores), and here.
     """
 
     __slots__ = ()
     keys: ClassVar[tuple[str, ...]] = ()
+    renamed: ClassVar[Mapping[str, str]] = _NO_NAMES
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:

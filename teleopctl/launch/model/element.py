@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model import template
@@ -15,12 +15,18 @@ from teleopctl.launch.model.descriptions import Place
 class Element:
     """A value of a launch file and where it stands.
 
+    What differs between the languages of launch files is in `fields`, `action` and `typed`; nothing
+    else behind a front end knows them apart.
+
     Attributes:
+        noun: What a person calls it, for messages.
         value: A scalar, a list of elements, or a dictionary of elements by key; whatever a file
             may hold, so that its type says nothing.
         place: File and line.
         path: The keys that lead to it, for messages.
     """
+
+    noun: ClassVar[str] = "key"
 
     value: Any
     place: Place
@@ -30,6 +36,51 @@ class Element:
         """Return an error that begins with file, line and key."""
         where = f" '{self.path}':" if self.path else ""
         return LaunchError(f"{self.place}:{where} {message}", hint=hint)
+
+    def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
+        """Return what belongs to an action or to an entry of a list, by key as it is written.
+
+        Args:
+            keys: Those that may stand there; others may be in the answer.
+
+        Raises:
+            TeleopctlError: It is something else.
+        """
+        if self.value is None:
+            return {}
+        if isinstance(self.value, list) and "children" in keys:
+            # The short form: a list of children and nothing else.
+            return {"children": self}
+        return self.mapping(f"a mapping with {', '.join(keys)}")
+
+    def action(self) -> tuple[str, Element]:
+        """Return name and content of an entry of a launch file.
+
+        Raises:
+            TeleopctlError: It is something else.
+        """
+        fields = self.mapping("an action, such as 'node: …'")
+        if len(fields) != 1:
+            raise self.error(
+                f"expected one action, got {self.describe()}",
+                hint="What belongs to an action is indented below its name.",
+            )
+        return next(iter(fields.items()))
+
+    def typed(self) -> Element:
+        """Return the value as the boolean, number, text or list of these that it stands for."""
+        return self
+
+    def flag(self) -> bool:
+        """Return the value as true or false.
+
+        Raises:
+            TeleopctlError: It is something else.
+        """
+        value = self.typed().value
+        if not isinstance(value, bool):
+            raise self.error(f"expected true or false, got {self.describe()}")
+        return value
 
     def mapping(self, what: str) -> dict[str, Element]:
         """Return the value as a mapping.

@@ -7,6 +7,9 @@ import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import yaml
+
+from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
 
 
@@ -58,6 +61,25 @@ def integer(text: str) -> int:
         return int(text)
     except ValueError:
         raise LaunchError(f"expected an integer, got '{text}'") from None
+
+
+# object: a scalar, or a list of them.
+def typed(text: str) -> object:
+    """Return the boolean, number, text or list of these that a text is in YAML, else the text."""
+    # A robot description is long and never a scalar: it is not worth a parser's time.
+    if "\n" in text.strip():
+        return text
+    try:
+        value = ros_yaml.load_value(text)
+    except yaml.YAMLError:
+        return text
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list) and all(
+        isinstance(item, bool | int | float | str) for item in value
+    ):
+        return value
+    return text
 
 
 def words(text: str) -> list[str]:

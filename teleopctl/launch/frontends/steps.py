@@ -1,0 +1,83 @@
+"""From the elements of a launch file to its steps, whichever language it is written in.
+
+The vocabulary is that of ROS 2's XML and YAML front ends; names with hyphens and with underscores
+are the same. A key that does not belong is an error, since a misspelled one would silently do
+nothing.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from teleopctl import plugins
+from teleopctl.errors import BrokenPluginError, TeleopctlError, did_you_mean
+from teleopctl.launch.actions.messages import Log
+from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
+from teleopctl.launch.model.descriptions import Condition
+from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.template import literal
+
+_UNSUPPORTED = dict.fromkeys(
+    ("node_container", "load_composable_node"),
+    "composable nodes are C++ libraries loaded into one process; use 'node' for each of them",
+)
+
+
+def launch_file(path: Path, actions: Element, deprecated: Element | None = None) -> LaunchFile:
+    """Return a launch file.
+
+    Args:
+        path: The file.
+        actions: The list of its actions.
+        deprecated: Why it should no longer be used, where it says so.
+
+    Raises:
+        TeleopctlError: It does not follow the vocabulary. The message names file, line and key,
+            and what was expected there.
+    """
+    steps = _steps(actions)
+    if deprecated is not None:
+        message = literal(f"launch file [{path}] is deprecated: {deprecated.text()}")
+        steps = (Step(deprecated.place, (), Log(message=message, level=literal("WARNING"))), *steps)
+    return LaunchFile(path, steps)
+
+
+def _steps(element: Element) -> tuple[Step, ...]:
+    if element.value is None:
+        return ()
+    return tuple(_step(*item.action()) for item in element.items("a list of actions"))
+
+
+def _step(name: str, content: Element) -> Step:
+    action = _action_class(name, content)
+    entity = Entity(content, (*action.keys, "if", "unless"), _steps, action.renamed)
+    conditions = tuple(
+        Condition(text, expected)
+        for key, expected in (("if", True), ("unless", False))
+        if (text := entity.optional(key)) is not None
+    )
+    try:
+        return Step(content.place, conditions, action.parse(entity))
+    except TeleopctlError:
+        raise
+    except Exception as error:
+        raise content.error(
+            f"{action.__name__} cannot be read: {type(error).__name__}: {error}"
+        ) from error
+
+
+def _action_class(name: str, content: Element) -> type[Action]:
+    canonical = name.replace("-", "_")
+    if plugins.find(plugins.LAUNCH_ACTIONS, canonical) is None:
+        if canonical in _UNSUPPORTED:
+            raise content.error(_UNSUPPORTED[canonical])
+        known = sorted(plugins.available(plugins.LAUNCH_ACTIONS))
+        raise content.error(
+            f"unknown action '{name}', expected one of {', '.join(known)}",
+            hint=did_you_mean(name, known),
+        )
+    try:
+        found: type[Action] = plugins.load(plugins.LAUNCH_ACTIONS, canonical)
+    except BrokenPluginError as error:
+        raise content.error(error.message) from error
+    return found

@@ -1,0 +1,1 @@
+"""The XML front end of ROS 2's launch."""
