@@ -19,6 +19,7 @@ from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import Buffer, TransformListener
 from teleopctl.viewer.page.server import close_server, open_server, page_address
+from teleopctl.viewer.page.tidying import EVERY_S, Tidying
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.picture import Picture
 from teleopctl.viewer.robot_file import RobotFile
@@ -67,10 +68,10 @@ class Viewer(Node):
         self.buffer = Buffer(node=self)
         self.frames = Frames(server.scene, self.buffer)
         self._listener: TransformListener | None = None
-        self._timer = self.create_timer(
-            1.0 / _PICTURES_PER_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(1.0 / _PICTURES_PER_S, self._tick, clock=steady)
         self._timer.cancel()
+        self.create_timer(EVERY_S, Tidying(server).tidy, clock=steady)
         simulated = bool(self.get_parameter("use_sim_time").value)
         self.picture = Picture(server, self, view, simulated=simulated)
         self.robot_file = RobotFile(self)

@@ -10,7 +10,10 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 MOST_SAMPLES = 50_000
-"""Samples that a series keeps: 50 s of a topic with 1 kHz, in 0.8 MB."""
+"""Samples that a series keeps: 50 s of a topic with 1 kHz, in 1 MB."""
+
+MOST_ROOM = MOST_SAMPLES * 5 // 4
+"""What lies before them is cut off in blocks, so that they do not move with each sample."""
 
 _FIRST_ROOM = 1024
 # In the units of ROS, what is smaller is rounding of a computation, which a plot would enlarge.
@@ -42,12 +45,11 @@ class Series:
         self.added += 1
 
     def _make_room(self) -> None:
-        if self._count < 2 * MOST_SAMPLES:
-            room = min(2 * self._count, 2 * MOST_SAMPLES)
+        if self._count < MOST_ROOM:
+            room = min(2 * self._count, MOST_ROOM)
             self._times = np.resize(self._times, room)
             self._values = np.resize(self._values, room)
             return
-        # Twice the room is what lets the samples move once for as many as are kept.
         self._times[:MOST_SAMPLES] = self._times[-MOST_SAMPLES:]
         self._values[:MOST_SAMPLES] = self._values[-MOST_SAMPLES:]
         self._count = MOST_SAMPLES
