@@ -1,10 +1,11 @@
-"""From where to look at a robot, so that it fills the picture, whatever its size."""
+"""From where a robot fills the picture, whatever its size, and from where somebody looks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
+from typing import TYPE_CHECKING
 
 from teleopctl.robot import Joints, JointSet, RobotDescription, SegmentTree
 from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
@@ -12,12 +13,17 @@ from teleopctl.viewer.rviz_file import View
 from teleopctl.viewer.scene.mesh_files import MeshFile
 from teleopctl.viewer.scene.shapes import box_around
 
+if TYPE_CHECKING:
+    import viser
+
 # From the front, from the right, and from above.
 _DIRECTION = (0.66, -0.6, 0.45)
 # How many radii away the whole robot is seen beside the panels, with some air around it.
 _RADII = 2.0
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
+# viser's cameras are as OpenCV's: x right, y down, z ahead.
+_AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
 def view_of(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
@@ -37,6 +43,16 @@ def view_of(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tu
     radius = min(max(math.dist(low, high) / 2, _SMALLEST_RADIUS_M), _LARGEST_RADIUS_M)
     dx, dy, dz = (_RADII * radius * step for step in _DIRECTION)
     return View((x + dx, y + dy, z + dz), (x, y, z)), radius
+
+
+def seen_from(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
+    """Where the camera that has moved last stands: x ahead, y left, z up; None without any."""
+    camera = max(cameras, key=lambda one: one.update_timestamp, default=None)
+    if camera is None:
+        return None
+    w, x, y, z = (float(part) for part in camera.wxyz)
+    px, py, pz = (float(part) for part in camera.position)
+    return Transform((px, py, pz), (x, y, z, w)) @ _AHEAD_OF_OPTICAL
 
 
 def round_number(number: float) -> float:

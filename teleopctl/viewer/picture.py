@@ -10,9 +10,10 @@ import numpy as np
 
 from teleopctl import plugins
 from teleopctl.printable import printable_line
+from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import Display, Stage
 from teleopctl.viewer.displays.robot_model import RobotModel
-from teleopctl.viewer.framing import round_number, view_of
+from teleopctl.viewer.framing import round_number, seen_from, view_of
 from teleopctl.viewer.rviz_file import RvizFile, View
 from teleopctl.viewer.rviz_leftovers import leftovers
 from teleopctl.viewer.scene.lights import light
@@ -176,6 +177,10 @@ class Picture:
         """Have those who open the page see it so."""
         self._server.initial_camera.position = view.eye
         self._server.initial_camera.look_at = view.focus
+
+    def camera(self) -> Transform | None:
+        """From where somebody looks; see `Stage.camera`."""
+        return seen_from(client.camera for client in self._server.get_clients().values())
 
     def text(self, camera: viser.CameraHandle | None = None) -> str:
         """The view as an ``.rviz`` file.

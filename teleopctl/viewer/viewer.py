@@ -17,7 +17,7 @@ from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
-from teleopctl.tf import Buffer, TransformListener
+from teleopctl.tf import Buffer, Transform, TransformListener
 from teleopctl.viewer.page.server import close_server, open_server, page_address
 from teleopctl.viewer.page.tidying import EVERY_S, Tidying
 from teleopctl.viewer.panels.base import Panel
@@ -125,6 +125,10 @@ class Viewer(Node):
         """Where the robot's description is from, as far as that is known."""
         path = self.robot_file.path
         return None if path is None else path.parent
+
+    def camera(self) -> Transform | None:
+        """From where somebody looks; see `Stage.camera`."""
+        return self.picture.camera()
 
     def work(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         """Do something that takes long, in another thread; see `Stage.work`."""

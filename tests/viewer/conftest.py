@@ -11,7 +11,7 @@ from viser import GuiEvent, ViserServer
 
 from teleopctl.node import QoSProfile, Time
 from teleopctl.node.values.names import validate_name
-from teleopctl.tf import Buffer
+from teleopctl.tf import Buffer, Transform
 from teleopctl.viewer import open_server
 from teleopctl.viewer.scene.frames import Frames
 
@@ -79,6 +79,7 @@ class FakePage:
     Attributes:
         subscribed: The callbacks of what is listened to, by topic.
         told: What everybody who looks was told.
+        seen_from: From where somebody looks.
     """
 
     def __init__(self, server: ViserServer, node: Any = None) -> None:
@@ -94,6 +95,7 @@ class FakePage:
         self.client = FakeClient()
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
         self.told: list[tuple[str, str]] = []
+        self.seen_from: Transform | None = None
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
@@ -109,6 +111,9 @@ class FakePage:
 
     def knows(self, type_name: str) -> bool:
         return bool(type_name)
+
+    def camera(self) -> Transform | None:
+        return self.seen_from
 
     def publish(self, topic: str, message: object) -> None:
         """Hand a message to whoever listens."""

@@ -1,13 +1,16 @@
 """A robot fills the picture, whatever its size."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given, strategies
 
 from teleopctl.packages import package_share
 from teleopctl.robot import RobotDescription, expand_xacro
-from teleopctl.viewer.framing import round_number, view_of
+from teleopctl.tf import Transform
+from teleopctl.viewer.framing import round_number, seen_from, view_of
 from teleopctl.viewer.scene.mesh_files import load_mesh
 from teleopctl.viewer.scene.shapes import mesh_uris
 
@@ -60,3 +63,17 @@ def test_a_round_number_is_the_next_lower_one(number):
     digits = f"{rounded:.6e}"
     assert digits[0] in "125"
     assert float(digits[1:].partition("e")[0]) == 0
+
+
+def test_of_several_who_look_the_one_who_moved_last_is_the_one_seen_from():
+    def camera(stamp: float, place: tuple[float, ...]) -> Any:
+        # viser's cameras have z ahead and y down: this one looks along x
+        turn = (0.5, -0.5, 0.5, -0.5)
+        return SimpleNamespace(update_timestamp=stamp, position=place, wxyz=turn)
+
+    assert seen_from([]) is None
+    seen = seen_from([camera(8.0, (1.0, 0.0, 0.0)), camera(7.0, (2.0, 0.0, 0.0))])
+    assert seen is not None
+    assert seen.translation == (1.0, 0.0, 0.0)
+    assert (seen @ Transform((1.0, 0.0, 0.0))).translation == (2.0, 0.0, 0.0)
+    assert (seen @ Transform((0.0, 0.0, 1.0))).translation == (1.0, 0.0, 1.0)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import viser
 
     from teleopctl.node import Node, QoSProfile
+    from teleopctl.tf import Transform
     from teleopctl.viewer.scene.frames import Frames
 
 OK = "ok"
@@ -51,6 +52,12 @@ class Stage(Protocol):
     @property
     def robot_folder(self) -> Path | None:
         """Where the robot's description is from, as far as that is known."""
+
+    def camera(self) -> Transform | None:
+        """From where somebody looks, in the fixed frame: x ahead, y left, z up.
+
+        Of several people it is the one who has turned the view last; None while nobody has looked.
+        """
 
     def on(self, function: Callable[..., object]) -> Callable[..., None]:
         """Make a function that viser calls one that runs on the node's thread instead."""

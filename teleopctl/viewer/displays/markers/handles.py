@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.tf import Transform, multiply
-from teleopctl.viewer.scene.drawing import is_drawable, unit_rotation
+from teleopctl.tf import Transform
+from teleopctl.viewer.displays.markers.control_turning import ControlTurning
+from teleopctl.viewer.scene.drawing import unit_rotation
 
 if TYPE_CHECKING:
     import viser
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 NONE, MENU, BUTTON, MOVE_AXIS, MOVE_PLANE, ROTATE_AXIS = 0, 1, 2, 3, 4, 5
 MOVE_ROTATE, MOVE_3D, ROTATE_3D, MOVE_ROTATE_3D = 6, 7, 8, 9
-FIXED = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,18 +55,24 @@ class Handle:
         stage: Where to draw.
         path: The name of its node.
         control: The message.
+        turning: How the control is turned.
         scale: The marker's size in metres.
         moved: Whom to tell of what a person does.
     """
 
-    def __init__(self, stage: Stage, path: str, control: Any, scale: float, moved: Moved) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        path: str,
+        control: Any,
+        turning: ControlTurning,
+        scale: float,
+        moved: Moved,
+    ) -> None:
         self._name = str(control.name)
-        self._is_fixed = control.orientation_mode == FIXED
-        q = control.orientation
-        turn = (q.x, q.y, q.z, q.w)
-        self._turn = Transform(
-            rotation=unit_rotation(*turn) if is_drawable(turn) else (0.0, 0.0, 0.0, 1.0)
-        )
+        self._turning = turning
+        self._turn = turning.axes
+        self._keeps_angle = control.interaction_mode in (ROTATE_AXIS, MOVE_ROTATE)
         parts = _PARTS[control.interaction_mode]
         active = parts.active
         # Most controls act along an axis of the marker: its own axis is drawn, in its own colour.
@@ -77,7 +83,10 @@ class Handle:
             self._turn = Transform()
         self._moved = moved
         self._pose = Transform()
+        # Where the marker and the gizmo stood, and how the control was turned, when it was grabbed.
         self._grabbed = Transform()
+        self._grabbed_at = Transform()
+        self._grabbed_angle = 0.0
         self.node: viser.TransformControlsHandle = stage.scene.add_transform_controls(
             path,
             scale,
@@ -100,17 +109,19 @@ class Handle:
     def place(self, pose: Transform) -> None:
         """Stand where the marker stands."""
         self._pose = pose
-        here = Transform(pose.translation) if self._is_fixed else pose
-        put(self.node, here @ self._turn)
+        put(self.node, self._turning.beside(pose) @ self._turn)
 
     def _tell(self, phase: str, held: Transform) -> None:
         if phase == "start":
             self._grabbed = self._pose
-        turn = (held @ self._turn.inverse()).rotation
-        if self._is_fixed:
-            # It does not turn with the marker: what it is turned by, the marker is turned by.
-            turn = multiply(turn, self._grabbed.rotation)
-        self._moved(phase, self._name, Transform(held.translation, turn))
+            self._grabbed_at = self._turning.beside(self._pose) @ self._turn
+            self._grabbed_angle = self._turning.angle
+        # What the gizmo is turned by, the marker is turned by.
+        turn = Transform(rotation=(held @ self._grabbed_at.inverse()).rotation)
+        if self._keeps_angle:
+            self._turning.angle = self._grabbed_angle + self._turning.angle_of(turn, self._grabbed)
+        rotation = (turn @ Transform(rotation=self._grabbed.rotation)).rotation
+        self._moved(phase, self._name, Transform(held.translation, rotation))
 
 
 def _own_axis(turn: Transform) -> int | None:

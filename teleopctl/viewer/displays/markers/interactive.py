@@ -120,8 +120,13 @@ class InteractiveMarkers(Display):
             else:
                 self.say(WARN, f"Nobody offers {self._client.srv_name}")
         fixed = self.stage.frames.fixed
+        camera = None
+        if any(marker.faces_viewer for marker in self.markers.values()):
+            camera = self.stage.camera()
         for name, marker in self.markers.items():
             marker.place_anew() if fixed != self._fixed else marker.follow()
+            if camera is not None:
+                marker.face(camera)
             if marker.held and now - self._told_at > _WORD_EVERY_S:
                 self._tell(name, FEEDBACK_KEEP_ALIVE, marker.held, 0)
         self._fixed = fixed

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.printable import printable_line
 from teleopctl.tf import Transform, TransformException
-from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, Handle, has_handle, put
-from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault, draw_marker, own_pose
+from teleopctl.viewer.displays.markers.handles import BUTTON, MENU, put
+from teleopctl.viewer.displays.markers.interactive_control import InteractiveControl
+from teleopctl.viewer.displays.markers.marker_drawing import MarkerFault
 from teleopctl.viewer.displays.markers.marker_files import MarkerFiles
 from teleopctl.viewer.displays.reading import pose_of
 from teleopctl.viewer.displays.stamped import place_of
-from teleopctl.viewer.scene.canvas import Canvas
-from teleopctl.viewer.scene.drawing import Drawing, is_drawable, merged
+from teleopctl.viewer.scene.drawing import is_drawable
 
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
@@ -68,11 +68,10 @@ class InteractiveMarker:
         self.message = message
         self.pose = pose
         self.held = ""
-        self.fault = ""
-        self.files: set[str] = set()
         self._stage = stage
         self._tell = tell
         self._placed = False
+        self._standing = Transform()
         frame = message.header.frame_id
         stamp = message.header.stamp
         # Without a time it moves with its frame.
@@ -94,52 +93,64 @@ class InteractiveMarker:
                 position=(0.0, 0.0, 0.75 * scale),
                 anchor="bottom-center",
             )
-        self._handles: dict[str, Handle] = {}
-        self._canvases: list[tuple[Any, Canvas, Drawing]] = []
-        for number, control in enumerate(message.controls):
-            if has_handle(control):
-                handle_path = f"{self._place.name}/handle{number}"
-                handle = Handle(stage, handle_path, control, scale, self._moved)
-                self._handles[handle_path] = handle
-            self._draw_control(number, control, files)
+        self._controls = [
+            InteractiveControl(
+                stage,
+                self._place.name,
+                self._body.name,
+                number,
+                control,
+                scale,
+                files,
+                self._moved,
+                self._click_of(control),
+            )
+            for number, control in enumerate(message.controls)
+        ]
+        self.fault = next((one.fault for one in self._controls if one.fault), "")
+        self.files = set().union(*(one.files for one in self._controls))
+        self._facing = [one for one in self._controls if one.turning.faces_viewer]
         self._menu: Any = None
         self.refresh()
         self._put_everything()
         self.follow()
 
-    def _draw_control(self, number: int, control: Any, files: MarkerFiles) -> None:
-        drawings = []
-        for marker in control.markers:
-            try:
-                pose = own_pose(marker)
-                self.files.add(files.want(marker))
-                drawing, fault = draw_marker(marker, pose)
-                drawings.append(drawing)
-            except MarkerFault as error:
-                fault = str(error)
-            self.fault = self.fault or fault
-        if drawings:
-            path, mode = f"{self._body.name}/control{number}", control.interaction_mode
-            picked = mode in (BUTTON, MENU) or bool(self.message.menu_entries)
-            canvas = Canvas(self._stage.scene, path, files.meshes, files.textures, picked=picked)
-            self._canvases.append((control, canvas, merged(drawings)))
-
     def refresh(self) -> None:
-        """Draw what its markers look like; again when a mesh has arrived."""
-        for control, canvas, drawing in self._canvases:
-            before = canvas.nodes
-            canvas.show(drawing)
-            for name, node in canvas.nodes.items():
-                if before.get(name) is not node and hasattr(node, "on_click"):
-                    self._make_clickable(node, control)
+        """Draw what its markers look like; again when a file has arrived."""
+        for control in self._controls:
+            control.refresh()
 
-    def _make_clickable(self, node: Any, control: Any) -> None:
+    # Any stands for viser's events.
+    def _click_of(self, control: Any) -> Callable[[Any], object] | None:
+        """What a click on a control does; None for nothing."""
+        name = str(control.name)
         if control.interaction_mode == BUTTON:
-            node.on_click(self._stage.on(lambda _event: self._press(str(control.name))))
-        elif control.interaction_mode == MENU or self.message.menu_entries:
-            node.on_click(
-                self._stage.on(lambda event: self._open_menu(event.client.gui, str(control.name)))
-            )
+            return self._stage.on(lambda _event: self._press(name))
+        if control.interaction_mode == MENU or self.message.menu_entries:
+            return self._stage.on(lambda event: self._open_menu(event.client.gui, name))
+        return None
+
+    @property
+    def faces_viewer(self) -> bool:
+        """Whether some of it is turned to whoever looks."""
+        return bool(self._facing)
+
+    def face(self, camera: Transform) -> None:
+        """Turn to a viewer what is to be turned to one, unless a person holds the marker.
+
+        Args:
+            camera: From where it is seen, in the fixed frame; see `Stage.camera`.
+        """
+        if self.held:
+            return
+        above = self._standing
+        if self._is_locked:
+            frame = self._stage.frames.by_name.get(self.message.header.frame_id.removeprefix("/"))
+            above = (frame.pose if frame is not None else None) or Transform()
+        view = (above.inverse() @ camera).rotation
+        for control in self._facing:
+            if control.turning.face(view):
+                control.place(self.pose)
 
     def follow(self) -> None:
         """Stand where its frame stands, or stood at its time.
@@ -154,9 +165,10 @@ class InteractiveMarker:
             return
         self._place.visible = False
         try:
-            put(self._place, place_of(self._stage.frames, self.message.header))
+            self._standing = place_of(self._stage.frames, self.message.header)
         except TransformException:
             return
+        put(self._place, self._standing)
         self._place.visible = True
         self._placed = True
 
@@ -187,11 +199,10 @@ class InteractiveMarker:
 
     # --- what a person does -------------------------------------------------------------------
 
-    def _put_everything(self, but: str = "") -> None:
+    def _put_everything(self, *, with_handles: bool = True) -> None:
         put(self._body, self.pose)
-        for path, handle in self._handles.items():
-            if path != but:
-                handle.place(self.pose)
+        for control in self._controls:
+            control.place(self.pose, with_handle=with_handles)
 
     def _moved(self, phase: str, control: str, pose: Transform) -> None:
         if phase == "start":
@@ -200,7 +211,7 @@ class InteractiveMarker:
             return
         self.pose = pose
         if phase == "update":
-            put(self._body, pose)
+            self._put_everything(with_handles=False)
             self._tell(POSE_UPDATE, control, 0)
             return
         self.held = ""
