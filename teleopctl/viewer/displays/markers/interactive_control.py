@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 # Any stands for messages and viser's handles: their classes are made at run time.
 
-# As RViz writes the words of a menu that has no markers, in parts of the interactive marker's size.
-_MENU_HEIGHT, _MENU_LETTERS = 1.2, 0.25
+# Where the words of a menu without markers stand, below the marker's description, and how high they
+# are, in parts of the interactive marker's size.
+_MENU_HEIGHT, _MENU_LETTERS = 0.55, 0.15
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
