@@ -1,8 +1,9 @@
 """Launch files: ROS 2's launch, and the supervisor of what it starts.
 
 A front end reads a file (`frontends`) into steps with actions (`actions`, over `model`), which are
-evaluated with the launch arguments into a plan of processes (`evaluation`). The plan is carried out
-(`execution`), in the foreground or, through ``python -m teleopctl.launch``, in the background.
+evaluated with the launch arguments into a plan of processes and of what waits for events
+(`evaluation`). The plan is carried out (`execution`), in the foreground or, through ``python -m
+teleopctl.launch``, in the background; on each event the evaluation is asked for what comes next.
 
 An action of one's own derives from ``Action``, a substitution is a ``Substitution``.
 """
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
         undeclared_arguments as undeclared_arguments,
     )
     from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
+    from teleopctl.launch.evaluation.evaluation import (
+        Evaluation as Evaluation,
+        Foreseen as Foreseen,
+    )
     from teleopctl.launch.evaluation.substitution import Substitution as Substitution
     from teleopctl.launch.execution.judgement import log_tail as log_tail, pages as pages
     from teleopctl.launch.execution.readiness import (
@@ -56,12 +61,14 @@ if TYPE_CHECKING:
         Step as Step,
     )
     from teleopctl.launch.model.descriptions import NodePart as NodePart
-    from teleopctl.launch.model.plan import LaunchPlan as LaunchPlan
+    from teleopctl.launch.model.plan import Further as Further, LaunchPlan as LaunchPlan
+    from teleopctl.launch.model.request import LaunchRequest as LaunchRequest
     from teleopctl.launch.model.template import Template as Template, literal as literal
     from teleopctl.launch.recording import bag_folder as bag_folder, recorded as recorded
     from teleopctl.launch.starting import (
+        evaluated as evaluated,
         free_name as free_name,
-        make_plan as make_plan,
+        new_log_directory as new_log_directory,
         run_here as run_here,
         start_in_background as start_in_background,
     )
@@ -75,6 +82,7 @@ else:
             "actions.process": "Executable Node",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
+            "evaluation.evaluation": "Evaluation Foreseen",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",
             "execution.readiness": "NewNodes wait_for_node",
@@ -84,9 +92,10 @@ else:
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
             "model.action": "Action Entity Launch Step",
             "model.descriptions": "NodePart",
-            "model.plan": "LaunchPlan",
+            "model.plan": "Further LaunchPlan",
+            "model.request": "LaunchRequest",
             "model.template": "Template literal",
             "recording": "bag_folder recorded",
-            "starting": "free_name make_plan run_here start_in_background",
+            "starting": "evaluated free_name new_log_directory run_here start_in_background",
         },
     )

@@ -1,18 +1,21 @@
-"""``python -m teleopctl.launch PLAN``: the supervisor of a launch in the background."""
+"""``python -m teleopctl.launch REQUEST``: the supervisor of a launch in the background."""
 
 import sys
 from pathlib import Path
 
-from teleopctl.launch.execution.supervisor import Supervisor
-from teleopctl.launch.model.plan import load_plan
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.starting import run_in_background
 from teleopctl.output import outlive_output, take_log_file
 
 
 def main() -> int:
-    """Carry out the plan in the file that the command line names."""
+    """Launch what the file that the command line names asks for."""
     outlive_output(log_file=take_log_file())
-    plan = load_plan(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    return Supervisor(plan, in_background=True).run()
+    try:
+        return run_in_background(Path(sys.argv[1]))
+    except TeleopctlError as error:
+        sys.stderr.write(f"[ERROR] [launch]: {error}\n")
+        return error.exit_status
 
 
 if __name__ == "__main__":

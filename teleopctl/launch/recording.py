@@ -68,7 +68,7 @@ def recorded(
     """
     about = json.dumps({"file": str(file.absolute()), "arguments": dict(arguments)})
     recorder = ProcessPlan(
-        name=f"recorder-{len(plan.processes) + 1}",
+        name="recorder",
         command=[
             *(sys.executable, "-P", "-m", "teleopctl.nodes"),
             *("--builtin", "rosbag2_transport", "recorder", "--ros-args"),
@@ -81,4 +81,5 @@ def recorded(
         accompanies=True,
         sigterm_timeout=_FINISHED_WITHIN_S,
     )
-    return replace(plan, processes=[*plan.processes, recorder])
+    start = replace(plan.start, processes=[*plan.processes, recorder])
+    return replace(plan, start=start)

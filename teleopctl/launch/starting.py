@@ -6,18 +6,22 @@ import contextlib
 import os
 import socket
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
+from teleopctl.launch.execution import status
 from teleopctl.launch.execution.running import died, forget_died, stopped_by_ctrl_c
-from teleopctl.launch.execution.status import PLAN_FILE, ProcessStatus
+from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.request import LaunchRequest, load_request
+from teleopctl.launch.recording import recorded
 
 
 def new_log_directory() -> Path:
@@ -26,85 +30,118 @@ def new_log_directory() -> Path:
     return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
 
 
-def make_plan(
-    file: Path,
-    arguments: Mapping[str, str],
-    *,
-    show_all_output: bool = False,
-    prefix: str | None = None,
-) -> LaunchPlan:
+def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, Evaluation]:
     """Read and evaluate a launch file; nothing is started or written.
+
+    Args:
+        request: What is wanted.
+        log_directory: The launch's folder for logs.
+
+    Returns:
+        What the launch does of itself, and what is to be asked when something happens.
 
     Raises:
         TeleopctlError: The file cannot be read, does not follow the vocabulary, or something in it
             cannot be evaluated.
     """
-    return evaluate(
+    file = Path(request.file)
+    plan, evaluation = evaluate(
         read_launch_file(file),
-        arguments,
-        new_log_directory(),
-        show_all_output=show_all_output,
-        prefix=prefix,
+        request.arguments,
+        log_directory,
+        show_all_output=request.show_all_output,
+        prefix=request.prefix,
     )
+    if request.record_into is not None:
+        plan = recorded(plan, Path(request.record_into), file, request.arguments)
+    return plan, evaluation
 
 
-def run_here(plan: LaunchPlan, *, on_terminal: bool = False, coloured: bool = False) -> int:
-    """Carry out a plan in the foreground and return the exit status.
+def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
+    """Launch in the foreground and return the exit status.
 
     Args:
-        plan: What to start.
+        request: What is wanted.
         on_terminal: Whether a person reads the output: lines are shorter than ROS 2's, and at the
             end of the start it is said what is up.
         coloured: Whether levels are coloured there.
+
+    Raises:
+        TeleopctlError: The file cannot be evaluated; nothing has been started.
     """
     from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.output import outlive_output
 
-    _prepare(plan)
+    plan, evaluation = evaluated(request, new_log_directory())
+    _prepare()
+    _write(plan.log_directory, plan.write_files)
     outlive_output()
-    with _findable_if_killed(plan):
+    with _findable_if_killed(plan.log_directory):
         if not on_terminal:
-            return Supervisor(plan).run()
-        return _run_on_terminal(plan, coloured=coloured)
+            return Supervisor(plan, evaluation).run()
+        return _run_on_terminal(plan, evaluation, coloured=coloured)
 
 
-def _run_on_terminal(plan: LaunchPlan, *, coloured: bool) -> int:
+def run_in_background(request_file: Path) -> int:
+    """Launch what a request asks for, as a process of its own does, and return the exit status.
+
+    Who waits for it is told by files in the request's folder what the plan is, or why there is
+    none.
+    """
+    from teleopctl.launch.execution.supervisor import Supervisor
+
+    folder = request_file.parent
+    try:
+        plan, evaluation = evaluated(load_request(request_file), folder)
+        _write(folder, plan.write_files)
+    except TeleopctlError as error:
+        status.write_refusal(folder, error)
+        raise
+    status.write_warnings(folder, plan.warnings)
+    return Supervisor(plan, evaluation, in_background=True).run()
+
+
+def _run_on_terminal(plan: LaunchPlan, evaluation: Evaluation, *, coloured: bool) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.launch.execution.terminal import Terminal
 
     terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
-    supervisor = Supervisor(plan, terminal=terminal)
-    with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor.statuses, supervisor.tell):
+    supervisor = Supervisor(plan, evaluation, terminal=terminal)
+    with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
         return supervisor.run()
 
 
 def start_in_background(
-    plan: LaunchPlan, name: str, on_up: Callable[[ProcessStatus, str | None], None]
+    request: LaunchRequest,
+    name: str,
+    on_up: Callable[[ProcessStatus, str | None], None],
+    warn: Callable[[str], None],
 ) -> ProcessRecord:
-    """Carry out a plan in a process of its own, and return once everything is up.
+    """Launch in a process of its own, and return once everything is up.
 
     Args:
-        plan: What to start.
+        request: What is wanted.
         name: What the launch is to be called; a number is added where the name is taken.
         on_up: Called for each process once it is up.
+        warn: Called with what the evaluation found odd.
 
     Raises:
-        TeleopctlError: A process died, or did not come up in time.
+        TeleopctlError: The file cannot be evaluated, a process died, or did not come up in time.
     """
     from teleopctl.launch.execution.readiness import NewNodes, wait_for_launch
 
-    _prepare(plan)
-    plan_file = plan.log_directory / PLAN_FILE
-    plan_file.write_text(plan.dump(), encoding="utf-8")
+    _prepare()
+    request_file = new_log_directory() / status.REQUEST_FILE
+    _write(request_file.parent, partial(request.save, request_file))
     with NewNodes() as new_nodes:
         record = background.start(
             free_name(name),
-            [sys.executable, "-P", "-m", "teleopctl.launch", str(plan_file)],
+            [sys.executable, "-P", "-m", "teleopctl.launch", str(request_file)],
             kind=background.LAUNCH,
         )
         with stopped_by_ctrl_c(record):
-            wait_for_launch(new_nodes, record, on_up)
+            wait_for_launch(new_nodes, record, on_up, warn)
     return record
 
 
@@ -127,15 +164,15 @@ def free_name(name: str) -> str:
 
 
 @contextlib.contextmanager
-def _findable_if_killed(plan: LaunchPlan) -> Iterator[None]:
+def _findable_if_killed(log_directory: Path) -> Iterator[None]:
     """While the block runs, keep the record by which ``ps`` and ``stop`` find what it leaves."""
     record = None
     # Who cannot have one is only not found.
     with contextlib.suppress(TeleopctlError):
         record = background.record_this_process(
             "launch",
-            ["teleopctl", "launch", str(plan.log_directory / PLAN_FILE)],
-            plan.log_directory / "launch.log",
+            ["teleopctl", "launch", str(log_directory / status.REQUEST_FILE)],
+            log_directory / "launch.log",
             kind=background.FOREGROUND_LAUNCH,
         )
     try:
@@ -145,15 +182,19 @@ def _findable_if_killed(plan: LaunchPlan) -> Iterator[None]:
             record.unlink(missing_ok=True)
 
 
-def _prepare(plan: LaunchPlan) -> None:
+def _prepare() -> None:
     from teleopctl.wire import domain_id, ensure_router
 
     domain_id()  # a faulty one would be reported by each of the processes
     ensure_router()
+
+
+def _write(log_directory: Path, write: Callable[[], None]) -> None:
     try:
-        plan.write_files()
+        log_directory.mkdir(parents=True, exist_ok=True)
+        write()
     except OSError as error:
         raise LaunchError(
-            f"Cannot write to the log folder {plan.log_directory}: {error.strerror}",
+            f"Cannot write to the log folder {log_directory}: {error.strerror}",
             hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error

@@ -55,7 +55,7 @@ def plan(tmp_path, monkeypatch):
     def plan(*lines):
         file = tmp_path / "file.yaml"
         file.write_text("\n".join(["launch:", *lines]), encoding="utf-8")
-        return evaluate(parse_file(file), {}, tmp_path / "log")
+        return evaluate(parse_file(file), {}, tmp_path / "log")[0]
 
     yield plan
     plugin_lookup._installed.cache_clear()
@@ -69,7 +69,7 @@ def test_a_strangers_action_gives_actions_and_runs_its_children(plan):
         "    - log: {message: child}",
         "- twice: {message: no, children: [], if: 'false'}",
     )
-    assert done.messages == [("INFO", "child"), ("INFO", "HELLO"), ("INFO", "HELLO")]
+    assert [message for _, _, message in done.start.messages] == ["child", "HELLO", "HELLO"]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import TeleopctlError, UsageError
 
 if TYPE_CHECKING:
-    from teleopctl.launch import LaunchPlan, ProcessStatus
+    from teleopctl.launch import Foreseen, Further, LaunchRequest, ProcessStatus
 
 VERB = Verb(
     f"{__name__}:launch",
@@ -71,13 +71,10 @@ def launch(
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.launch import (
+        LaunchRequest,
         bag_folder,
         find_launch_file,
-        make_plan,
-        pages,
-        recorded,
         run_here,
-        start_in_background,
         undeclared_arguments,
     )
 
@@ -89,26 +86,36 @@ def launch(
         console.out_text("\n".join(describe_arguments(file, arguments)))
         return 0
     folder = bag_folder(file, arguments)
-    # In the background nobody sees the difference between the streams, and a log is to be whole.
+    request = LaunchRequest(
+        file=str(file),
+        arguments=arguments,
+        # In the background nobody sees the difference between the streams, and a log is to be
+        # whole.
+        show_all_output=show_all or detach,
+        prefix=launch_prefix,
+        record_into=None if folder is None else str(folder),
+    )
     try:
-        plan = make_plan(file, arguments, show_all_output=show_all or detach, prefix=launch_prefix)
+        if print_plan:
+            _print(request)
+            return 0
+        if detach:
+            _start(request, file.stem.removesuffix(".launch"))
+            return 0
+        return run_here(
+            request,
+            on_terminal=sys.stdout.isatty(),
+            coloured=console.colour_enabled(sys.stdout),
+        )
     except TeleopctlError:
         for warning in undeclared_arguments(file, arguments):
             console.warn(warning)
         raise
-    if folder is not None:
-        plan = recorded(plan, folder, file, arguments)
-    if print_plan:
-        _print(plan)
-        return 0
-    if not detach:
-        return run_here(
-            plan,
-            on_terminal=sys.stdout.isatty(),
-            coloured=console.colour_enabled(sys.stdout),
-        )
-    for warning in plan.warnings:
-        console.warn(warning)
+
+
+def _start(request: "LaunchRequest", name: str) -> None:
+    from teleopctl.launch import pages, start_in_background
+
     running: list[ProcessStatus] = []
 
     def report(process: "ProcessStatus", node: str | None) -> None:
@@ -116,17 +123,16 @@ def launch(
             running.append(process)
         _report(process, node)
 
-    record = start_in_background(plan, file.stem.removesuffix(".launch"), report)
+    record = start_in_background(request, name, report, console.warn)
     if not running:
         console.out(f"{record.name} has finished")
-    else:
-        console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")
-        console.out(f"To end it: teleopctl stop {record.name}")
-        if folder is not None:
-            console.out(f"It is recorded into {folder}")
-        for address in pages(running):
-            console.out(f"The robot in your browser: {address}")
-    return 0
+        return
+    console.out(f"{record.name} is up; see `teleopctl logs -f {record.name}`")
+    console.out(f"To end it: teleopctl stop {record.name}")
+    if request.record_into is not None:
+        console.out(f"It is recorded into {request.record_into}")
+    for address in pages(running):
+        console.out(f"The robot in your browser: {address}")
 
 
 def split(words: list[str]) -> tuple[str | None, str, dict[str, str]]:
@@ -163,16 +169,37 @@ def _report(process: "ProcessStatus", node: str | None) -> None:
     console.flush()
 
 
-def _print(plan: "LaunchPlan") -> None:
+def _print(request: "LaunchRequest") -> None:
+    from teleopctl.launch import evaluated, new_log_directory
+
+    plan, evaluation = evaluated(request, new_log_directory())
+    for warning in plan.warnings:
+        console.warn(warning)
+    _print_further(plan.start)
+    _print_foreseen(tuple(evaluation.foreseen(plan.start)))
+
+
+def _print_foreseen(foreseen: "tuple[Foreseen, ...]", indent: str = "") -> None:
+    for each in foreseen:
+        console.out(f"{indent}{each.when}:")
+        inner = f"{indent}  "
+        _print_further(each.further, inner)
+        if each.error is not None:
+            console.out(f"{inner}not known before: {each.error.message}")
+        _print_foreseen(each.then, inner)
+
+
+def _print_further(further: "Further", indent: str = "") -> None:
     from teleopctl.launch import command_text
 
-    for process in plan.processes:
-        console.out(f"{process.name}:")
-        console.out_text(
-            f"  {process.command[0] if process.shell else command_text(process.command)}"
-        )
+    for process in further.processes:
+        console.out(f"{indent}{process.name}:")
+        command = process.command[0] if process.shell else command_text(process.command)
+        console.out_text(f"{indent}  {command}")
         for variable, value in process.environment.items():
-            console.out_text(f"  env {variable}={value or ''}")
-    for path, content in plan.files.items():
-        console.out(f"{path}:")
-        console.out_lines(f"  {line}" for line in content.splitlines())
+            console.out_text(f"{indent}  env {variable}={value or ''}")
+    for path, content in further.files.items():
+        console.out(f"{indent}{path}:")
+        console.out_lines(f"{indent}  {line}" for line in content.splitlines())
+    if further.shutdown is not None:
+        console.out(f"{indent}the launch ends: {further.shutdown}")

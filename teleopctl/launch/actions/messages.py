@@ -7,6 +7,8 @@ from typing import Self
 
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.events import ProcessExited
+from teleopctl.launch.model.plan import REQUIRED
 from teleopctl.launch.model.template import Template, literal
 
 _INFO = literal("INFO")
@@ -42,7 +44,7 @@ class Log(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shutdown(Action):
-    """``shutdown``: the launch ends before it has started anything."""
+    """``shutdown``: the launch ends; in the first walk before it has started anything."""
 
     keys = ("reason",)
 
@@ -54,10 +56,8 @@ class Shutdown(Action):
         return cls(reason=entity.required("reason"))
 
     def evaluate(self, launch: Launch) -> None:
-        """End the launch with its reason."""
-        if launch.start_delay > 0:
-            raise LaunchError("'shutdown' cannot stand in a timer")
-        reason = LaunchError(launch.text(self.reason))
-        # Whoever wrote the file knows better than its line number what the person has to know.
-        reason.place = ""
-        raise reason
+        """End the launch, in the first walk over the files with its reason as the error."""
+        if isinstance(launch.event, ProcessExited):
+            name = launch.event.plan.name
+            launch.say("INFO", REQUIRED.format(name=name), "launch")
+        launch.shut_down(launch.text(self.reason))

@@ -42,7 +42,7 @@ class Timer(Action):
     """``timer``: steps that are taken later.
 
     Attributes:
-        period: Seconds after the start of the launch.
+        period: Seconds from now, or from the start of the launch.
     """
 
     keys = ("period", "children")
@@ -56,11 +56,10 @@ class Timer(Action):
         return cls(period=entity.required("period"), steps=entity.steps("children"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Run the steps with a later start."""
+        """Run the steps later."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
-        with launch.delayed(seconds):
-            launch.run(self.steps)
+        launch.after(seconds, self.steps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

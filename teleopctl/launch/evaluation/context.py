@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
+from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
+
+
+class Moment(NamedTuple):
+    """Where an evaluation stood.
+
+    Attributes:
+        scope: Launch variables, environment, namespace and so on: the same object, so that what is
+            set there afterwards is seen.
+        file: The launch file.
+    """
+
+    scope: Scope
+    file: Path
 
 
 class LaunchContext:
@@ -20,19 +36,33 @@ class LaunchContext:
         log_directory: The launch's folder for logs.
 
     Attributes:
+        arguments: The launch arguments that the command line gave.
         declared: Names of the launch arguments that have been declared.
+        event: What has happened and is being answered; None in the first walk over the files.
+        launch: The evaluation that this is the state of, once there is one.
     """
 
     def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
         self.scope = Scope(variables=dict(arguments))
+        self.arguments = dict(arguments)
         self.log_directory = log_directory
+        self.event: object | None = None
+        self.launch: Launch | None = None
         self.declared: set[str] = set()
         self.file = Path()
-        self.start_delay = 0.0
         self.warnings: list[str] = []
         self._live_nodes: frozenset[str] | None = None
         self._robots: dict[tuple[str, tuple[tuple[str, str], ...]], str] = {}
         self._anonymous: dict[str, str] = {}
+
+    def copy(self) -> LaunchContext:
+        """Return an independent copy that knows what this one has read."""
+        other = copy.copy(self)
+        other.scope = self.scope.copy()
+        other.declared = set(self.declared)
+        other.warnings = []
+        other.launch = None
+        return other
 
     @contextmanager
     def scoped(self) -> Iterator[None]:
@@ -53,14 +83,19 @@ class LaunchContext:
         finally:
             self.file = outer
 
+    def moment(self) -> Moment:
+        """Return where the evaluation stands, to come back to it."""
+        return Moment(self.scope, self.file)
+
     @contextmanager
-    def delayed(self, seconds: float) -> Iterator[None]:
-        """Start the block's processes later."""
-        self.start_delay += seconds
+    def at(self, moment: Moment) -> Iterator[None]:
+        """Come back to where the evaluation stood, for the block; what the block sets stays set."""
+        outer = self.moment()
+        self.scope, self.file = moment
         try:
             yield
         finally:
-            self.start_delay -= seconds
+            self.scope, self.file = outer
 
     @contextmanager
     def reading(self, text: Template) -> Iterator[None]:

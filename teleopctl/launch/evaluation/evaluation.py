@@ -1,24 +1,28 @@
-"""From a launch file and its arguments to a plan.
+"""From a launch file and its arguments to what is to be done, at the start and on each event.
 
-Everything that can go wrong goes wrong here, before the first process starts: unknown packages,
-missing arguments, robot descriptions that do not parse.
+The whole file is walked over before the first process starts, as in ROS 2. So nearly everything
+that can go wrong goes wrong then: unknown packages, missing arguments, robot descriptions that do
+not parse. What waits for an event or a timer is evaluated when it comes, with the launch variables
+of the place where it stands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
-from teleopctl.errors import LaunchError, TeleopctlError, did_you_mean
-from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you_mean
+from teleopctl.launch.evaluation.context import LaunchContext, Moment
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
-from teleopctl.launch.model.action import Action, LaunchFile, Step
+from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition, Place, Process
-from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.events import SignalRequested
+from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -32,7 +36,7 @@ def evaluate(
     *,
     show_all_output: bool = False,
     prefix: str | None = None,
-) -> LaunchPlan:
+) -> tuple[LaunchPlan, Evaluation]:
     """Evaluate a launch file.
 
     Args:
@@ -42,6 +46,9 @@ def evaluate(
         show_all_output: Whether stdout of every process appears on the screen.
         prefix: Words put before the command line of every process, or None.
 
+    Returns:
+        What the launch does of itself, and what is to be asked when something happens.
+
     Raises:
         TeleopctlError: When anything in it cannot be evaluated; the message has file and line.
     """
@@ -49,14 +56,17 @@ def evaluate(
     builder = ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
     evaluation = Evaluation(context, builder)
     evaluation.run_file(file)
+    start = evaluation.take()
+    if start.shutdown is not None:
+        # Whoever wrote the file knows better than its line number what the person has to know.
+        reason = LaunchError(start.shutdown)
+        reason.place = ""
+        raise reason
+    for fault in faults(evaluation.foreseen(start)):
+        raise fault
     unknown = undeclared(arguments, context.declared)
-    return LaunchPlan(
-        log_directory=log_directory,
-        processes=builder.plans,
-        messages=evaluation.messages,
-        warnings=[*context.warnings, *unknown],
-        files=builder.files,
-    )
+    warnings = [*context.warnings, *unknown]
+    return LaunchPlan(log_directory=log_directory, start=start, warnings=warnings), evaluation
 
 
 def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
@@ -81,49 +91,98 @@ def located(place: Place) -> Iterator[None]:
         raise error.at(str(place)) from error
 
 
+class _Registered(NamedTuple):
+    """A handler, and where the evaluation stood when it was registered."""
+
+    handler: Handler
+    moment: Moment
+
+
+class Later(NamedTuple):
+    """Steps that wait for a timer, and where they stand."""
+
+    seconds: float
+    steps: tuple[Step, ...]
+    moment: Moment
+    is_cancelled: Callable[[], bool]
+
+
+class Foreseen(NamedTuple):
+    """What a launch is going to do on an event, as far as that can be told before.
+
+    Attributes:
+        when: The event in words.
+        further: What it does then.
+        error: Why not more is known of it, or None.
+        then: What that leads to.
+    """
+
+    when: str
+    further: Further
+    error: TeleopctlError | None
+    then: tuple[Foreseen, ...]
+
+
+def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
+    """Yield what would be missing then, such as packages and programs.
+
+    Other errors may be none when the time has come.
+    """
+    for each in foreseen:
+        if isinstance(each.error, NotFoundError):
+            yield each.error
+        yield from faults(each.then)
+
+
 class Evaluation:
-    """A launch while it is being evaluated; a `teleopctl.launch.model.action.Launch`.
+    """A launch that is evaluated as it goes: the whole files first, and then event by event.
+
+    It is the `Launch` that actions work with and the `Respondent` that the supervisor asks.
 
     Args:
         context: What substitutions look at.
         builder: Makes the processes.
 
     Attributes:
-        messages: Lines of ``log`` actions, as level and text.
+        context: What substitutions look at.
+        is_trial: Whether this is a look ahead, which is to have no effects outside.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
-        self.messages: list[tuple[str, str]] = []
-        self._context = context
+        self.context = context
+        context.launch = self
         self._builder = builder
         self._depth = 0
+        self.is_trial = False
+        self._handlers: list[_Registered] = []
+        self._further = Further()
 
     @property
     def scope(self) -> Scope:
         """Launch variables, environment, namespace and so on, as the next step sees them."""
-        return self._context.scope
+        return self.context.scope
 
     @property
     def file(self) -> Path:
         """The launch file that is being evaluated."""
-        return self._context.file
+        return self.context.file
 
     @property
-    def start_delay(self) -> float:
-        """Seconds from the start of the launch to that of the next process."""
-        return self._context.start_delay
+    def event(self) -> object | None:
+        """What has happened and is being answered; None in the first walk over the files."""
+        return self.context.event
 
     def text(self, text: Template) -> str:
         """Evaluate the substitutions of a text."""
-        return render(text, self._context)
+        return render(text, self.context)
 
     def environment_value(self, name: str) -> str | None:
         """An environment variable as the processes will see it, or None."""
-        return self._context.environment_value(name)
+        return self.context.environment_value(name)
 
     def run_file(self, file: LaunchFile) -> None:
         """Evaluate a launch file."""
-        with self._context.inside(file.path):
+        with self.context.inside(file.path):
             self.run(file.steps)
 
     def run(self, steps: tuple[Step, ...]) -> None:
@@ -135,7 +194,7 @@ class Evaluation:
 
     def _holds(self, condition: Condition) -> bool:
         text = self.text(condition.text)
-        with self._context.reading(condition.text):
+        with self.context.reading(condition.text):
             return values.flag(text) == condition.expected
 
     def _evaluate(self, action: Action) -> None:
@@ -152,11 +211,7 @@ class Evaluation:
 
     def scoped(self) -> AbstractContextManager[None]:
         """Restore variables, environment, namespace and so on at the end of the block."""
-        return self._context.scoped()
-
-    def delayed(self, seconds: float) -> AbstractContextManager[None]:
-        """Start the block's processes later."""
-        return self._context.delayed(seconds)
+        return self.context.scoped()
 
     def include(self, path: Path) -> None:
         """Evaluate another launch file."""
@@ -170,12 +225,108 @@ class Evaluation:
 
     def declare(self, name: str) -> None:
         """Make a launch argument known."""
-        self._context.declared.add(name)
+        self.context.declared.add(name)
 
-    def say(self, level: str, message: str) -> None:
-        """Show a line to the person in front of the terminal when the launch starts."""
-        self.messages.append((level, message))
+    def say(self, level: str, message: str, logger: str = "launch.user") -> None:
+        """Show a line to the person in front of the terminal."""
+        self._further.messages.append((level, logger, message))
 
     def start(self, process: Process) -> None:
         """Add the process of a ``node`` or an ``executable``."""
-        self._builder.add(process)
+        self._further.processes.append(self._builder.build(process))
+
+    def action_of(self, plan: ProcessPlan) -> Process:
+        """The action that a process was made from."""
+        return self._builder.actions[plan.name]
+
+    def after(
+        self, seconds: float, steps: tuple[Step, ...], is_cancelled: Callable[[], bool] = bool
+    ) -> None:
+        """Run steps later, as if they stood here, unless they have been cancelled by then."""
+        # What they set is theirs, and what is set behind them does not reach them.
+        moment = Moment(self.scope.copy(), self.file)
+        timer = Later(max(0.0, seconds), steps, moment, is_cancelled)
+        self._further.timers.append((timer.seconds, timer))
+
+    def register(self, handler: Handler, *, last: bool = False) -> None:
+        """Let a handler answer events from now on: before those that are there, or after them."""
+        place = len(self._handlers) if last else 0
+        self._handlers.insert(place, _Registered(handler, self.context.moment()))
+
+    def unregister(self, handler: Handler) -> None:
+        """Let a handler answer no more events.
+
+        Raises:
+            ValueError: It is not registered.
+        """
+        found = next((entry for entry in self._handlers if entry.handler is handler), None)
+        if found is None:
+            raise ValueError("the event handler is not registered")
+        self._handlers.remove(found)
+
+    def emit(self, event: object) -> None:
+        """Make something happen, which handlers answer once this is done."""
+        self._further.events.append(event)
+
+    def shut_down(self, reason: str) -> None:
+        """End the launch."""
+        self._further.shutdown = reason
+
+    @property
+    def wants_output(self) -> bool:
+        """Whether anybody wants to be told of what processes write."""
+        return any(entry.handler.wants_output for entry in self._handlers)
+
+    def answer(self, event: object) -> Further:
+        """Say what is to be done now that something has happened."""
+        self.context.event = event
+        try:
+            for entry in tuple(self._handlers):
+                with self.context.at(entry.moment):
+                    self.run(tuple(entry.handler.respond(event, self)))
+        finally:
+            self.context.event = None
+        if isinstance(event, SignalRequested):
+            self._further.signals += self._builder.signals(event)
+        return self.take()
+
+    def fire(self, timer: object) -> Further:
+        """Say what is to be done now that a timer's time has come."""
+        assert isinstance(timer, Later)
+        if not timer.is_cancelled():
+            with self.context.at(timer.moment):
+                self.run(timer.steps)
+        return self.take()
+
+    def take(self) -> Further:
+        """Return what has come together since the last time."""
+        further, self._further = self._further, Further()
+        further.files, self._builder.files = self._builder.files, {}
+        return further
+
+    def foreseen(self, further: Further) -> Iterator[Foreseen]:
+        """Evaluate what waits for a timer or an event, as far as that can be done now.
+
+        Args:
+            further: What was returned last.
+        """
+        for _, timer in further.timers:
+            assert isinstance(timer, Later)
+            yield self._tried(f"after {timer.seconds:g} s", timer.steps, timer.moment)
+        for handler, moment in self._handlers:
+            known = handler.foreseen()
+            if known is not None:
+                yield self._tried(*known, moment)
+
+    def _tried(self, when: str, steps: tuple[Step, ...], moment: Moment) -> Foreseen:
+        context = self.context.copy()
+        trial = Evaluation(context, self._builder.copy(context))
+        trial.is_trial = True
+        error = None
+        with context.at(Moment(moment.scope.copy(), moment.file)):
+            try:
+                trial.run(steps)
+            except TeleopctlError as failed:
+                error = failed
+        further = trial.take()
+        return Foreseen(when, further, error, tuple(trial.foreseen(further)))

@@ -22,7 +22,8 @@ from teleopctl.launch.model.descriptions import (
     ParameterTree,
     Process,
 )
-from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl.launch.model.events import SignalRequested
+from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
 from teleopctl.launch.model.template import Template
 from teleopctl.packages import find_executable, resolve_uri
 
@@ -37,7 +38,7 @@ Value = TypeVar("Value")
 
 
 class ProcessBuilder:
-    """Collects the processes of a launch.
+    """Makes the processes of a launch, and knows what each was made from.
 
     Args:
         context: What substitutions look at.
@@ -45,21 +46,28 @@ class ProcessBuilder:
         prefix: Words put before every command line, or None.
 
     Attributes:
-        plans: The processes so far.
+        actions: What each process so far was made from, by its name.
         files: Parameter files to write, as path and content.
     """
 
     def __init__(
         self, context: LaunchContext, *, show_all_output: bool, prefix: str | None
     ) -> None:
-        self.plans: list[ProcessPlan] = []
+        self.actions: dict[str, Process] = {}
         self.files: dict[str, str] = {}
+        self._plans: dict[str, ProcessPlan] = {}
         self._context = context
         self._show_all_output = show_all_output
         self._prefix = prefix
 
-    def add(self, action: Process) -> None:
-        """Evaluate a ``node`` or an ``executable`` and add its process.
+    def copy(self, context: LaunchContext) -> ProcessBuilder:
+        """Return one that goes on from here with another context."""
+        other = ProcessBuilder(context, show_all_output=self._show_all_output, prefix=self._prefix)
+        other.actions.update(self.actions)
+        return other
+
+    def build(self, action: Process) -> ProcessPlan:
+        """Evaluate a ``node`` or an ``executable``; its parameter files come to `files`.
 
         Raises:
             TeleopctlError: When the package, the program or a parameter file does not exist, or
@@ -71,7 +79,7 @@ class ProcessBuilder:
             text = self._text(action.arguments)
             command = [f"{command[0]} {text}"] if shell else [*command, *_words(text, "args")]
         name = self._optional(action.process_name) or program
-        name = f"{_UNSAFE.sub('_', name)}-{len(self.plans) + 1}"
+        name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"
         node_name = None
         if action.node is not None:
             ros_arguments, node_name = self._ros_arguments(action.node, name)
@@ -81,36 +89,44 @@ class ProcessBuilder:
         environment.update(
             (self._text(variable), self._text(value)) for variable, value in action.environment
         )
-        self.plans.append(
-            ProcessPlan(
-                name=name,
-                command=command,
-                environment=environment,
-                working_directory=self._optional(action.working_directory),
-                shell=shell,
-                show_stdout=self._shows_stdout(action.output),
-                is_node=action.node is not None,
-                node_name=node_name,
-                ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
-                start_delay=self._context.start_delay,
-                respawn=self._value(action.respawn, "respawn", values.flag, default=False),
-                respawn_delay=self._value(
-                    action.respawn_delay, "respawn_delay", values.number, default=0.0
-                ),
-                respawn_max_retries=self._value(
-                    action.respawn_max_retries, "respawn_max_retries", values.integer, default=-1
-                ),
-                shutdown_on_exit=self._value(
-                    action.shutdown_on_exit, "required", values.flag, default=False
-                ),
-                sigterm_timeout=self._value(
-                    action.sigterm_timeout, "sigterm_timeout", values.number, default=5.0
-                ),
-                sigkill_timeout=self._value(
-                    action.sigkill_timeout, "sigkill_timeout", values.number, default=5.0
-                ),
-            )
+        plan = ProcessPlan(
+            name=name,
+            command=command,
+            environment=environment,
+            working_directory=self._optional(action.working_directory),
+            shell=shell,
+            show_stdout=self._shows_stdout(action.output),
+            is_node=action.node is not None,
+            node_name=node_name,
+            ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
+            respawn=self._value(action.respawn, "respawn", values.flag, default=False),
+            respawn_delay=self._value(
+                action.respawn_delay, "respawn_delay", values.number, default=0.0
+            ),
+            respawn_max_retries=self._value(
+                action.respawn_max_retries, "respawn_max_retries", values.integer, default=-1
+            ),
+            shutdown_on_exit=self._value(
+                action.shutdown_on_exit, "required", values.flag, default=False
+            ),
+            sigterm_timeout=self._value(
+                action.sigterm_timeout, "sigterm_timeout", values.number, default=5.0
+            ),
+            sigkill_timeout=self._value(
+                action.sigkill_timeout, "sigkill_timeout", values.number, default=5.0
+            ),
         )
+        self.actions[name] = action
+        self._plans[name] = plan
+        return plan
+
+    def signals(self, event: SignalRequested) -> list[SignalPlan]:
+        """Return the signals for the processes that somebody means."""
+        return [
+            SignalPlan(name, event.number)
+            for name, action in self.actions.items()
+            if event.matches(action, self._plans[name])
+        ]
 
     def _program(self, action: Process, *, shell: bool) -> tuple[str, str, list[str]]:
         """Return package (empty for an ``executable``), program and how the command begins."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from teleopctl import plugins
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.model.template import Call, Template
+from teleopctl.launch.model.template import Call, ComputedText, Template
 
 
 class Substitution:
@@ -68,7 +68,9 @@ def render(template: Template, context: LaunchContext) -> str:
     return template.render(lambda call: _evaluate(call, context))
 
 
-def _evaluate(call: Call, context: LaunchContext) -> str:
+def _evaluate(call: Call | ComputedText, context: LaunchContext) -> str:
+    if not isinstance(call, Call):
+        return call.evaluate(context)
     try:
         substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, call.name)
     except UnknownPluginError as error:

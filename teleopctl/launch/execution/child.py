@@ -37,16 +37,24 @@ class Child:
         screen: Where its output is shown.
         on_exit: Called with the child, on another thread, when the process has ended and
             everything that it wrote has been read.
+        on_output: Called with the child, each line that it writes and whether that came from
+            stdout, on another thread.
     """
 
     def __init__(
-        self, plan: ProcessPlan, log_file: Path, screen: Screen, on_exit: Callable[[Child], None]
+        self,
+        plan: ProcessPlan,
+        log_file: Path,
+        screen: Screen,
+        on_exit: Callable[[Child], None],
+        on_output: Callable[[Child, bytes, bool], None],
     ) -> None:
         self.plan = plan
         self.log_file = log_file
         self.retries = 0
         self._screen = screen
         self._on_exit = on_exit
+        self._on_output = on_output
         self._ended_at = 0.0
         self._process: subprocess.Popen[bytes] | None = None
         self._log: LogFile | None = None
@@ -147,11 +155,8 @@ class Child:
         assert process.stderr is not None
         with contextlib.closing(log):
             readers = [
-                threading.Thread(target=self._relay, args=(pipe, log, shown), daemon=True)
-                for pipe, shown in (
-                    (process.stdout, self.plan.show_stdout),
-                    (process.stderr, True),
-                )
+                threading.Thread(target=self._relay, args=(pipe, log, is_stdout), daemon=True)
+                for pipe, is_stdout in ((process.stdout, True), (process.stderr, False))
             ]
             for reader in readers:
                 reader.start()
@@ -161,10 +166,12 @@ class Child:
                 reader.join(_LAST_WORDS_S)
         self._on_exit(self)
 
-    def _relay(self, pipe: IO[bytes], log: LogFile, shown: bool) -> None:
+    def _relay(self, pipe: IO[bytes], log: LogFile, is_stdout: bool) -> None:
+        shown = self.plan.show_stdout or not is_stdout
         with pipe:
             while line := pipe.readline(_LONGEST_LINE):
                 log.write(line)
+                self._on_output(self, line, is_stdout)
                 if shown:
                     self._screen.relay(self.plan.name, line)
 

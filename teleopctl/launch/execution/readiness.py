@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
+from typing import Protocol
 
 from teleopctl import background, progress
 from teleopctl.background import ProcessRecord
@@ -65,6 +66,19 @@ class NewNodes:
     def snapshot(self) -> Graph:
         """Return the graph as it is now."""
         return self._watcher.snapshot()
+
+
+class Launch(Protocol):
+    """A launch that runs in this process; any thread may ask and tell."""
+
+    def statuses(self) -> list[ProcessStatus]:
+        """What became of its processes so far."""
+
+    def pending(self) -> int:
+        """How many timers are still to lead to something soon."""
+
+    def tell(self, level: str, text: str) -> None:
+        """Show a line."""
 
 
 class _Settled:
@@ -133,6 +147,7 @@ def wait_for_launch(
     new_nodes: NewNodes,
     record: ProcessRecord,
     on_up: Callable[[ProcessStatus, str | None], None],
+    warn: Callable[[str], None],
     timeout_s: float = UP_WITHIN_S,
 ) -> None:
     """Wait until everything that a launch in the background starts is up.
@@ -142,9 +157,11 @@ def wait_for_launch(
         record: The launch.
         on_up: Called for each process once it is up or has done its work, with its status and
             the node's name where it is known.
+        warn: Called with what the evaluation of the launch file found odd.
         timeout_s: Upper bound in seconds.
 
     Raises:
+        TeleopctlError: The launch file cannot be evaluated, and the launch has ended.
         LaunchError: A process died, said that it cannot do its work, or did not come up in time;
             what runs goes on running.
     """
@@ -153,9 +170,14 @@ def wait_for_launch(
     graph = new_nodes.snapshot()
     settled = _Settled()
     reported: set[str] = set()
+    warned = False
     while True:
         launch_ended = not background.is_alive(record)
         published = status.read(folder)
+        if published is not None and not warned:
+            warned = True
+            for warning in status.read_warnings(folder):
+                warn(warning)
         statuses = published or []
         failure = first_failure(statuses)
         up = what_is_up(statuses, new_nodes.names_by_session(graph), graph)
@@ -171,9 +193,13 @@ def wait_for_launch(
             status.mark_told(folder, failure.name)
             rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
             raise LaunchError(failure.text, hint=None if launch_ended else rest)
-        if published is not None and len(names) == len(statuses):
+        if published is not None and len(names) == len(statuses) and not status.pending(folder):
             return
         if launch_ended:
+            refusal = status.read_refusal(folder)
+            if refusal is not None:
+                background.forget(record)  # it is reported here
+                raise refusal
             raise LaunchError(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
             )
@@ -191,17 +217,12 @@ def wait_for_launch(
 
 
 @contextmanager
-def tell_when_up(
-    new_nodes: NewNodes,
-    statuses: Callable[[], list[ProcessStatus]],
-    tell: Callable[[str, str], None],
-) -> Iterator[None]:
+def tell_when_up(new_nodes: NewNodes, launch: Launch) -> Iterator[None]:
     """While the block runs, say once what is up, or what keeps it from being so.
 
     Args:
         new_nodes: Made before the start.
-        statuses: What became of the launch's processes so far.
-        tell: Takes level and text, on a thread of its own.
+        launch: Is asked for what became of its processes, and told what to say, on another thread.
     """
     ended = threading.Event()
 
@@ -209,19 +230,19 @@ def tell_when_up(
         graph = new_nodes.snapshot()
         settled = _Settled()
         while not ended.is_set():
-            now = statuses()
+            now = launch.statuses()
             failure = first_failure(now)
             up = what_is_up(now, new_nodes.names_by_session(graph), graph)
             complete = len(up.names) + len(up.waiting) == len(now)
             if failure is not None:
                 # A death has been told by the launch itself.
                 if not any(process.state == "died" for process in now):
-                    tell("ERROR", failure.text)
+                    launch.tell("ERROR", failure.text)
                 return
-            if complete and (not up.waiting or settled.holds(True)):
+            if complete and not launch.pending() and (not up.waiting or settled.holds(True)):
                 running = [process for process in now if process.state == "running"]
                 if running:
-                    tell("INFO", _what_is_up_now(running))
+                    launch.tell("INFO", _what_is_up_now(running))
                 return
             graph = new_nodes.wait_for_change(graph)
 

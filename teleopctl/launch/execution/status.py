@@ -11,15 +11,19 @@ import json
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from teleopctl import errors
 from teleopctl.background import ProcessRecord, Start
+from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
     from teleopctl.launch.execution.child import Child
 
-PLAN_FILE = "plan.json"
+REQUEST_FILE = "request.json"
 _STATUS_FILE = "processes.json"
+_WARNINGS_FILE = "warnings.json"
+_REFUSAL_FILE = "refusal.json"
 _STOP_PREFIX = "stop-"
 _TOLD_PREFIX = "told-"
 
@@ -92,25 +96,84 @@ def status_of(child: Child, start: Start) -> ProcessStatus:
     )
 
 
-def write(folder: Path, statuses: Iterable[ProcessStatus]) -> None:
+def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None:
     """Replace the status file of a launch; nobody reads half of it.
+
+    Args:
+        folder: The launch's log folder.
+        statuses: What became of its processes so far.
+        pending: How many timers are still to lead to something soon.
 
     Raises:
         OSError: It cannot be written; the old one is still there.
     """
-    text = json.dumps([status._asdict() for status in statuses], ensure_ascii=False)
+    processes = [status._asdict() for status in statuses]
+    text = json.dumps({"processes": processes, "pending": pending}, ensure_ascii=False)
     new = folder / f"{_STATUS_FILE}.new"
     new.write_text(text, encoding="utf-8")
     new.replace(folder / _STATUS_FILE)
 
 
 def read(folder: Path) -> list[ProcessStatus] | None:
-    """Read the status file of a launch; None while it has none."""
+    """Read what became of the processes of a launch; None while it has told nothing."""
     try:
-        entries = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
+        entries = _document(folder)["processes"]
         return [ProcessStatus(**{**entry, "start": Start(*entry["start"])}) for entry in entries]
     except (OSError, ValueError, LookupError, TypeError):
         return None
+
+
+def pending(folder: Path) -> int:
+    """Read how many timers of a launch are still to lead to something soon."""
+    try:
+        return int(_document(folder)["pending"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return 0
+
+
+# Any: what stands in a JSON file.
+def _document(folder: Path) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
+    return document
+
+
+def write_warnings(folder: Path, warnings: list[str]) -> None:
+    """Note what the evaluation of a launch found odd, for whoever waits for it."""
+    (folder / _WARNINGS_FILE).write_text(json.dumps(warnings), encoding="utf-8")
+
+
+def read_warnings(folder: Path) -> list[str]:
+    """Read what the evaluation of a launch found odd."""
+    try:
+        warnings: list[str] = json.loads((folder / _WARNINGS_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return []
+    return warnings
+
+
+def write_refusal(folder: Path, error: TeleopctlError) -> None:
+    """Note why a launch cannot be evaluated, for whoever waits for it."""
+    told = {
+        "class": type(error).__name__,
+        "message": error.message,
+        "hint": error.hint,
+        "place": error.place,
+    }
+    with contextlib.suppress(OSError):
+        (folder / _REFUSAL_FILE).write_text(json.dumps(told), encoding="utf-8")
+
+
+def read_refusal(folder: Path) -> TeleopctlError | None:
+    """Read why a launch cannot be evaluated; None where nobody has said so."""
+    try:
+        told = json.loads((folder / _REFUSAL_FILE).read_text(encoding="utf-8"))
+        kind: type[TeleopctlError] = getattr(errors, told["class"], TeleopctlError)
+        error = kind.__new__(kind)
+        TeleopctlError.__init__(error, told["message"], hint=told["hint"])
+        error.place = told["place"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    return error
 
 
 def folder_of(launch: ProcessRecord) -> Path:

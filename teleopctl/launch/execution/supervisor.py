@@ -6,32 +6,43 @@ happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL 
 
 from __future__ import annotations
 
-import heapq
 import itertools
-import os
-import queue
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from types import FrameType
 
 from teleopctl.background import Start, start_of
-from teleopctl.errors import EXIT_INTERRUPTED
+from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.event_loop import EventLoop
+from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.execution.terminal import Terminal
-from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.events import (
+    ProcessExited,
+    ProcessOutput,
+    ProcessStarted,
+    ShutdownBegan,
+)
+from teleopctl.launch.model.plan import (
+    REQUIRED,
+    Further,
+    LaunchPlan,
+    ProcessPlan,
+    Respondent,
+    SignalPlan,
+)
 
 _LAUNCH = "launch"
-# Windows lets no signal handler run while the main thread waits without end.
-_LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 # Signals that come in one bunch, as from `timeout`, are one request to end.
 _SAME_REQUEST_S = 1.0
-# When to write the status file again that could not be written.
-_TRY_AGAIN_AFTER_S = 1.0
+# A timer that takes longer keeps nobody waiting for the launch to be up.
+_SOON_S = 30.0
 # A process says in a file that it is ready.
 _LOOK_EVERY_S = 0.02
 _STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
@@ -42,6 +53,7 @@ class Supervisor:
 
     Args:
         plan: What to start; its log folder and files have been written.
+        respondent: Knows what to do on events; None where nothing is to be done.
         in_background: Whether the launch's own lines go to the log of the background process
             alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
@@ -50,54 +62,53 @@ class Supervisor:
     def __init__(
         self,
         plan: LaunchPlan,
+        respondent: Respondent | None = None,
         *,
         in_background: bool = False,
         terminal: Terminal | None = None,
     ) -> None:
         self._plan = plan
-        # SimpleQueue may be filled from a signal handler, other queues may not.
-        self._events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._timers: list[tuple[float, int, Callable[[], None]]] = []
-        self._timer_ids = itertools.count()
+        self._respondent = respondent
+        self._loop = EventLoop()
+        self._published = PublishedStatus(plan.log_directory, self._loop, self)
+        self._timer_numbers = itertools.count()
         log_file = None if in_background else plan.log_directory / "launch.log"
         self._screen = Screen(log_file, terminal)
-        self._children = [
-            Child(
-                process,
-                plan.log_directory / f"{process.name}.log",
-                self._screen,
-                lambda child: self._events.put(lambda: self._exited(child)),
-            )
-            for process in plan.processes
-        ]
+        self._children: list[Child] = []
         # Those of which something is still to come, and of these those whose process was started.
-        self._expected = set(range(len(self._children)))
+        self._expected: set[int] = set()
         self._live: set[int] = set()
+        self._companions: set[int] = set()
+        for process in plan.processes:
+            self._add(process)
+        # When what waits for a timer is to come, in monotonic seconds.
+        self._due: dict[int, float] = {}
         self._others_were_started = False
-        self._companions = {
-            index for index, process in enumerate(plan.processes) if process.accompanies
-        }
         self._starts: dict[int, Start] = {}
-        self._status_is_late = False
         self._shutting_down = False
         self._interrupted = False
         self._step = 0
         self._asked_at = 0.0
-        self._died = False
+        self._failed = False
 
     def statuses(self) -> list[ProcessStatus]:
         """What became of the processes so far; any thread may ask."""
         return [
             status.status_of(child, self._starts.get(index, Start()))
-            for index, child in enumerate(self._children)
+            for index, child in enumerate(tuple(self._children))
         ]
+
+    def pending(self) -> int:
+        """How many timers are still to lead to something soon; any thread may ask."""
+        soon = time.monotonic() + _SOON_S
+        return sum(due <= soon for due in tuple(self._due.values()))
 
     def tell(self, level: str, text: str) -> None:
         """Show a line of the launch's own; any thread may call this. An error makes it fail."""
-        self._events.put(lambda: self._told(level, text))
+        self._loop.put(lambda: self._told(level, text))
 
     def _told(self, level: str, text: str) -> None:
-        self._died = self._died or level == "ERROR"
+        self._failed = self._failed or level == "ERROR"
         if not self._shutting_down:
             self._say(level, text)
 
@@ -114,8 +125,8 @@ class Supervisor:
         previous = {number: signal.signal(number, self._on_signal) for number in handled}
         try:
             self._start()
-            while self._expected:
-                self._handle_next()
+            while self._expected or self._due or self._has_come_to_rest():
+                self._loop.handle_next()
         except BaseException:
             # Nobody else would end them.
             for child in self._children:
@@ -127,35 +138,55 @@ class Supervisor:
             self._screen.close()
         if self._interrupted:
             return EXIT_INTERRUPTED
-        return 1 if self._died else 0
+        return 1 if self._failed else 0
 
     def _start(self) -> None:
         self._say("INFO", f"All log files can be found below {self._plan.log_directory}")
         self._say("INFO", "Default logging verbosity is set to INFO")
         for warning in self._plan.warnings:
             self._say("WARNING", warning)
-        for level, message in self._plan.messages:
-            self._screen.say(level, "launch.user", message)
+        self._show(self._plan.start)
         self._publish_status()  # of a launch that starts nothing, too
         for index in sorted(self._companions):
             self._start_child(index)
         self._start_others()
+
+    def _add(self, process: ProcessPlan) -> int:
+        """Take a process in, and return its index."""
+        index = len(self._children)
+        log_file = self._plan.log_directory / f"{process.name}.log"
+        self._children.append(
+            Child(
+                process,
+                log_file,
+                self._screen,
+                lambda child: self._loop.put(lambda: self._exited(child)),
+                self._wrote,
+            )
+        )
+        self._expected.add(index)
+        if process.accompanies:
+            self._companions.add(index)
+        return index
+
+    def _has_come_to_rest(self) -> bool:
+        """Tell those who wait for the end that nothing is left; return whether that led to more."""
+        if not self._shutting_down:
+            self._shut_down("idle")
+        return not self._loop.is_empty
 
     def _start_others(self) -> None:
         """Start what companions are to see from its first word on, once they are ready for it."""
         if self._shutting_down:
             return
         if not all(self._children[index].is_ready for index in self._companions):
-            self._after(_LOOK_EVERY_S, self._start_others)
+            self._loop.after(_LOOK_EVERY_S, self._start_others)
             return
         self._others_were_started = True
-        for index, child in enumerate(self._children):
-            if index in self._companions:
-                continue
-            if child.plan.start_delay > 0:
-                self._after(child.plan.start_delay, partial(self._start_child, index))
-            else:
+        for index in range(len(self._children)):
+            if index not in self._companions:
                 self._start_child(index)
+        self._go_on(replace(self._plan.start, messages=[], files={}, processes=[]))
 
     def _start_child(self, index: int) -> None:
         child = self._children[index]
@@ -165,7 +196,7 @@ class Supervisor:
         try:
             child.start()
         except (OSError, ValueError) as error:
-            self._died = True
+            self._failed = True
             self._expected.discard(index)
             reason = str(error)
             if isinstance(error, OSError) and error.strerror:
@@ -179,9 +210,80 @@ class Supervisor:
             self._screen.say("INFO", child.plan.name, f"process started with pid [{child.pid}]")
             child.attend()
             self._live.add(index)
-            if child.pid is not None:
-                self._starts[index] = start_of(child.pid)
+            assert child.pid is not None
+            self._starts[index] = start_of(child.pid)
+            self._respond(ProcessStarted(child.plan, child.pid))
         self._publish_status()
+
+    def _wrote(self, child: Child, line: bytes, is_stdout: bool) -> None:
+        """Tell those who want to know it what a process has written; on that one's threads."""
+        if self._respondent is not None and self._respondent.wants_output:
+            event = ProcessOutput(child.plan, child.pid or 0, line, is_stdout)
+            self._loop.put(lambda: self._respond(event))
+
+    def _respond(self, event: object) -> None:
+        if self._respondent is not None:
+            self._take_further(partial(self._respondent.answer, event))
+
+    def _time_has_come(self, number: int, timer: object) -> None:
+        if self._due.pop(number, None) is not None and self._respondent is not None:
+            self._take_further(partial(self._respondent.fire, timer))
+        self._end_companions()
+        self._publish_status()
+
+    def _take_further(self, ask: Callable[[], Further]) -> None:
+        try:
+            further = ask()
+        except TeleopctlError as error:
+            self._fail(str(error))
+        else:
+            self._go_on(further)
+
+    def _fail(self, text: str) -> None:
+        self._failed = True
+        self._say("ERROR", f"Caught exception in launch: {text}")
+        self._shut_down(text)
+
+    def _show(self, further: Further) -> None:
+        for level, logger, message in further.messages:
+            self._screen.say(level, logger, message)
+
+    def _go_on(self, further: Further) -> None:
+        """Do what an event has led to."""
+        self._show(further)
+        try:
+            further.write_files()
+        except OSError as error:
+            self._fail(f"Cannot write {error.filename}: {error.strerror}")
+            return
+        for event in further.events:
+            self._loop.put(partial(self._respond, event))
+        for request in further.signals:
+            self._send(request)
+        if not self._shutting_down:
+            # All of them are known before the first one starts, whose start may lead to more.
+            for index in [self._add(process) for process in further.processes]:
+                self._start_child(index)
+            for seconds, timer in further.timers:
+                number = next(self._timer_numbers)
+                self._due[number] = time.monotonic() + seconds
+                self._loop.after(seconds, partial(self._time_has_come, number, timer))
+        if further.shutdown is not None:
+            self._shut_down(further.shutdown)
+
+    def _send(self, request: SignalPlan) -> None:
+        for child in self._children:
+            if child.plan.name == request.process and child.is_running:
+                if request.number is None:
+                    self._ask_to_end(child)
+                else:
+                    number = signal.Signals(request.number)
+                    self._screen.say(
+                        "INFO",
+                        child.plan.name,
+                        f"sending signal '{number.name}' to process[{child.plan.name}]",
+                    )
+                    child.signal(number)
 
     def _exited(self, child: Child) -> None:
         index = self._children.index(child)
@@ -191,16 +293,18 @@ class Supervisor:
                 "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
             )
         else:
-            self._died = True
+            self._failed = True
             self._screen.say(
                 "ERROR",
                 child.plan.name,
                 f"process has died [pid {child.pid}, exit code {child.exit_status}, "
                 f"cmd '{' '.join(child.plan.command)}'].",
             )
+        assert child.exit_status is not None
+        self._respond(ProcessExited(child.plan, child.pid or 0, child.exit_status))
         if self._respawns(child):
             child.retries += 1
-            self._after(child.plan.respawn_delay, partial(self._start_child, index))
+            self._loop.after(child.plan.respawn_delay, partial(self._start_child, index))
         else:
             self._expected.discard(index)
             if child.plan.shutdown_on_exit and not self._shutting_down:
@@ -212,11 +316,11 @@ class Supervisor:
     def _lost_before_the_others(self, index: int) -> None:
         """Start nothing that somebody wants to be accompanied and that cannot be."""
         if index in self._companions and not self._others_were_started:
-            self._shut_down()
+            self._shut_down(f"{self._children[index].plan.name} has ended")
 
     def _end_companions(self) -> None:
         """Ask those that accompany the others to end, once there is nobody left to accompany."""
-        if self._expected <= self._companions:
+        if self._expected <= self._companions and not self._due:
             for index in sorted(self._companions & self._live):
                 self._ask_to_end(self._children[index])
 
@@ -229,11 +333,12 @@ class Supervisor:
         return not status.is_marked_stopped(self._plan.log_directory, plan.name)
 
     def _required_ended(self, child: Child) -> None:
-        self._say("INFO", f"process[{child.plan.name}] was required: shutting down launched system")
-        self._shut_down()
+        text = REQUIRED.format(name=child.plan.name)
+        self._say("INFO", text)
+        self._shut_down(text)
 
     def _on_signal(self, number: int, _: FrameType | None) -> None:
-        self._events.put(lambda: self._signalled(signal.Signals(number)))
+        self._loop.put(lambda: self._signalled(signal.Signals(number)))
 
     def _signalled(self, number: signal.Signals) -> None:
         reason = "user interrupted with ctrl-c (SIGINT)"
@@ -245,7 +350,7 @@ class Supervisor:
         if not self._shutting_down:
             self._asked_at = now
             self._say("WARNING", reason)
-            self._shut_down()
+            self._shut_down(reason, by_interrupt=self._interrupted)
         elif now - self._asked_at < _SAME_REQUEST_S:
             return
         elif self._step + 1 < len(_STEPS):
@@ -255,11 +360,13 @@ class Supervisor:
             for child in self._children:
                 child.signal(_STEPS[self._step])
 
-    def _shut_down(self) -> None:
+    def _shut_down(self, reason: str, *, by_interrupt: bool = False) -> None:
         """Ask every process to end, and arrange for harder ways."""
         if self._shutting_down:
             return
         self._shutting_down = True
+        self._due.clear()
+        self._respond(ShutdownBegan(reason, by_interrupt))
         # What waits for its start, or for its next one, is not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
@@ -270,7 +377,7 @@ class Supervisor:
     def _ask_to_end(self, child: Child) -> None:
         if not child.was_signalled:
             child.signal(_STEPS[0])
-            self._after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
+            self._loop.after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
 
     def _escalate(self, child: Child, step: int) -> None:
         if not child.is_running:
@@ -284,37 +391,10 @@ class Supervisor:
         )
         child.signal(_STEPS[step])
         if step + 1 < len(_STEPS):
-            self._after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
-
-    def _handle_next(self) -> None:
-        """Wait for the next event or timer and handle it."""
-        timeout = _LONGEST_WAIT_S
-        if self._timers:
-            left = max(0.0, self._timers[0][0] - time.monotonic())
-            timeout = left if timeout is None else min(left, timeout)
-        try:
-            event = self._events.get(timeout=timeout)
-        except queue.Empty:
-            while self._timers and self._timers[0][0] <= time.monotonic():
-                heapq.heappop(self._timers)[2]()
-        else:
-            event()
-
-    def _after(self, seconds: float, action: Callable[[], None]) -> None:
-        heapq.heappush(self._timers, (time.monotonic() + seconds, next(self._timer_ids), action))
+            self._loop.after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
 
     def _say(self, level: str, text: str) -> None:
         self._screen.say(level, _LAUNCH, text)
 
     def _publish_status(self) -> None:
-        try:
-            status.write(self._plan.log_directory, self.statuses())
-        except OSError:
-            # A full disk, or on Windows a reader: no reason to end what runs.
-            if not self._status_is_late:
-                self._status_is_late = True
-                self._after(_TRY_AGAIN_AFTER_S, self._publish_late_status)
-
-    def _publish_late_status(self) -> None:
-        self._status_is_late = False
-        self._publish_status()
+        self._published.publish()

@@ -12,6 +12,7 @@ from typing import ClassVar, Protocol, Self
 from teleopctl.errors import did_you_mean
 from teleopctl.launch.model.descriptions import Condition, Place, Process
 from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -176,8 +177,12 @@ class Launch(Protocol):
         """The launch file that is being evaluated."""
 
     @property
-    def start_delay(self) -> float:
-        """Seconds from the start of the launch to that of the next process."""
+    def is_trial(self) -> bool:
+        """Whether this is a look ahead, which is to have no effects outside."""
+
+    @property
+    def event(self) -> object | None:
+        """What has happened and is being answered; None in the first walk over the files."""
 
     def text(self, text: Template) -> str:
         """Evaluate the substitutions of a text."""
@@ -191,17 +196,56 @@ class Launch(Protocol):
     def scoped(self) -> AbstractContextManager[None]:
         """Restore variables, environment, namespace and so on at the end of the block."""
 
-    def delayed(self, seconds: float) -> AbstractContextManager[None]:
-        """Start the block's processes later."""
-
     def include(self, path: Path) -> None:
         """Evaluate another launch file."""
 
     def declare(self, name: str) -> None:
         """Make a launch argument known."""
 
-    def say(self, level: str, message: str) -> None:
-        """Show a line to the person in front of the terminal when the launch starts."""
+    def say(self, level: str, message: str, logger: str = "launch.user") -> None:
+        """Show a line to the person in front of the terminal."""
 
     def start(self, process: Process) -> None:
         """Add the process of a ``node`` or an ``executable``."""
+
+    def action_of(self, plan: ProcessPlan) -> Process:
+        """The action that a process was made from."""
+
+    def after(
+        self, seconds: float, steps: tuple[Step, ...], is_cancelled: Callable[[], bool] = bool
+    ) -> None:
+        """Run steps later, as if they stood here, unless they have been cancelled by then."""
+
+    def register(self, handler: Handler, *, last: bool = False) -> None:
+        """Let a handler answer events from now on: before those that are there, or after them."""
+
+    def unregister(self, handler: Handler) -> None:
+        """Let a handler answer no more events.
+
+        Raises:
+            ValueError: It is not registered.
+        """
+
+    def emit(self, event: object) -> None:
+        """Make something happen, which handlers answer once this is done."""
+
+    def shut_down(self, reason: str) -> None:
+        """End the launch."""
+
+
+class Handler(Protocol):
+    """Answers events.
+
+    Attributes:
+        wants_output: Whether it wants to be told of what processes write.
+    """
+
+    @property
+    def wants_output(self) -> bool:
+        """Whether it wants to be told of what processes write."""
+
+    def foreseen(self) -> tuple[str, tuple[Step, ...]] | None:
+        """Say when it acts and what it does then, as far as that is known before; else None."""
+
+    def respond(self, event: object, launch: Launch) -> Iterable[Step]:
+        """Return what is to be done on an event; nothing where it is none of its own."""

@@ -1,13 +1,17 @@
 """What a launch is going to do: processes with everything decided.
 
-A plan is plain data, so that it can be printed, or handed to a supervisor in another process.
+A plan is plain data, so that it can be printed. What a launch does beyond it, on events, is asked
+for when they happen.
 """
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
+
+REQUIRED = "process[{name}] was required: shutting down launched system"
+"""What is said when the end of a process ends the launch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +30,6 @@ class ProcessPlan:
         ends_by_itself: Whether it does its work and ends, as a spawner does.
         accompanies: Whether it is there from before the others start, once it says that it is
             ready, until after they have ended, as a recorder is.
-        start_delay: Seconds from the start of the launch to its own.
         respawn: Whether to start it again when it ends.
         respawn_delay: Seconds to wait before that.
         respawn_max_retries: How often, -1 for any number of times.
@@ -45,7 +48,6 @@ class ProcessPlan:
     node_name: str | None = None
     ends_by_itself: bool = False
     accompanies: bool = False
-    start_delay: float = 0.0
     respawn: bool = False
     respawn_delay: float = 0.0
     respawn_max_retries: int = -1
@@ -54,47 +56,90 @@ class ProcessPlan:
     sigkill_timeout: float = 5.0
 
 
+@dataclass(frozen=True, slots=True)
+class SignalPlan:
+    """A signal for a process.
+
+    Attributes:
+        process: Its name.
+        number: The signal, or None to end the process as a shutdown does, by harder ways where
+            needed.
+    """
+
+    process: str
+    number: int | None
+
+
+@dataclass(slots=True, kw_only=True)
+class Further:
+    """What has to be done next.
+
+    Attributes:
+        messages: Lines for the person in front of the terminal, as level, logger and text.
+        files: Parameter files to write, as path and content.
+        processes: What to start, in order.
+        timers: What is to be asked again, and after how many seconds.
+        events: What has happened by the launch's own doing, and is to be answered.
+        signals: Signals to send.
+        shutdown: Why the launch has to end, or None.
+    """
+
+    messages: list[tuple[str, str, str]] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
+    processes: list[ProcessPlan] = field(default_factory=list)
+    timers: list[tuple[float, object]] = field(default_factory=list)
+    events: list[object] = field(default_factory=list)
+    signals: list[SignalPlan] = field(default_factory=list)
+    shutdown: str | None = None
+
+    def write_files(self) -> None:
+        """Write the parameter files.
+
+        Raises:
+            OSError: One cannot be written.
+        """
+        for path, content in self.files.items():
+            Path(path).write_text(content, encoding="utf-8")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaunchPlan:
-    """Everything that a launch does.
+    """Everything that a launch does of itself; what it does on events comes when they happen.
 
     Attributes:
         log_directory: Folder for logs and parameter files; it need not exist yet.
-        processes: What to start, in order.
-        messages: Lines of ``log`` actions, as level and text.
+        start: What to do at the start.
         warnings: What the evaluation found odd.
-        files: Parameter files to write before the start, as path and content.
     """
 
     log_directory: Path
-    processes: list[ProcessPlan]
-    messages: list[tuple[str, str]] = field(default_factory=list)
+    start: Further
     warnings: list[str] = field(default_factory=list)
-    files: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def processes(self) -> list[ProcessPlan]:
+        """What to start at the start, in order."""
+        return self.start.processes
 
     def write_files(self) -> None:
         """Create the log folder and the parameter files."""
         self.log_directory.mkdir(parents=True, exist_ok=True)
-        for path, content in self.files.items():
-            Path(path).write_text(content, encoding="utf-8")
-
-    def dump(self) -> str:
-        """Return the plan as JSON."""
-        document = {
-            "log_directory": str(self.log_directory),
-            "processes": [asdict(process) for process in self.processes],
-            "messages": self.messages,
-            "warnings": self.warnings,
-        }
-        return json.dumps(document, ensure_ascii=False, indent=1)
+        self.start.write_files()
 
 
-def load_plan(text: str) -> LaunchPlan:
-    """Read a plan from JSON; its parameter files were written by who made the plan."""
-    document = json.loads(text)
-    return LaunchPlan(
-        log_directory=Path(document["log_directory"]),
-        processes=[ProcessPlan(**process) for process in document["processes"]],
-        messages=[(level, message) for level, message in document["messages"]],
-        warnings=document["warnings"],
-    )
+class Respondent(Protocol):
+    """Who knows what is to be done on events."""
+
+    @property
+    def wants_output(self) -> bool:
+        """Whether anybody wants to be told of what processes write."""
+
+    def answer(self, event: object) -> Further:
+        """Say what is to be done now that something has happened.
+
+        Raises:
+            TeleopctlError: It cannot be evaluated; the message has file and line.
+        """
+
+    def fire(self, timer: object) -> Further:
+        """Say what is to be done now that a timer's time has come; raises as `answer` does."""

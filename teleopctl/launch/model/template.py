@@ -6,8 +6,11 @@ parentheses, blanks and itself; before any other character it stands for itself,
 paths survive.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 _ESCAPABLE = frozenset("$'\"\\() \t\n")
 _QUOTES = frozenset("'\"")
@@ -26,7 +29,7 @@ class Argument:
         quote: The quotation mark around it, or an empty string.
     """
 
-    template: "Template"
+    template: Template
     quote: str = ""
 
 
@@ -45,6 +48,18 @@ class Call:
     source: str
 
 
+class ComputedText(Protocol):
+    """A substitution that evaluates itself, as a front end with a language of its own has them."""
+
+    @property
+    def source(self) -> str:
+        """The substitution as one would write it, for messages."""
+
+    # object: the evaluation's context, which stands above this file.
+    def evaluate(self, context: object) -> str:
+        """Return the text that it stands for."""
+
+
 @dataclass(frozen=True, slots=True)
 class Template:
     """A text in which substitutions stand.
@@ -54,10 +69,10 @@ class Template:
         source: The text as written.
     """
 
-    parts: tuple[str | Call, ...]
+    parts: tuple[str | Call | ComputedText, ...]
     source: str
 
-    def render(self, substitute: Callable[[Call], str]) -> str:
+    def render(self, substitute: Callable[[Call | ComputedText], str]) -> str:
         """Return the text with every substitution replaced by what the function returns."""
         return "".join(part if isinstance(part, str) else substitute(part) for part in self.parts)
 
@@ -104,7 +119,7 @@ class _Parser:
 
     def _template(self, ends: Callable[[str], bool]) -> Template:
         start = self._at
-        parts: list[str | Call] = []
+        parts: list[str | Call | ComputedText] = []
         literal_text: list[str] = []
         while self._at < len(self._text) and not ends(self._peek()):
             character = self._peek()

@@ -10,14 +10,14 @@ import yaml
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends.yaml.parser import parse_file
-from teleopctl.launch.model.plan import load_plan
+from teleopctl.launch.model.request import LaunchRequest, load_request
 
 ARM = '<robot name="arm"><link name="base"/></robot>'
 
 
 @pytest.fixture
-def plan(tmp_path):
-    def plan(text, **arguments):
+def evaluated(tmp_path):
+    def evaluated(text, **arguments):
         settings = {
             key: arguments.pop(key) for key in ("show_all_output", "prefix") if key in arguments
         }
@@ -25,7 +25,12 @@ def plan(tmp_path):
         path.write_text(text, encoding="utf-8")
         return evaluate(parse_file(path), arguments, tmp_path / "log", **settings)
 
-    return plan
+    return evaluated
+
+
+@pytest.fixture
+def plan(evaluated):
+    return lambda text, **arguments: evaluated(text, **arguments)[0]
 
 
 def echo(*words):
@@ -177,7 +182,7 @@ def test_a_built_in_file_is_included_by_its_name_or_its_path(plan, file):
 def test_a_file_of_ones_own_includes_the_built_in_one_of_the_same_name(tmp_path):
     path = tmp_path / "display.yaml"
     path.write_text("launch:\n- include: {file: display.yaml}")
-    assert len(evaluate(parse_file(path), {}, tmp_path / "log").processes) == 2
+    assert len(evaluate(parse_file(path), {}, tmp_path / "log")[0].processes) == 2
 
 
 def test_built_in_files_start_built_in_programs_whatever_the_folder_holds(
@@ -267,7 +272,7 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
 """
     )
     (process,) = result.processes
-    first, second = result.files
+    first, second = result.start.files
     assert process.name == "simple_publisher-1"
     assert process.node_name == "/fleet/robot/talker"
     assert process.show_stdout
@@ -277,7 +282,7 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
         *["--params-file", first, "--params-file", str(given), "--params-file", second],
         *["-r", "a:=b", "-r", "chatter:=/said", "--log-level", "debug"],
     ]
-    assert yaml.safe_load(result.files[first]) == {
+    assert yaml.safe_load(result.start.files[first]) == {
         "/**": {
             "ros__parameters": {
                 "use_sim_time": True,
@@ -347,14 +352,31 @@ def test_prefixes_and_shells(plan):
     ]
 
 
-def test_a_timer_delays_what_is_in_it(plan):
-    text = "launch:\n- timer: {period: 1.5, children: [{executable: {cmd: echo a}}]}\n" + echo("b")
-    assert [process.start_delay for process in plan(text).processes] == [1.5, 0.0]
+def test_what_stands_in_a_timer_is_evaluated_when_its_time_has_come(evaluated):
+    plan, evaluation = evaluated(
+        "launch:\n- let: {name: x, value: before}\n"
+        "- timer: {period: 1.5, children: [{executable: {cmd: echo $(var x)}}]}\n"
+        "- let: {name: x, value: behind}\n" + echo("b")
+    )
+    assert words(plan) == ["b"]
+    ((seconds, timer),) = plan.start.timers
+    assert seconds == 1.5
+    (process,) = evaluation.fire(timer).processes
+    assert (process.name, process.command) == ("echo-2", ["echo", "before"])
+
+
+def test_what_is_missing_in_a_timer_is_told_before_anything_starts(plan):
+    node = "{node: {pkg: camera, exec: camra}}"
+    with pytest.raises(TeleopctlError, match="main.yaml:2: No executable found"):
+        plan(f"launch:\n- timer: {{period: 9, children: [{node}]}}")
 
 
 def test_log_lines_are_kept_in_order(plan):
     text = "launch:\n- log: {message: one}\n- log: {message: two, level: warn}"
-    assert plan(text).messages == [("INFO", "one"), ("WARNING", "two")]
+    assert plan(text).start.messages == [
+        ("INFO", "launch.user", "one"),
+        ("WARNING", "launch.user", "two"),
+    ]
 
 
 def test_shutdown_ends_the_launch_with_its_reason_before_anything_starts(plan):
@@ -364,10 +386,13 @@ def test_shutdown_ends_the_launch_with_its_reason_before_anything_starts(plan):
         plan(text, what="now", wanted="true")
 
 
-def test_shutdown_does_not_wait(plan):
-    timer = "- timer: {period: 1, children: [{shutdown: {reason: late}}]}\n"
-    with pytest.raises(TeleopctlError, match="'shutdown' cannot stand in a timer"):
-        plan(f"launch:\n{timer}")
+def test_a_shutdown_in_a_timer_waits_for_it(evaluated):
+    plan, evaluation = evaluated(
+        "launch:\n- timer: {period: 1, children: [{shutdown: {reason: late}}]}\n" + echo("a")
+    )
+    assert words(plan) == ["a"]
+    ((_, timer),) = plan.start.timers
+    assert evaluation.fire(timer).shutdown == "late"
 
 
 def test_the_logical_substitutions(plan):
@@ -408,7 +433,7 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
     )
     result = plan("launch:\n" + node + node)
     assert [mappings for _, mappings in calls] == [{"speed": "2"}]
-    assert all("<robot" in text for text in result.files.values())
+    assert all("<robot" in text for text in result.start.files.values())
 
 
 def test_a_description_that_is_no_robot_is_an_error_before_anything_starts(plan, tmp_path):
@@ -464,12 +489,7 @@ def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(
     assert words(plan("launch:\n" + echo('$(command "xacro a.xacro b:=1")'))) == ["robot"]
 
 
-def test_a_plan_survives_the_way_to_another_process(plan, tmp_path):
-    original = plan(
-        "launch:\n- log: {message: hé}\n- node: {pkg: camera, exec: camera, respawn: true}", x="1"
-    )
-    original.write_files()
-    copy = load_plan(original.dump())
-    assert copy.processes == original.processes
-    assert copy.messages == original.messages
-    assert copy.warnings == original.warnings
+def test_a_request_survives_the_way_to_another_process(tmp_path):
+    request = LaunchRequest(file="/hé.yaml", arguments={"x": "1"}, prefix="nice")
+    request.save(tmp_path / "request.json")
+    assert load_request(tmp_path / "request.json") == request

@@ -8,22 +8,26 @@ from dataclasses import replace
 import pytest
 
 from teleopctl.launch.execution.supervisor import Supervisor
-from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
+from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
 from teleopctl.testing import eventually
 
 WORKS = ProcessPlan(name="works-1", command=[sys.executable, "-c", "print('done')"])
 
 
+def planned(folder, processes):
+    return LaunchPlan(log_directory=folder, start=Further(processes=processes))
+
+
 def test_a_launch_goes_on_while_its_status_cannot_be_written(tmp_path):
     (tmp_path / "processes.json.new").mkdir()
-    plan = LaunchPlan(log_directory=tmp_path, processes=[WORKS])
+    plan = planned(tmp_path, [WORKS])
     assert Supervisor(plan, in_background=True).run() == 0
     assert (tmp_path / "works-1.log").read_text().strip() == "done"
 
 
 def test_a_command_that_no_system_takes_is_one_dead_process(tmp_path, capfd):
     odd = ProcessPlan(name="odd-2", command=[sys.executable, "a\0b"])
-    plan = LaunchPlan(log_directory=tmp_path, processes=[WORKS, odd])
+    plan = planned(tmp_path, [WORKS, odd])
     assert Supervisor(plan).run() == 1
     output = capfd.readouterr().out
     assert "[ERROR] [odd-2]: process failed to start: embedded null byte" in output
@@ -33,7 +37,7 @@ def test_a_command_that_no_system_takes_is_one_dead_process(tmp_path, capfd):
 def test_a_process_whose_log_cannot_be_written_runs_and_the_launch_says_so_once(tmp_path, capfd):
     (tmp_path / "works-1.log").mkdir()
     talks = replace(WORKS, command=[sys.executable, "-c", "print('a'); print('b')"])
-    assert Supervisor(LaunchPlan(log_directory=tmp_path, processes=[talks])).run() == 0
+    assert Supervisor(planned(tmp_path, [talks])).run() == 0
     output = capfd.readouterr().out
     assert output.count("[WARNING] [launch]: Cannot write ") == 1
     assert f"{tmp_path / 'works-1.log'}: Is a directory; it will lack lines" in output
@@ -42,7 +46,7 @@ def test_a_process_whose_log_cannot_be_written_runs_and_the_launch_says_so_once(
 def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, capfd):
     code = "import os; [os.write(1, b'x' * 10_000) for _ in range(100)]"
     endless = replace(WORKS, command=[sys.executable, "-c", code], show_stdout=True)
-    assert Supervisor(LaunchPlan(log_directory=tmp_path, processes=[endless])).run() == 0
+    assert Supervisor(planned(tmp_path, [endless])).run() == 0
     assert (tmp_path / "works-1.log").read_bytes() == b"x" * 1_000_000
     lines = capfd.readouterr().out.splitlines()
     assert max(len(line) for line in lines) < 70_000
@@ -73,14 +77,14 @@ def companion(tmp_path, code=COMPANION):
 def test_what_accompanies_the_others_is_there_before_and_after_them(tmp_path):
     touch = [sys.executable, "-c", "open('worked', 'w').close()"]
     works = replace(WORKS, command=touch, working_directory=str(tmp_path))
-    plan = LaunchPlan(log_directory=tmp_path, processes=[works, companion(tmp_path)])
+    plan = planned(tmp_path, [works, companion(tmp_path)])
     assert Supervisor(plan).run() == 0
     assert (tmp_path / "companion-1.log").read_text() == "here False\ngone True\n"
 
 
 def test_where_it_cannot_begin_the_others_do_not(tmp_path):
     refuses = companion(tmp_path, "raise SystemExit('no room')")
-    plan = LaunchPlan(log_directory=tmp_path, processes=[WORKS, refuses])
+    plan = planned(tmp_path, [WORKS, refuses])
     assert Supervisor(plan).run() == 1
     assert not (tmp_path / "works-1.log").exists()
 
@@ -105,11 +109,19 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
     node = ProcessPlan(
         name="node-1", command=commands[program], is_node=True, working_directory=str(tmp_path)
     )
-    (tmp_path / "plan.json").write_text(
-        LaunchPlan(log_directory=tmp_path, processes=[node]).dump(), encoding="utf-8"
+    (tmp_path / "carry_out.py").write_text(
+        "from pathlib import Path\n"
+        "from teleopctl.launch.execution.supervisor import Supervisor\n"
+        "from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan\n"
+        "from teleopctl.output import outlive_output\n"
+        "outlive_output()\n"
+        f"node = {node!r}\n"
+        "start = Further(processes=[node])\n"
+        f"plan = LaunchPlan(log_directory=Path({str(tmp_path)!r}), start=start)\n"
+        "Supervisor(plan).run()\n"
     )
     supervisor = subprocess.Popen(
-        [sys.executable, "-m", "teleopctl.launch", str(tmp_path / "plan.json")],
+        [sys.executable, "-P", str(tmp_path / "carry_out.py")],
         stdout=subprocess.DEVNULL,
     )
     log = tmp_path / "node-1.log"

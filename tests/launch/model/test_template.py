@@ -3,10 +3,11 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.launch.model.template import Call, TemplateError, literal, parse
+from teleopctl.launch.model.template import Call, ComputedText, TemplateError, literal, parse
 
 
-def show(call: Call) -> str:
+def show(call: Call | ComputedText) -> str:
+    assert isinstance(call, Call)
     words = [f"<{argument.template.render(show)}>" for argument in call.arguments]
     return f"[{' '.join([call.name, *words])}]"
 

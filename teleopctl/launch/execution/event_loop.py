@@ -1,0 +1,51 @@
+"""What happens, one thing after another, on one thread."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import os
+import queue
+import time
+from collections.abc import Callable
+
+# Windows lets no signal handler run while the main thread waits without end.
+_LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
+
+
+class EventLoop:
+    """Calls functions in the order in which they are put here, and when their time has come."""
+
+    def __init__(self) -> None:
+        # SimpleQueue may be filled from a signal handler, other queues may not.
+        self._events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._timers: list[tuple[float, int, Callable[[], None]]] = []
+        self._numbers = itertools.count()
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is there that has not been called; timers do not count."""
+        return self._events.empty()
+
+    def put(self, function: Callable[[], None]) -> None:
+        """Have a function called soon; threads and signal handlers may do this."""
+        self._events.put(function)
+
+    def after(self, seconds: float, function: Callable[[], None]) -> None:
+        """Have a function called later; the loop's own thread may do this."""
+        due = time.monotonic() + seconds
+        heapq.heappush(self._timers, (due, next(self._numbers), function))
+
+    def handle_next(self) -> None:
+        """Wait for the next function or timer and call it."""
+        timeout = _LONGEST_WAIT_S
+        if self._timers:
+            left = max(0.0, self._timers[0][0] - time.monotonic())
+            timeout = left if timeout is None else min(left, timeout)
+        try:
+            function = self._events.get(timeout=timeout)
+        except queue.Empty:
+            while self._timers and self._timers[0][0] <= time.monotonic():
+                heapq.heappop(self._timers)[2]()
+        else:
+            function()

@@ -1,0 +1,78 @@
+"""What happens while a launch runs, as its handlers see it."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from teleopctl.launch.model.descriptions import Process
+from teleopctl.launch.model.plan import ProcessPlan
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessEvent:
+    """Something that happened to a process.
+
+    Attributes:
+        plan: What was started.
+        pid: Its process id.
+    """
+
+    plan: ProcessPlan
+    pid: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessStarted(ProcessEvent):
+    """A process runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessExited(ProcessEvent):
+    """A process has ended, and everything that it wrote has been told.
+
+    Attributes:
+        exit_status: What it ended with; negative for a signal.
+    """
+
+    exit_status: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessOutput(ProcessEvent):
+    """A process has written something.
+
+    Attributes:
+        text: A line with its ending, as it came.
+        from_stdout: Whether it came from stdout, and not from stderr.
+    """
+
+    text: bytes
+    from_stdout: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ShutdownBegan:
+    """The launch ends: nothing is started any more.
+
+    Attributes:
+        reason: Why.
+        by_interrupt: Whether a person pressed Ctrl-C.
+    """
+
+    reason: str
+    by_interrupt: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SignalRequested:
+    """Somebody wants a signal sent to some of the processes.
+
+    Attributes:
+        matches: Tells of a process whether it is meant.
+        number: The signal; None asks for the end as a shutdown does, by harder ways where needed.
+    """
+
+    matches: Callable[[Process, ProcessPlan], bool]
+    number: signal.Signals | None = None

@@ -1,0 +1,39 @@
+"""What somebody wants launched, as one process hands it to another."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaunchRequest:
+    """A launch file with its arguments, and how it is to be launched.
+
+    Attributes:
+        file: Absolute path of the launch file.
+        arguments: Launch arguments by name.
+        show_all_output: Whether stdout of every process appears on the screen.
+        prefix: Words put before the command line of every process, or None.
+        record_into: Folder of a bag to record the launch into, or None.
+    """
+
+    file: str
+    arguments: dict[str, str] = field(default_factory=dict)
+    show_all_output: bool = False
+    prefix: str | None = None
+    record_into: str | None = None
+
+    def save(self, path: Path) -> None:
+        """Write the request into a file.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        path.write_text(json.dumps(asdict(self), ensure_ascii=False), encoding="utf-8")
+
+
+def load_request(path: Path) -> LaunchRequest:
+    """Read a request from a file."""
+    return LaunchRequest(**json.loads(path.read_text(encoding="utf-8")))
