@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -43,12 +44,15 @@ class Timer(Action):
 
     Attributes:
         period: Seconds from now, or from the start of the launch.
+        steps: The steps.
+        is_cancelled: Tells whether they are not to be taken after all.
     """
 
     keys = ("period", "children")
 
     period: Template
     steps: tuple[Step, ...]
+    is_cancelled: Callable[[], bool] = bool
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
@@ -59,7 +63,7 @@ class Timer(Action):
         """Run the steps later."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
-        launch.after(seconds, self.steps)
+        launch.after(seconds, self.steps, self.is_cancelled)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,9 +89,27 @@ class Include(Action):
     def evaluate(self, launch: Launch) -> None:
         """Evaluate the file."""
         path = included_path(launch.text(self.file), launch.file)
-        for name, value in self.arguments:
-            launch.scope.variables[launch.text(name)] = launch.text(value)
+        give(self.arguments, launch)
         launch.include(path)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IncludeSteps(Action):
+    """What a program has put together as a launch file of its own, with arguments."""
+
+    steps: tuple[Step, ...]
+    arguments: tuple[tuple[Template, Template], ...]
+
+    def evaluate(self, launch: Launch) -> None:
+        """Evaluate the steps."""
+        give(self.arguments, launch)
+        launch.run(self.steps)
+
+
+def give(arguments: tuple[tuple[Template, Template], ...], launch: Launch) -> None:
+    """Set the launch variables that are given to an included file."""
+    for name, value in arguments:
+        launch.scope.variables[launch.text(name)] = launch.text(value)
 
 
 def included_path(text: str, including: Path) -> Path:

@@ -21,7 +21,7 @@ from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition, Place, Process
-from teleopctl.launch.model.events import SignalRequested
+from teleopctl.launch.model.events import ShutdownBegan, SignalRequested
 from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
@@ -146,6 +146,7 @@ class Evaluation:
     Attributes:
         context: What substitutions look at.
         is_trial: Whether this is a look ahead, which is to have no effects outside.
+        is_ending: Whether the launch ends: nothing is started any more.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
@@ -154,6 +155,7 @@ class Evaluation:
         self._builder = builder
         self._depth = 0
         self.is_trial = False
+        self.is_ending = False
         self._handlers: list[_Registered] = []
         self._further = Further()
 
@@ -190,14 +192,15 @@ class Evaluation:
         for step in steps:
             with located(step.place):
                 if all(self._holds(condition) for condition in step.conditions):
-                    self._evaluate(step.action)
+                    self.perform(step.action)
 
     def _holds(self, condition: Condition) -> bool:
         text = self.text(condition.text)
         with self.context.reading(condition.text):
             return values.flag(text) == condition.expected
 
-    def _evaluate(self, action: Action) -> None:
+    def perform(self, action: Action) -> None:
+        """Evaluate one action that stands in no file."""
         try:
             further = tuple(action.evaluate(self) or ())
         except TeleopctlError:
@@ -207,7 +210,7 @@ class Evaluation:
                 f"{type(action).__name__} failed: {type(error).__name__}: {error}"
             ) from error
         for one in further:
-            self._evaluate(one)
+            self.perform(one)
 
     def scoped(self) -> AbstractContextManager[None]:
         """Restore variables, environment, namespace and so on at the end of the block."""
@@ -231,9 +234,11 @@ class Evaluation:
         """Show a line to the person in front of the terminal."""
         self._further.messages.append((level, logger, message))
 
-    def start(self, process: Process) -> None:
+    def start(self, process: Process) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
-        self._further.processes.append(self._builder.build(process))
+        plan = self._builder.build(process)
+        self._further.processes.append(plan)
+        return plan
 
     def action_of(self, plan: ProcessPlan) -> Process:
         """The action that a process was made from."""
@@ -280,6 +285,8 @@ class Evaluation:
     def answer(self, event: object) -> Further:
         """Say what is to be done now that something has happened."""
         self.context.event = event
+        if isinstance(event, ShutdownBegan):
+            self.is_ending = True
         try:
             for entry in tuple(self._handlers):
                 with self.context.at(entry.moment):

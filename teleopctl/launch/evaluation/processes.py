@@ -21,6 +21,7 @@ from teleopctl.launch.model.descriptions import (
     ParameterFile,
     ParameterTree,
     Process,
+    Words,
 )
 from teleopctl.launch.model.events import SignalRequested
 from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
@@ -76,8 +77,8 @@ class ProcessBuilder:
         shell = self._value(action.shell, "shell", values.flag, default=False)
         package, program, command = self._program(action, shell=shell)
         if action.arguments is not None:
-            text = self._text(action.arguments)
-            command = [f"{command[0]} {text}"] if shell else [*command, *_words(text, "args")]
+            words = self._words(action.arguments, "args", shell=shell)
+            command = [" ".join([*command, *words])] if shell else [*command, *words]
         name = self._optional(action.process_name) or program
         name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"
         node_name = None
@@ -130,7 +131,7 @@ class ProcessBuilder:
 
     def _program(self, action: Process, *, shell: bool) -> tuple[str, str, list[str]]:
         """Return package (empty for an ``executable``), program and how the command begins."""
-        if action.node is not None:
+        if action.node is not None and action.node.package is not None:
             package = self._text(action.node.package)
             program = self._text(action.node.executable)
             builtin = is_builtin(self._context.file)
@@ -138,12 +139,16 @@ class ProcessBuilder:
             command = [sys.executable, "-P", "-m", "teleopctl.nodes"]
             command += [*(["--builtin"] if builtin else []), package, program]
             return package, program, command
-        assert action.command is not None
-        text = self._text(action.command)
-        command = [text] if shell else _words(text, "cmd")
-        if not text.strip():
+        if action.node is not None:
+            command = [self._text(action.node.executable)]
+        else:
+            assert action.command is not None
+            command = self._words(action.command, "cmd", shell=shell)
+        if shell:
+            command = [" ".join(command)]
+        if not command or not command[0].strip():
             raise LaunchError("'cmd': the command is empty")
-        return "", Path(text.split()[0] if shell else command[0]).name, command
+        return "", Path(command[0].split()[0] if shell else command[0]).name, command
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
         scope = self._context.scope
@@ -165,7 +170,7 @@ class ProcessBuilder:
         for source, target in remaps:
             words += ["-r", f"{source}:={target}"]
         if node.ros_arguments is not None:
-            words += _words(self._text(node.ros_arguments), "ros_args")
+            words += self._words(node.ros_arguments, "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
         return (["--ros-args", *words] if words else []), full_name
 
@@ -234,6 +239,12 @@ class ProcessBuilder:
         if text not in _OUTPUTS:
             raise LaunchError(f"'output': expected screen, log or both, got '{text}'")
         return self._show_all_output or text not in ("log", "own_log")
+
+    def _words(self, words: Words, key: str, *, shell: bool = False) -> list[str]:
+        if isinstance(words, tuple):
+            return [self._text(word) for word in words]
+        text = self._text(words)
+        return [text] if shell else _words(text, key)
 
     def _text(self, text: Template) -> str:
         return render(text, self._context)

@@ -181,6 +181,10 @@ class Launch(Protocol):
         """Whether this is a look ahead, which is to have no effects outside."""
 
     @property
+    def is_ending(self) -> bool:
+        """Whether the launch ends: nothing is started any more."""
+
+    @property
     def event(self) -> object | None:
         """What has happened and is being answered; None in the first walk over the files."""
 
@@ -192,6 +196,9 @@ class Launch(Protocol):
 
     def run(self, steps: tuple[Step, ...]) -> None:
         """Evaluate further steps."""
+
+    def perform(self, action: Action) -> None:
+        """Evaluate one action that stands in no file."""
 
     def scoped(self) -> AbstractContextManager[None]:
         """Restore variables, environment, namespace and so on at the end of the block."""
@@ -205,7 +212,7 @@ class Launch(Protocol):
     def say(self, level: str, message: str, logger: str = "launch.user") -> None:
         """Show a line to the person in front of the terminal."""
 
-    def start(self, process: Process) -> None:
+    def start(self, process: Process) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
 
     def action_of(self, plan: ProcessPlan) -> Process:

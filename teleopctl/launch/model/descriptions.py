@@ -57,9 +57,19 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class ParameterFile:
-    """``param: - from: FILE``."""
+    """``param: - from: FILE``.
+
+    Attributes:
+        path: The file.
+        allow_substs: Whether substitutions in it are evaluated, as in a launch file.
+    """
 
     path: Template
+    allow_substs: bool = False
+
+
+# Words of a command line: a text that is split as a shell splits it, or one text for each word.
+Words = Template | tuple[Template, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +77,7 @@ class NodePart:
     """What a ``node`` has beyond an ``executable``.
 
     Attributes:
-        package: Package that offers the program.
+        package: Package that offers the program; None where ``executable`` is a command.
         executable: The program's name.
         name: Node name, or None for the one in the source.
         namespace: Namespace below the pushed ones, or None.
@@ -76,13 +86,13 @@ class NodePart:
         ros_arguments: Further arguments behind ``--ros-args``.
     """
 
-    package: Template
+    package: Template | None
     executable: Template
     name: Template | None = None
     namespace: Template | None = None
     parameters: tuple[Parameter | ParameterFile, ...] = ()
     remaps: tuple[tuple[Template, Template], ...] = ()
-    ros_arguments: Template | None = None
+    ros_arguments: Words | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +102,7 @@ class Process:
     Attributes:
         node: The node's part, or None for an ``executable``.
         command: The command line of an ``executable``; None for a node.
-        arguments: Arguments behind the program's name, split as a shell splits them.
+        arguments: Arguments behind the program's name.
         process_name: Name in the output in place of the program's, or None.
         working_directory: Folder to start in, or None for the current one.
         environment: Variables added for this process.
@@ -105,11 +115,12 @@ class Process:
         shutdown_on_exit: Whether its end ends the launch.
         sigterm_timeout: Seconds from SIGINT to SIGTERM, or None for 5.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL, or None for 5.
+        origin: What a front end made this from, for its own use.
     """
 
     node: NodePart | None = None
-    command: Template | None = None
-    arguments: Template | None = None
+    command: Words | None = None
+    arguments: Words | None = None
     process_name: Template | None = None
     working_directory: Template | None = None
     environment: tuple[tuple[Template, Template], ...] = ()
@@ -122,3 +133,4 @@ class Process:
     shutdown_on_exit: Template | None = None
     sigterm_timeout: Template | None = None
     sigkill_timeout: Template | None = None
+    origin: object = None

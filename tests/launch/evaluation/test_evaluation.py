@@ -367,7 +367,7 @@ def test_what_stands_in_a_timer_is_evaluated_when_its_time_has_come(evaluated):
 
 def test_what_is_missing_in_a_timer_is_told_before_anything_starts(plan):
     node = "{node: {pkg: camera, exec: camra}}"
-    with pytest.raises(TeleopctlError, match="main.yaml:2: No executable found"):
+    with pytest.raises(TeleopctlError, match=r"main\.yaml:2: No executable found"):
         plan(f"launch:\n- timer: {{period: 9, children: [{node}]}}")
 
 

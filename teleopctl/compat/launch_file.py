@@ -1,0 +1,56 @@
+"""The front end of Python launch files: ``generate_launch_description()``."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+from teleopctl.compat.activation import SITE, activate
+from teleopctl.errors import LaunchError
+from teleopctl.launch.model.action import LaunchFile
+
+_FUNCTION = "generate_launch_description"
+
+
+def read(path: Path) -> LaunchFile:
+    """Read a Python launch file: run it, and take what its function returns.
+
+    Raises:
+        TeleopctlError: It cannot be read or has no such function, or something in it is wrong; the
+            message has file and line.
+    """
+    activate()
+    if sys.path[0] != SITE:
+        # A launch is evaluated here, so that the classes have to be these and no others.
+        sys.path.insert(0, SITE)
+    from launch import LaunchDescription
+    from launch._entities import steps
+    from launch._places import blamed
+
+    name = f"_launch_file_{path.name.partition('.')[0]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        function = getattr(module, _FUNCTION, None)
+        if function is None:
+            raise LaunchError(
+                f"launch file at '{path}' does not contain the required function '{_FUNCTION}()'"
+            )
+        description = function()
+        if not isinstance(description, LaunchDescription):
+            raise LaunchError(
+                f"{_FUNCTION}() returned {type(description).__name__}, expected a LaunchDescription"
+            )
+        return LaunchFile(path, steps(description.entities))
+    except FileNotFoundError as error:
+        if error.filename == str(path):
+            raise LaunchError(f"there is no launch file {path}") from error
+        raise blamed(error, str(path)) from error
+    except SyntaxError as error:
+        raise LaunchError(f"{error.filename}:{error.lineno}: {error.msg}") from error
+    except Exception as error:
+        raise blamed(error, str(path)) from error

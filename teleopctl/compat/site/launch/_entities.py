@@ -1,0 +1,90 @@
+"""From the entities of Python launch files to the steps of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from teleopctl.launch.model import action as model
+from teleopctl.launch.model.descriptions import Condition as ModelCondition
+from teleopctl.launch.model.template import Template
+
+from ._places import blamed
+from .action import Action
+from .condition import Condition
+from .launch_context import LaunchContext
+from .launch_description_entity import LaunchDescriptionEntity
+
+
+# object: whatever a user hands over, which may be wrong.
+def steps(entities: object) -> tuple[model.Step, ...]:
+    """Return entities, one or several or None, as the model has them.
+
+    Raises:
+        TypeError: There is something else among them.
+    """
+    if entities is None:
+        return ()
+    if isinstance(entities, LaunchDescriptionEntity):
+        return (_step(entities),)
+    if isinstance(entities, Iterable) and not isinstance(entities, str):
+        return tuple(step for entity in entities for step in steps(entity))
+    raise TypeError(f"expected an action, got {type(entities).__name__} {entities!r}")
+
+
+def _step(entity: LaunchDescriptionEntity) -> model.Step:
+    if not isinstance(entity, Action) or _does_it_itself(entity):
+        return model.Step(entity.defined_at, (), _Visited(entity))
+    conditions = () if entity.condition is None else (_condition(entity.condition),)
+    try:
+        return model.Step(entity.defined_at, conditions, entity.model_action())
+    except Exception as error:
+        raise blamed(error, entity.describe()) from error
+
+
+def _does_it_itself(action: Action) -> bool:
+    kind = type(action)
+    return kind.execute is not Action.execute or kind.visit is not Action.visit
+
+
+@dataclass(frozen=True, slots=True)
+class _Visited(model.Action):
+    """What a user's own entity does."""
+
+    entity: LaunchDescriptionEntity
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Visit it, and what it gives."""
+        if launch.is_trial:
+            return
+        try:
+            further = steps(self.entity.visit(LaunchContext.with_launch(launch)))
+        except Exception as error:
+            raise blamed(error, self.entity.describe()) from error
+        launch.run(further)
+
+
+def _condition(condition: Condition) -> ModelCondition:
+    known = condition.model_condition()
+    if known is not None:
+        return known
+    return ModelCondition(Template((_Predicate(condition),), condition.describe()), True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Predicate:
+    """A condition as a text: whether it holds."""
+
+    condition: Condition
+
+    @property
+    def source(self) -> str:
+        """The condition in words."""
+        return self.condition.describe()
+
+    def evaluate(self, context: object) -> str:
+        """Ask it."""
+        try:
+            return "true" if self.condition.evaluate(LaunchContext.of(context)) else "false"
+        except Exception as error:
+            raise blamed(error, self.source) from error

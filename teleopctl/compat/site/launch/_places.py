@@ -1,0 +1,49 @@
+"""Where in a user's file something stands, and which of its lines is to blame."""
+
+from __future__ import annotations
+
+import sys
+import sysconfig
+import traceback
+from pathlib import Path
+
+from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.launch.model.descriptions import Place
+
+_OURS = str(Path(__file__).resolve().parents[3])
+_LIBRARY = sysconfig.get_path("stdlib")
+
+
+def _is_a_users(file: str) -> bool:
+    return not file.startswith((_OURS, _LIBRARY, "<"))
+
+
+def here() -> Place:
+    """Return the innermost line that is being carried out and that a user wrote."""
+    frame = sys._getframe(1)  # noqa: SLF001 -- inspect.stack reads every file on the way
+    while frame.f_back is not None and not _is_a_users(frame.f_code.co_filename):
+        frame = frame.f_back
+    return Place(Path(frame.f_code.co_filename), frame.f_lineno)
+
+
+def blamed(error: Exception, doing: str) -> TeleopctlError:
+    """Return an error that names the innermost line of a user's file that led to an exception.
+
+    Args:
+        error: What was raised.
+        doing: What was being done, for an exception that says nothing of that.
+    """
+    if isinstance(error, TeleopctlError) and error.place is not None:
+        return error
+    lines = [
+        f"{entry.filename}:{entry.lineno}"
+        for entry in traceback.extract_tb(error.__traceback__)
+        if _is_a_users(entry.filename)
+    ]
+    if isinstance(error, TeleopctlError):
+        return error.at(lines[-1]) if lines else error
+    text = str(error) or doing
+    if not isinstance(error, RuntimeError):
+        text = f"{type(error).__name__}: {text}"
+    told = LaunchError(text)
+    return told.at(lines[-1]) if lines else told

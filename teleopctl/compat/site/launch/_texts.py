@@ -1,0 +1,71 @@
+"""Texts with substitutions: from those of Python launch files to those of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike, fspath
+
+from teleopctl.launch.evaluation.context import LaunchContext as Evaluated
+from teleopctl.launch.model.template import Call, ComputedText, Template, literal
+
+from ._places import blamed
+from .substitution import Substitution
+
+
+@dataclass(frozen=True, slots=True)
+class _Performed:
+    """A substitution with a ``perform`` of its own."""
+
+    substitution: Substitution
+
+    @property
+    def source(self) -> str:
+        """The substitution in words."""
+        return self.substitution.describe()
+
+    def evaluate(self, context: object) -> str:
+        """Perform it."""
+        from .launch_context import LaunchContext
+
+        assert isinstance(context, Evaluated)
+        try:
+            return str(self.substitution.perform(LaunchContext.of(context)))
+        except Exception as error:
+            raise blamed(error, self.source) from error
+
+
+# object: whatever a user hands over, which may be wrong.
+def template(text: object) -> Template:
+    """Return a text, a substitution, or several of them in a row as the model has them.
+
+    Raises:
+        TypeError: It is something else.
+    """
+    if isinstance(text, str):
+        return literal(text)
+    if isinstance(text, PathLike):
+        return literal(fspath(text))
+    if isinstance(text, Substitution):
+        known = text.template()
+        return known if known is not None else Template((_Performed(text),), text.describe())
+    if isinstance(text, Iterable):
+        parts: list[str | Call | ComputedText] = []
+        source = ""
+        for item in text:
+            inner = template(item)
+            parts += inner.parts
+            source += inner.source
+        return Template(tuple(parts), source)
+    raise TypeError(
+        f"expected a text or a substitution, or a list of them, got {type(text).__name__} {text!r}"
+    )
+
+
+def optional(text: object) -> Template | None:
+    """Return a text as the model has it, None for None; numbers and truth values as their text."""
+    if text is None:
+        return None
+    if isinstance(text, bool):
+        return literal("true" if text else "false")
+    return literal(str(text)) if isinstance(text, int | float) else template(text)

@@ -1,0 +1,44 @@
+"""``launch.actions.emit_event``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from teleopctl.launch.model import action as model
+
+from ..action import Action
+from ..event import Event
+from ..events._model import emit
+
+
+class EmitEvent(Action):
+    """Makes an event happen.
+
+    Args:
+        event: The event.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(self, *, event: Event, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._event = event
+
+    @property
+    def event(self) -> Event:
+        """The event."""
+        return self._event
+
+    def model_action(self) -> model.Action:
+        """Return what the model does for it."""
+        return _Emit(self._event)
+
+
+@dataclass(frozen=True, slots=True)
+class _Emit(model.Action):
+    event: Event
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Make it happen."""
+        emit(self.event, launch)

@@ -1,0 +1,32 @@
+"""``launch.actions.log_info``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.launch.actions.messages import Log
+from teleopctl.launch.model.template import literal
+
+from .._texts import template
+from ..action import Action
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+class LogInfo(Action):
+    """A line for the person in front of the terminal.
+
+    Args:
+        msg: The line.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._message = template(msg)
+
+    def model_action(self) -> Log:
+        """Return what the model does for it."""
+        return Log(level=literal("INFO"), message=self._message)

@@ -1,0 +1,33 @@
+"""``launch.actions.shutdown_action``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.launch.actions.messages import Shutdown as ModelShutdown
+
+from .._texts import template
+from ..action import Action
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+class Shutdown(Action):
+    """Ends the launch.
+
+    Args:
+        reason: Why.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(
+        self, *, reason: SomeSubstitutionsType = "reason not given", **kwargs: Any
+    ) -> None:
+        super().__init__(**kwargs)
+        self._reason = template(reason)
+
+    def model_action(self) -> ModelShutdown:
+        """Return what the model does for it."""
+        return ModelShutdown(reason=self._reason)

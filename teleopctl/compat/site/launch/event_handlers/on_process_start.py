@@ -1,0 +1,40 @@
+"""``launch.event_handlers.on_process_start``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..action import Action
+from ..events.process import ProcessStarted
+from .on_action_event_base import OnActionEventBase
+
+if TYPE_CHECKING:
+    from .on_action_event_base import OnEvent
+
+
+class OnProcessStart(OnActionEventBase):
+    """Acts when a process has started.
+
+    Args:
+        target_action: The action that starts it, a function that tells, or None for all.
+        on_start: What is done, or a function that is called with event and context and may say so.
+        handle_once: Whether only the first time counts.
+    """
+
+    def __init__(
+        self,
+        *,
+        target_action: Callable[[Action], bool] | Action | None = None,
+        on_start: OnEvent | None = None,
+        handle_once: bool = False,
+    ) -> None:
+        from ..actions.execute_local import ExecuteLocal
+
+        super().__init__(
+            action_matcher=target_action,
+            on_event=on_start,
+            target_event_cls=ProcessStarted,
+            target_action_cls=ExecuteLocal,
+            handle_once=handle_once,
+        )

@@ -1,0 +1,65 @@
+"""``launch.events.process.process_io``."""
+
+from typing import Any
+
+from .running_process_event import RunningProcessEvent
+
+
+class ProcessIO(RunningProcessEvent):
+    """Something went in or out of a process.
+
+    Args:
+        text: The bytes.
+        fd: 0 for stdin, 1 for stdout, 2 for stderr.
+        kwargs: What `RunningProcessEvent` takes.
+    """
+
+    name = "launch.events.process.ProcessIO"
+
+    # Any: the words of RunningProcessEvent.
+    def __init__(self, *, text: bytes, fd: int, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.text = text
+        self.fd = fd
+
+    @property
+    def from_stdin(self) -> bool:
+        """Whether it went into stdin."""
+        return self.fd == 0
+
+    @property
+    def from_stdout(self) -> bool:
+        """Whether it came out of stdout."""
+        return self.fd == 1
+
+    @property
+    def from_stderr(self) -> bool:
+        """Whether it came out of stderr."""
+        return self.fd == 2
+
+
+class ProcessStdin(ProcessIO):
+    """Something goes into a process."""
+
+    name = "launch.events.process.ProcessStdin"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=0, **kwargs)
+
+
+class ProcessStdout(ProcessIO):
+    """A process has written to stdout."""
+
+    name = "launch.events.process.ProcessStdout"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=1, **kwargs)
+
+
+class ProcessStderr(ProcessIO):
+    """A process has written to stderr."""
+
+    name = "launch.events.process.ProcessStderr"
+
+    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+        super().__init__(text=text, fd=2, **kwargs)

@@ -1,0 +1,18 @@
+"""``launch.events.shutdown``."""
+
+from ..event import Event
+
+
+class Shutdown(Event):
+    """The launch ends.
+
+    Args:
+        reason: Why.
+        due_to_sigint: Whether a person pressed Ctrl-C.
+    """
+
+    name = "launch.events.Shutdown"
+
+    def __init__(self, *, reason: str = "reason not given", due_to_sigint: bool = False) -> None:
+        self.reason = reason
+        self.due_to_sigint = due_to_sigint

@@ -1,0 +1,172 @@
+"""``launch.launch_context``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, MutableMapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+from teleopctl.launch.evaluation import context as evaluated
+from teleopctl.launch.evaluation.evaluation import Evaluation
+from teleopctl.launch.evaluation.processes import ProcessBuilder
+from teleopctl.launch.model.action import Launch
+from teleopctl.launch.model.template import Template
+
+if TYPE_CHECKING:
+    from .event import Event
+    from .event_handler import BaseEventHandler
+    from .substitution import Substitution
+
+_known: WeakKeyDictionary[Launch, LaunchContext] = WeakKeyDictionary()
+
+
+class LaunchContext:
+    """What actions, substitutions and conditions look at: a launch that is being evaluated.
+
+    One that is made without a launch is for trying things out.
+
+    Args:
+        argv: Words of the command line.
+        noninteractive: Whether there is no terminal.
+    """
+
+    def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
+        state = evaluated.LaunchContext({}, Path())
+        builder = ProcessBuilder(state, show_all_output=False, prefix=None)
+        self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
+
+    def begin(self, launch: Evaluation, argv: list[str], noninteractive: bool) -> None:
+        """Stand for a launch."""
+        self.launch = launch
+        self.argv = argv
+        self.noninteractive = noninteractive
+        self._globals: dict[str, Any] = {}
+        self._locals: dict[str, Any] = {}
+
+    @classmethod
+    def of(cls, context: object) -> LaunchContext:
+        """Return the one that stands for an evaluation's state."""
+        assert isinstance(context, evaluated.LaunchContext)
+        assert context.launch is not None
+        return cls.with_launch(context.launch)
+
+    @classmethod
+    def with_launch(cls, launch: Launch) -> LaunchContext:
+        """Return the one that stands for a launch."""
+        assert isinstance(launch, Evaluation)
+        if launch not in _known:
+            made = cls.__new__(cls)
+            made.begin(launch, [], True)
+            _known[launch] = made
+        return _known[launch]
+
+    def text(self, text: Template) -> str:
+        """Evaluate a text of the model."""
+        return self.launch.text(text)
+
+    def perform_substitution(self, substitution: Substitution) -> str:
+        """Return the text that a substitution stands for."""
+        return substitution.perform(self)
+
+    # Any: launch files keep what they like there.
+    @property
+    def launch_configurations(self) -> dict[str, Any]:
+        """Launch variables by name; what is set here is seen by what follows."""
+        return self.launch.scope.variables
+
+    @property
+    def environment(self) -> MutableMapping[str, str]:
+        """The environment as processes will see it; what is set here is seen by what follows."""
+        return _Environment(self.launch.scope.environment)
+
+    # Any: as in ROS 2.
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        """Return what is known at this place, by name."""
+        from .events._model import event_of
+
+        found: dict[str, Any] = {
+            "current_launch_file_path": str(self.launch.file),
+            "current_launch_file_directory": str(self.launch.file.parent),
+        }
+        if self.launch.event is not None:
+            found["event"] = event_of(self.launch.event, self.launch)
+        return {**self._globals, **found, **self._locals}
+
+    @property
+    def locals(self) -> SimpleNamespace:
+        """What is known at this place, as attributes."""
+        return SimpleNamespace(**self.get_locals_as_dict())
+
+    def extend_globals(self, extensions: dict[str, Any]) -> None:
+        """Add to what is known everywhere."""
+        self._globals.update(extensions)
+
+    def extend_locals(self, extensions: dict[str, Any]) -> None:
+        """Add to what is known here."""
+        self._locals.update(extensions)
+
+    @contextmanager
+    def locals_kept(self) -> Iterator[None]:
+        """Forget at the end of the block what it adds to what is known here."""
+        outer, self._locals = self._locals, dict(self._locals)
+        try:
+            yield
+        finally:
+            self._locals = outer
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether the launch ends."""
+        return self.launch.is_ending
+
+    def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
+        """Let a handler answer events: before those that are there, or after them."""
+        self.launch.register(event_handler.model_handler(), last=append)
+
+    def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
+        """Let a handler answer no more events."""
+        self.launch.unregister(event_handler.model_handler())
+
+    def emit_event_sync(self, event: Event) -> None:
+        """Make an event happen once this is done."""
+        from .events._model import emit
+
+        emit(event, self.launch)
+
+    async def emit_event(self, event: Event) -> None:
+        """Make an event happen once this is done."""
+        self.emit_event_sync(event)
+
+
+class _Environment(MutableMapping[str, str]):
+    """The environment of the launch with what it changes for the processes."""
+
+    def __init__(self, changed: dict[str, str | None]) -> None:
+        self._changed = changed
+
+    def __getitem__(self, name: str) -> str:
+        value = self._changed[name] if name in self._changed else os.environ.get(name)
+        if value is None:
+            raise KeyError(name)
+        return value
+
+    def __setitem__(self, name: str, value: str) -> None:
+        self._changed[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        self[name]
+        self._changed[name] = None
+
+    def __iter__(self) -> Iterator[str]:
+        names = {**os.environ, **self._changed}
+        return (name for name in names if name in self)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._changed.get(name, os.environ.get(name)) is not None
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)

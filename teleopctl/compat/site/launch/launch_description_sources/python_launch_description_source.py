@@ -1,0 +1,15 @@
+"""``launch.launch_description_sources.python_launch_description_source``."""
+
+from ..launch_description_source import LaunchDescriptionSource
+from ..some_substitutions_type import SomeSubstitutionsType
+
+
+class PythonLaunchDescriptionSource(LaunchDescriptionSource):
+    """A Python launch file.
+
+    Args:
+        launch_file_path: The file.
+    """
+
+    def __init__(self, launch_file_path: SomeSubstitutionsType) -> None:
+        super().__init__(location=launch_file_path, method="interpreted python launch file")

@@ -1,0 +1,5 @@
+"""``launch.substitutions.substitution_failure``."""
+
+
+class SubstitutionFailure(RuntimeError):
+    """A substitution cannot be evaluated."""

@@ -1,0 +1,35 @@
+"""``launch.substitutions.text_substitution``."""
+
+from teleopctl.launch.model.template import Template, literal
+
+from ..substitution import Substitution
+
+
+class TextSubstitution(Substitution):
+    """A text that stands for itself.
+
+    Args:
+        text: The text.
+
+    Raises:
+        TypeError: It is none.
+    """
+
+    def __init__(self, *, text: str) -> None:
+        super().__init__()
+        if not isinstance(text, str):
+            raise TypeError(f"TextSubstitution expected Text object got '{type(text)}' instead.")
+        self._text = text
+
+    @property
+    def text(self) -> str:
+        """The text."""
+        return self._text
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return literal(self._text)
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"'{self._text}'"
