@@ -168,6 +168,23 @@ PACKAGES = Kind("package", "teleopctl.packages", {})
 """ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
 module in whose folder they lie. It is not imported; ours are folders, see `teleopctl.packages`."""
 
+_XML = "teleopctl.launch.frontends.xml.parser:parse_file"
+_YAML = "teleopctl.launch.frontends.yaml.parser:parse_file"
+
+LAUNCH_LANGUAGES = Kind(
+    "language of launch files",
+    "teleopctl.launch_languages",
+    {
+        ".launch": _XML,
+        ".py": "teleopctl.compat.launch_file:read",
+        ".xml": _XML,
+        ".yaml": _YAML,
+        ".yml": _YAML,
+    },
+)
+"""Readers of launch files, by the ending of the files: a function from a path to a
+`teleopctl.launch.model.action.LaunchFile`."""
+
 _ACTIONS = "teleopctl.launch.actions"
 
 LAUNCH_ACTIONS = Kind(

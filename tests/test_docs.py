@@ -190,7 +190,9 @@ def test_the_launch_files_of_the_nodes_page_plan_the_processes_that_it_shows(tmp
     assert len(launch_files) == 2
     plans = []
     for file in launch_files:
-        plan, _ = evaluate(read_launch_file(file), {"who": "Ada", "twice": "true"}, tmp_path / "log")
+        plan, _ = evaluate(
+            read_launch_file(file), {"who": "Ada", "twice": "true"}, tmp_path / "log"
+        )
         assert [process.name for process in plan.processes] == [
             "talker-1",
             "talker-2",

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 
-from teleopctl.errors import LaunchError
+from teleopctl import plugins
+from teleopctl.errors import LaunchError, UnknownPluginError
 from teleopctl.launch.model.action import LaunchFile
-
-# Which folder beside this file reads what; its `parser` has the function `parse_file`. A language
-# that is not used is not imported.
-_LANGUAGES = {
-    ".yaml": "yaml",
-    ".yml": "yaml",
-    ".xml": "xml",
-    ".launch": "xml",
-}
 
 
 def read_launch_file(path: Path) -> LaunchFile:
@@ -26,12 +17,12 @@ def read_launch_file(path: Path) -> LaunchFile:
         TeleopctlError: It cannot be read or does not follow the vocabulary. The message names file
             and line, and what was expected there.
     """
-    language = _LANGUAGES.get(path.suffix)
-    if language is None:
+    try:
+        read: Callable[[Path], LaunchFile] = plugins.load(plugins.LAUNCH_LANGUAGES, path.suffix)
+    except UnknownPluginError as error:
+        endings = sorted(plugins.available(plugins.LAUNCH_LANGUAGES))
         raise LaunchError(
             f"{path} is no launch file that teleopctl reads",
-            hint=f"It reads ROS 2's launch files that end in {', '.join(_LANGUAGES)}.",
-        )
-    parser = import_module(f"{__name__}.{language}.parser")
-    parse_file: Callable[[Path], LaunchFile] = parser.parse_file
-    return parse_file(path)
+            hint=f"It reads ROS 2's launch files that end in {', '.join(endings)}.",
+        ) from error
+    return read(path)

@@ -137,9 +137,18 @@ actions = st.recursive(
 )
 
 
+def done(further):
+    return further.messages, further.files, further.processes, further.shutdown
+
+
+def foretold(foreseen):
+    return [(one.when, done(one.further), foretold(one.then)) for one in foreseen]
+
+
 def result(path):
     try:
-        return evaluate(read_launch_file(path), {}, Path("log"))
+        plan, evaluation = evaluate(read_launch_file(path), {}, Path("log"))
+        return done(plan.start), plan.warnings, foretold(evaluation.foreseen(plan.start))
     except TeleopctlError as error:
         return error.message.rpartition(f"{path}:")[2].partition(":")[2]
 

@@ -190,9 +190,9 @@ def test_a_tag_is_an_action_or_belongs_to_one_by_where_it_stands(plan, write):
 
 def test_a_file_that_calls_itself_deprecated_warns(write, tmp_path):
     path = write("<launch deprecated='Use new.launch.xml.'/>")
-    evaluated = evaluate(read_launch_file(path), {}, tmp_path / "log")
-    assert evaluated.messages == [
-        ("WARNING", f"launch file [{path}] is deprecated: Use new.launch.xml.")
+    evaluated, _ = evaluate(read_launch_file(path), {}, tmp_path / "log")
+    assert evaluated.start.messages == [
+        ("WARNING", "launch.user", f"launch file [{path}] is deprecated: Use new.launch.xml.")
     ]
 
 
