@@ -8,7 +8,7 @@ from pathlib import Path
 
 from teleopctl.compat.activation import SITE, activate
 from teleopctl.errors import LaunchError
-from teleopctl.launch.model.action import LaunchFile
+from teleopctl.launch import LaunchFile
 
 _FUNCTION = "generate_launch_description"
 

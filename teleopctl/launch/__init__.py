@@ -13,20 +13,52 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.launch.actions.messages import Log as Log
-    from teleopctl.launch.actions.process import Executable as Executable, Node as Node
+    from teleopctl.launch.actions.messages import (
+        Log as Log,
+        Shutdown as Shutdown,
+    )
+    from teleopctl.launch.actions.nesting import (
+        Group as Group,
+        Include as Include,
+        IncludeSteps as IncludeSteps,
+        Timer as Timer,
+    )
+    from teleopctl.launch.actions.process import (
+        Executable as Executable,
+        Node as Node,
+    )
+    from teleopctl.launch.actions.settings import (
+        AppendEnvironment as AppendEnvironment,
+        DeclareArgument as DeclareArgument,
+        Let as Let,
+        PushNamespace as PushNamespace,
+        SetEnvironment as SetEnvironment,
+        SetParameter as SetParameter,
+        SetRemap as SetRemap,
+        UnsetEnvironment as UnsetEnvironment,
+    )
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
         describe_arguments as describe_arguments,
         undeclared_arguments as undeclared_arguments,
     )
-    from teleopctl.launch.evaluation.context import LaunchContext as LaunchContext
+    from teleopctl.launch.evaluation.context import (
+        LaunchContext as LaunchContext,
+    )
     from teleopctl.launch.evaluation.evaluation import (
         Evaluation as Evaluation,
         Foreseen as Foreseen,
     )
-    from teleopctl.launch.evaluation.substitution import Substitution as Substitution
-    from teleopctl.launch.execution.judgement import log_tail as log_tail, pages as pages
+    from teleopctl.launch.evaluation.processes import (
+        ProcessBuilder as ProcessBuilder,
+    )
+    from teleopctl.launch.evaluation.substitution import (
+        Substitution as Substitution,
+    )
+    from teleopctl.launch.execution.judgement import (
+        log_tail as log_tail,
+        pages as pages,
+    )
     from teleopctl.launch.execution.readiness import (
         NewNodes as NewNodes,
         wait_for_node as wait_for_node,
@@ -57,14 +89,50 @@ if TYPE_CHECKING:
     from teleopctl.launch.model.action import (
         Action as Action,
         Entity as Entity,
+        Handler as Handler,
         Launch as Launch,
+        LaunchFile as LaunchFile,
         Step as Step,
     )
-    from teleopctl.launch.model.descriptions import NodePart as NodePart
-    from teleopctl.launch.model.plan import Further as Further, LaunchPlan as LaunchPlan
-    from teleopctl.launch.model.request import LaunchRequest as LaunchRequest
-    from teleopctl.launch.model.template import Template as Template, literal as literal
-    from teleopctl.launch.recording import bag_folder as bag_folder, recorded as recorded
+    from teleopctl.launch.model.descriptions import (
+        Condition as Condition,
+        NodePart as NodePart,
+        Parameter as Parameter,
+        ParameterFile as ParameterFile,
+        ParameterTree as ParameterTree,
+        Place as Place,
+        Process as Process,
+    )
+    from teleopctl.launch.model.events import (
+        ProcessEvent as ProcessEvent,
+        ProcessExited as ProcessExited,
+        ProcessOutput as ProcessOutput,
+        ProcessStarted as ProcessStarted,
+        ShutdownBegan as ShutdownBegan,
+        SignalRequested as SignalRequested,
+    )
+    from teleopctl.launch.model.plan import (
+        Further as Further,
+        LaunchPlan as LaunchPlan,
+        ProcessPlan as ProcessPlan,
+    )
+    from teleopctl.launch.model.request import (
+        LaunchRequest as LaunchRequest,
+    )
+    from teleopctl.launch.model.template import (
+        Argument as Argument,
+        Call as Call,
+        ComputedText as ComputedText,
+        Template as Template,
+        literal as literal,
+    )
+    from teleopctl.launch.model.values import (
+        flag as flag,
+    )
+    from teleopctl.launch.recording import (
+        bag_folder as bag_folder,
+        recorded as recorded,
+    )
     from teleopctl.launch.starting import (
         evaluated as evaluated,
         free_name as free_name,
@@ -78,11 +146,15 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "actions.messages": "Log",
+            "actions.messages": "Log Shutdown",
+            "actions.nesting": "Group Include IncludeSteps Timer",
             "actions.process": "Executable Node",
+            "actions.settings": "AppendEnvironment DeclareArgument Let PushNamespace "
+            "SetEnvironment SetParameter SetRemap UnsetEnvironment",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation Foreseen",
+            "evaluation.processes": "ProcessBuilder",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",
             "execution.readiness": "NewNodes wait_for_node",
@@ -90,11 +162,15 @@ else:
             "running stop_running stopped_by_ctrl_c",
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
-            "model.action": "Action Entity Launch Step",
-            "model.descriptions": "NodePart",
-            "model.plan": "Further LaunchPlan",
+            "model.action": "Action Entity Handler Launch LaunchFile Step",
+            "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree "
+            "Place Process",
+            "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
+            "ShutdownBegan SignalRequested",
+            "model.plan": "Further LaunchPlan ProcessPlan",
             "model.request": "LaunchRequest",
-            "model.template": "Template literal",
+            "model.template": "Argument Call ComputedText Template literal",
+            "model.values": "flag",
             "recording": "bag_folder recorded",
             "starting": "evaluated free_name new_log_directory run_here start_in_background",
         },

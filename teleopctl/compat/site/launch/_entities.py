@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from teleopctl.launch.model import action as model
-from teleopctl.launch.model.descriptions import Condition as ModelCondition
-from teleopctl.launch.model.template import Template
+from teleopctl import launch as model
+from teleopctl.launch import Condition as ModelCondition, Template
 
 from ._places import blamed
 from .action import Action

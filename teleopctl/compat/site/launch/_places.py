@@ -8,7 +8,7 @@ import traceback
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.model.descriptions import Place
+from teleopctl.launch import Place
 
 _OURS = str(Path(__file__).resolve().parents[3])
 _LIBRARY = sysconfig.get_path("stdlib")

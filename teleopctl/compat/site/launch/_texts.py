@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from os import PathLike, fspath
 
-from teleopctl.launch.evaluation.context import LaunchContext as Evaluated
-from teleopctl.launch.model.template import Call, ComputedText, Template, literal
+from teleopctl.launch import Call, ComputedText, LaunchContext as Evaluated, Template, literal
 
 from ._places import blamed
 from .substitution import Substitution

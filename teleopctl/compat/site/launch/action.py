@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.launch.model import action as model
+from teleopctl import launch as model
 
 from .condition import Condition
 from .launch_description_entity import LaunchDescriptionEntity

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from teleopctl.launch.model.descriptions import Condition as ModelCondition
+from teleopctl.launch import Condition as ModelCondition
 
 if TYPE_CHECKING:
     from .launch_context import LaunchContext

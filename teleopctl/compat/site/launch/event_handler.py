@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from teleopctl.launch.model import action as model
-from teleopctl.launch.model.events import ProcessOutput
+from teleopctl import launch as model
+from teleopctl.launch import ProcessOutput
 
 from ._entities import steps
 from ._places import blamed

@@ -10,11 +10,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-from teleopctl.launch.evaluation import context as evaluated
-from teleopctl.launch.evaluation.evaluation import Evaluation
-from teleopctl.launch.evaluation.processes import ProcessBuilder
-from teleopctl.launch.model.action import Launch
-from teleopctl.launch.model.template import Template
+from teleopctl.launch import Evaluation, Launch, LaunchContext as State, ProcessBuilder, Template
 
 if TYPE_CHECKING:
     from .event import Event
@@ -35,7 +31,7 @@ class LaunchContext:
     """
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
-        state = evaluated.LaunchContext({}, Path())
+        state = State({}, Path())
         builder = ProcessBuilder(state, show_all_output=False, prefix=None)
         self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
 
@@ -50,7 +46,7 @@ class LaunchContext:
     @classmethod
     def of(cls, context: object) -> LaunchContext:
         """Return the one that stands for an evaluation's state."""
-        assert isinstance(context, evaluated.LaunchContext)
+        assert isinstance(context, State)
         assert context.launch is not None
         return cls.with_launch(context.launch)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teleopctl.launch.model.template import Template
+from teleopctl.launch import Template
 
 from ._texts import template
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.model.template import Argument, Call, Template
+from teleopctl.launch import Argument, Call, Template
 
 if TYPE_CHECKING:
     from .launch_context import LaunchContext

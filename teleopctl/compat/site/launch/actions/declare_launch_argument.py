@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.launch.actions.settings import DeclareArgument
-from teleopctl.launch.model.template import Template
+from teleopctl.launch import DeclareArgument, Template
 
 from .._texts import optional
 from ..action import Action

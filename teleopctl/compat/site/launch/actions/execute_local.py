@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.model import action as model
-from teleopctl.launch.model.descriptions import Process
-from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl import launch as model
+from teleopctl.launch import Process, ProcessPlan
 
 from .._texts import optional
 from ..action import Action

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.actions.process import Executable
-from teleopctl.launch.model.descriptions import Process
+from teleopctl.launch import Executable, Process
 
 from .._texts import optional, template
 from .execute_local import ExecuteLocal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from teleopctl.launch.actions.nesting import Group
+from teleopctl.launch import Group
 
 from .._entities import steps
 from ..action import Action

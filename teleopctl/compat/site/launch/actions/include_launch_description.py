@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.actions.nesting import Include, IncludeSteps
-from teleopctl.launch.model import action as model
+from teleopctl import launch as model
+from teleopctl.launch import Include, IncludeSteps
 
 from .._entities import steps
 from .._texts import optional, template

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.actions.messages import Log
-from teleopctl.launch.model.template import literal
+from teleopctl.launch import Log, literal
 
 from .._texts import template
 from ..action import Action

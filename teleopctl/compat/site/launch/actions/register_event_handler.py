@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from teleopctl.launch.model import action as model
+from teleopctl import launch as model
 
 from ..action import Action
 from ..event_handler import BaseEventHandler

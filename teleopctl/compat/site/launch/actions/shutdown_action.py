@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.actions.messages import Shutdown as ModelShutdown
+from teleopctl.launch import Shutdown as ModelShutdown
 
 from .._texts import template
 from ..action import Action

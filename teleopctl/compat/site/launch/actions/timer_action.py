@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch.actions.nesting import Timer
+from teleopctl.launch import Timer
 
 from .._entities import steps
 from .._texts import optional, template

@@ -1,7 +1,6 @@
 """``launch.conditions.if_condition``."""
 
-from teleopctl.launch.model import values
-from teleopctl.launch.model.descriptions import Condition as ModelCondition
+from teleopctl.launch import Condition as ModelCondition, flag
 
 from .._texts import template
 from ..condition import Condition
@@ -29,4 +28,4 @@ class IfCondition(Condition):
         return ModelCondition(self._text, True)
 
     def _holds(self, context: LaunchContext) -> bool:
-        return values.flag(context.text(self._text)) is True
+        return flag(context.text(self._text)) is True

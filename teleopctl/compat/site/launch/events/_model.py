@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.launch.model import events as model
-from teleopctl.launch.model.action import Launch
-from teleopctl.launch.model.descriptions import Process
-from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl import launch as model
+from teleopctl.launch import Launch, Process, ProcessPlan
 
 from ..action import Action
 from ..event import Event

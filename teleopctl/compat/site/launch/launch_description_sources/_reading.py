@@ -1,6 +1,6 @@
 """What stands in a launch file, as one entity."""
 
-from teleopctl.launch.actions.nesting import Include
+from teleopctl.launch import Include
 
 from .._texts import template
 from ..action import Action

@@ -1,6 +1,6 @@
 """``launch.substitutions.launch_configuration``."""
 
-from teleopctl.launch.model.template import Template
+from teleopctl.launch import Template
 
 from .._texts import optional, template
 from ..some_substitutions_type import SomeSubstitutionsType

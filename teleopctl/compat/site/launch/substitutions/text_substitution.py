@@ -1,6 +1,6 @@
 """``launch.substitutions.text_substitution``."""
 
-from teleopctl.launch.model.template import Template, literal
+from teleopctl.launch import Template, literal
 
 from ..substitution import Substitution
 

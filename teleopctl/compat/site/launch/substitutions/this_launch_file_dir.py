@@ -1,6 +1,6 @@
 """``launch.substitutions.this_launch_file_dir``."""
 
-from teleopctl.launch.model.template import Template
+from teleopctl.launch import Template
 
 from ..substitution import Substitution, call
 

@@ -43,6 +43,7 @@ class ProcessStdin(ProcessIO):
 
     name = "launch.events.process.ProcessStdin"
 
+    # Any: the words of RunningProcessEvent.
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=0, **kwargs)
 
@@ -52,6 +53,7 @@ class ProcessStdout(ProcessIO):
 
     name = "launch.events.process.ProcessStdout"
 
+    # Any: the words of RunningProcessEvent.
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=1, **kwargs)
 
@@ -61,5 +63,6 @@ class ProcessStderr(ProcessIO):
 
     name = "launch.events.process.ProcessStderr"
 
+    # Any: the words of RunningProcessEvent.
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=2, **kwargs)
