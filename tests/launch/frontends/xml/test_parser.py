@@ -25,7 +25,7 @@ def write(tmp_path):
 def plan(write, tmp_path):
     def plan(text, **arguments):
         file = read_launch_file(write(f"<launch>{text}</launch>"))
-        return evaluate(file, arguments, tmp_path / "log")
+        return evaluate(file, arguments, tmp_path / "log")[0]
 
     return plan
 
@@ -36,7 +36,7 @@ def parameter(plan):
 
     def parameter(attributes):
         node = '<node pkg="camera" exec="camera"><param name="p" {}/></node>'
-        (content,) = plan(node.format(attributes)).files.values()
+        (content,) = plan(node.format(attributes)).start.files.values()
         return yaml.safe_load(content)["/**"]["ros__parameters"]["p"]
 
     return parameter
