@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from teleopctl.bag.editing.agreement import disagreements
 from teleopctl.bag.editing.copying import Told
+from teleopctl.bag.editing.faults import faults_of
 from teleopctl.bag.editing.sequences import Sequences
 from teleopctl.bag.look.decoding import class_of
-from teleopctl.bag.mcap_file.inspection import file_faults
 from teleopctl.bag.metadata import METADATA_FILE, read_metadata
 from teleopctl.bag.records import CDR, ROS2MSG, BagMessage, BagTopic
 from teleopctl.bag.storage.bag import Bag, bag_files, open_bag
@@ -47,10 +47,9 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
         InvalidFileError: Nothing of it can be read.
     """
     with open_bag(path) as bag:
-        files = [file for file in bag_files(path) if file.suffix == ".mcap"]
+        files = [file for file in bag_files(path) if file.exists() and file.suffix != ".bag"]
         for file in files:
-            if file.exists():
-                yield from (Finding(str(file), fault.what) for fault in file_faults(file))
+            yield from (Finding(str(file), fault.what) for fault in faults_of(file))
         yield from _metadata_findings(path, bag)
         topics = {topic.name: _TopicCheck(topic) for topic, _ in bag.metadata.topics}
         for topic_check in topics.values():
@@ -58,7 +57,7 @@ def check(path: Path, told: Told = lambda _done: None) -> Iterator[Finding]:
         broken: list[str] = []
         start_ns = bag.metadata.start_ns
         length_ns = max(1, bag.metadata.duration_ns)
-        with contextlib.suppress(InvalidFileError):  # of databases; those of MCAP were told
+        with contextlib.suppress(InvalidFileError):  # it was told
             for message in bag.messages(left_out=broken.append):
                 topics[message.topic].add(message)
                 told((message.log_time_ns - start_ns) / length_ns)

@@ -8,14 +8,16 @@ from typing import NamedTuple
 
 from teleopctl.bag.editing.agreement import disagreements
 from teleopctl.bag.editing.copying import Output, Told, copy_bags
+from teleopctl.bag.editing.faults import DATABASE_SUFFIX, faults_of
 from teleopctl.bag.editing.reindexing import reindex
 from teleopctl.bag.mcap_file.file_reader import McapFileReader
 from teleopctl.bag.mcap_file.file_writer import McapFileWriter
-from teleopctl.bag.mcap_file.inspection import Fault, file_faults
+from teleopctl.bag.mcap_file.inspection import Fault
 from teleopctl.bag.mcap_file.repair import finish_file
 from teleopctl.bag.mcap_file.scan import MAGIC_BYTES, scan
 from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata
 from teleopctl.bag.storage.bag import bag_files, open_bag
+from teleopctl.bag.storage.packed import SUFFIX
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
 
 
@@ -52,16 +54,18 @@ def recover(path: Path, output: Path | None = None, told: Told = lambda _done: N
     Raises:
         NotFoundError: There is no bag.
         InvalidFileError: Nothing of it can be read.
-        RefusedError: It is being written, or it is not made of MCAP files, or the output exists.
+        RefusedError: It is being written, or of ROS 1, or the output exists.
         SystemFailureError: Something cannot be written.
     """
     if not path.exists():
         raise NotFoundError(f"Bag path '{path}' does not exist!")
     files = [file for file in bag_files(path) if file.exists()]
-    if not files or any(file.suffix != ".mcap" for file in files if path.is_dir()):
+    if not files:
+        raise NotFoundError(f"{path} has no files of a bag")
+    if files[0].suffix == ".bag":
         raise RefusedError(
-            f"{path} has no MCAP files, or others too",
-            hint="teleopctl bag convert reads SQLite databases as far as they can be read.",
+            f"{path} is a bag of ROS 1, which has its own programs for this",
+            hint="rosbag reindex mends it; teleopctl bag convert reads it then.",
         )
     faults = [(file, fault) for file in files for fault in _faults(file)]
     if output is None and all(fault.is_finishable for _, fault in faults):
@@ -70,12 +74,21 @@ def recover(path: Path, output: Path | None = None, told: Told = lambda _done: N
 
 
 def _faults(file: Path) -> list[Fault]:
-    return [] if file.stat().st_size < MAGIC_BYTES else list(file_faults(file))
+    return [] if _has_nothing(file) else list(faults_of(file))
+
+
+def _has_nothing(file: Path) -> bool:
+    """Whether it is an MCAP file whose writer had not even begun."""
+    return _is_mcap(file) and file.stat().st_size < MAGIC_BYTES
+
+
+def _is_mcap(file: Path) -> bool:
+    return file.suffix not in (DATABASE_SUFFIX, SUFFIX)
 
 
 def _in_place(path: Path, files: list[Path]) -> Recovery:
     done = []
-    for file in files:
+    for file in filter(_is_mcap, files):
         if _has_no_header(file):
             file.unlink()
             McapFileWriter(file).close()
@@ -105,10 +118,14 @@ def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told
     lost = [f"{file}: {fault.what}" for file, fault in faults if fault.loses]
     with open_bag(path) as bag:
         (counts,) = copy_bags([bag], [Output(output)], told, left_out=lambda _: None)
-        for topic, count in bag.metadata.topics:
-            missing = count - counts.get(topic.name, 0)
+        said = {topic.name: count for topic, count in bag.metadata.topics}
+        old = _old_metadata(path)
+        if old is not None:
+            said |= {topic.name: max(n, said.get(topic.name, 0)) for topic, n in old.topics}
+        for name, count in said.items():
+            missing = count - counts.get(name, 0)
             if missing > 0:
-                lost.append(f"{topic.name}: {missing} of {count} messages")
+                lost.append(f"{name}: {missing} of {count} messages")
     done = [f"{output}: what can be read of {path}"]
     return Recovery(output, sum(counts.values()), done, damage, lost)
 

@@ -18,7 +18,7 @@ from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
 from teleopctl.bag.mcap_file.loose import loose_messages
 from teleopctl.bag.mcap_file.scan import scan
 from teleopctl.bag.mcap_file.summary import has_end, read_summary
-from teleopctl.bag.metadata import BagFile
+from teleopctl.bag.metadata import MCAP, BagFile
 from teleopctl.bag.qos_text import parse_offers
 from teleopctl.bag.records import (
     COUNTED,
@@ -51,6 +51,10 @@ class McapFileReader:
     Raises:
         InvalidFileError: It is not an MCAP file, or cannot be read.
     """
+
+    STORAGE = MCAP
+    distribution = ""
+    """The ROS 2 distribution stands in a record, if at all."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

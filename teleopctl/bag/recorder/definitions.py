@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from teleopctl.bag.known_definition import known_definition
 from teleopctl.bag.records import ROS2MSG, TypeText
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import (
-    complete_definition_text,
-    described_definition_text,
-    known_types,
-    type_hash,
-)
+from teleopctl.interfaces import described_definition_text
 from teleopctl.node import ask_for_description
 
 if TYPE_CHECKING:
@@ -37,15 +33,10 @@ class Definitions:
         """A definition that is known already; None where another node has to be asked."""
         key = (type_name, version)
         if key not in self._found:
-            try:
-                if known_types().find(type_name) is None or version not in (
-                    "",
-                    type_hash(type_name),
-                ):
-                    return None
-                self._found[key] = TypeText(ROS2MSG, complete_definition_text(type_name))
-            except TeleopctlError:
+            found = known_definition(type_name, version)
+            if found is None:
                 return None
+            self._found[key] = found
         return self._found[key]
 
     def ask_for(self, type_name: str, version: str, graph: Graph) -> TypeText:

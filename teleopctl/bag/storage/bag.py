@@ -5,20 +5,31 @@ from __future__ import annotations
 import contextlib
 import heapq
 from collections.abc import Callable, Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, Self
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Protocol, Self
 
 from teleopctl.bag.mcap_file.file_reader import McapFileReader
 from teleopctl.bag.metadata import (
     MCAP,
     METADATA_FILE,
+    SQLITE3,
     BagFile,
     BagMetadata,
     parse_metadata,
     read_metadata,
 )
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
+from teleopctl.bag.storage.packed import SUFFIX, ZSTD, require_zstd, unpack_file, unpack_messages
 from teleopctl.errors import InvalidFileError, NotFoundError
+
+if TYPE_CHECKING:
+    from teleopctl.bag.storage.sqlite_file import SqliteFileReader
+
+_SUFFIXES = (".mcap", ".db3")
+_SUFFIX_OF_STORAGE = {MCAP: ".mcap", SQLITE3: ".db3"}
+_SQLITE_MAGIC = b"SQLite format 3\0"
 
 
 class Bag(Protocol):
@@ -90,6 +101,7 @@ def open_bag(path: Path, storage: str | None = None) -> Bag:
     Raises:
         NotFoundError: Nothing is there, or no bag.
         InvalidFileError: It cannot be read.
+        UnsupportedError: It is compressed in a way that is not known.
     """
     if not path.exists():
         raise NotFoundError(f"Bag path '{path}' does not exist!")
@@ -99,40 +111,41 @@ def open_bag(path: Path, storage: str | None = None) -> Bag:
             f"'{path}' is no bag: it has neither {METADATA_FILE} nor a file of a bag",
             hint="A bag is a folder with .mcap or .db3 files, one such file, or a .bag of ROS 1.",
         )
-    metadata, remark = _metadata(path, files)
-    is_plain = metadata is None or not metadata.compression_mode
-    if is_plain and (storage == MCAP or all(file.suffix == ".mcap" for file in files)):
-        bag = open_files(path, files, metadata)
-        bag.remarks += remark
-        return bag
-    from teleopctl.bag.storage.foreign import ForeignBag
+    if files[0].suffix == ".bag":
+        from teleopctl.bag.storage.ros1_bag import Ros1Bag
 
-    return ForeignBag(path, metadata)
+        return Ros1Bag(files[0])
+    metadata, remark = _metadata(path)
+    bag = open_files(path, files, metadata, storage)
+    bag.remarks += remark
+    return bag
 
 
-def open_files(path: Path, files: list[Path], metadata: BagMetadata | None) -> Bag:
-    """Open MCAP files as one bag.
+def open_files(
+    path: Path, files: list[Path], metadata: BagMetadata | None, storage: str | None = None
+) -> Bag:
+    """Open MCAP files or databases as one bag.
 
     Args:
         path: What the bag is called.
         files: The files.
         metadata: What ``metadata.yaml`` says, which the files complete and correct.
+        storage: As for `open_bag`.
 
     Raises:
         InvalidFileError: None of them can be read.
+        UnsupportedError: They are compressed in a way that is not known.
     """
-    return _McapBag(path, files, metadata)
+    return _FilesBag(path, files, metadata, storage)
 
 
-def _metadata(path: Path, files: list[Path]) -> tuple[BagMetadata | None, list[str]]:
-    """What ``metadata.yaml`` says; a remark in its place where MCAP files can do without it."""
+def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
+    """What ``metadata.yaml`` says; a remark in its place where it says nothing."""
     if not (path / METADATA_FILE).is_file():
         return None, []
     try:
         return read_metadata(path), []
     except InvalidFileError as error:
-        if any(file.suffix != ".mcap" for file in files):
-            raise
         return None, [f"{error.message}; the files tell what is in them"]
 
 
@@ -149,36 +162,77 @@ def bag_files(path: Path) -> list[Path]:
         with contextlib.suppress(InvalidFileError):
             named = [path / file.path for file in read_metadata(path).files]
     known = {file.name for file in named}
-    others = [f for f in path.iterdir() if f.suffix in (".mcap", ".db3") and f.name not in known]
-    return [*named, *sorted(others, key=by_number)]
+    return [*named, *(file for file in stored_files(path) if file.name not in known)]
 
 
-def by_number(file: Path) -> tuple[int, str]:
+def stored_files(folder: Path) -> list[Path]:
+    """The files of a bag that are in its folder, whatever ``metadata.yaml`` says, by number."""
+    found = {file for file in folder.iterdir() if _suffix(file) in _SUFFIXES}
+    # Beside a file that was decompressed by hand may stand the one that it was made of.
+    return sorted(
+        (f for f in found if f.suffix != SUFFIX or f.with_suffix("") not in found), key=_by_number
+    )
+
+
+def _by_number(file: Path) -> tuple[int, str]:
     """What to sort files by: ``x_10.mcap`` comes behind ``x_9.mcap``."""
-    number = file.stem.rpartition("_")[2]
+    number = file.name.partition(".")[0].rpartition("_")[2]
     return (int(number) if number.isascii() and number.isdigit() else -1, file.name)
 
 
-class _McapBag:
-    """A bag of MCAP files; see `Bag`."""
+def _suffix(file: Path) -> str:
+    """The last suffix but for that of a compression."""
+    return Path(file.name.removesuffix(SUFFIX)).suffix
 
-    def __init__(self, path: Path, files: list[Path], metadata: BagMetadata | None) -> None:
+
+def _open_file(file: Path, storage: str | None) -> McapFileReader | SqliteFileReader:
+    suffix = file.suffix
+    if suffix not in _SUFFIXES:
+        suffix = _SUFFIX_OF_STORAGE.get(storage or "", "")
+    if suffix == ".db3" or (not suffix and _begins_with(file, _SQLITE_MAGIC)):
+        from teleopctl.bag.storage.sqlite_file import SqliteFileReader
+
+        return SqliteFileReader(file)
+    return McapFileReader(file)
+
+
+def _begins_with(file: Path, magic: bytes) -> bool:
+    with contextlib.suppress(OSError), file.open("rb") as stream:
+        return stream.read(len(magic)) == magic
+    return False
+
+
+class _FilesBag:
+    """A bag of MCAP files or databases; see `Bag`."""
+
+    def __init__(
+        self, path: Path, files: list[Path], metadata: BagMetadata | None, storage: str | None
+    ) -> None:
         self.path = path
         self.remarks: list[str] = []
-        self._readers: list[McapFileReader] = []
+        self._readers: list[McapFileReader | SqliteFileReader] = []
+        self._descriptions: list[BagFile] = []
+        self._unpacked: TemporaryDirectory[str] | None = None
+        self._has_packed_messages = metadata is not None and metadata.compression_mode == "message"
+        if metadata is not None and metadata.compression_mode:
+            require_zstd(metadata.compression_format)
         try:
             for file in files:
-                self._open(file, alone=len(files) == 1)
+                self._open(file, storage, alone=len(files) == 1)
         except BaseException:
             self.close()
             raise
-        metadata = metadata or self._kept_metadata()
+        metadata = metadata or self._kept_metadata() or BagMetadata()
+        told = (reader.distribution for reader in self._readers)
         # The files know best: metadata.yaml may be older than they are.
         self.metadata = BagMetadata(
-            files=tuple(reader.description for reader in self._readers),
-            topics=tuple(self._topics(metadata or BagMetadata()).values()),
-            custom_data=metadata.custom_data if metadata else {},
-            distribution=metadata.distribution if metadata else "",
+            files=tuple(self._descriptions),
+            topics=tuple(self._topics(metadata).values()),
+            storage=self._readers[0].STORAGE if self._readers else metadata.storage,
+            compression_format=metadata.compression_format or (ZSTD if self._unpacked else ""),
+            compression_mode=metadata.compression_mode or ("file" if self._unpacked else ""),
+            custom_data=metadata.custom_data,
+            distribution=metadata.distribution or next(filter(None, told), ""),
         )
 
     def messages(
@@ -190,10 +244,13 @@ class _McapBag:
     ) -> Iterator[BagMessage]:
         readers = sorted(self._readers, key=lambda reader: reader.description.start_ns)
         for group in _overlapping(readers):
-            yield from heapq.merge(
+            found: Iterator[BagMessage] = heapq.merge(
                 *(reader.messages(topics, start_ns, end_ns, left_out) for reader in group),
                 key=lambda message: message.log_time_ns,
             )
+            if self._has_packed_messages:
+                found = unpack_messages(found, self.path, left_out)
+            yield from found
 
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
         found: list[BagMessage] = []
@@ -203,6 +260,8 @@ class _McapBag:
                 break
             found += reader.latest(topic, end_ns, most)
             found = sorted(found, key=lambda message: message.log_time_ns)[-most:]
+        if self._has_packed_messages:
+            found = list(unpack_messages(iter(found), self.path, lambda _: None))
         return found
 
     def attachments(self) -> Iterator[BagAttachment]:
@@ -225,6 +284,8 @@ class _McapBag:
     def close(self) -> None:
         for reader in self._readers:
             reader.close()
+        if self._unpacked is not None:
+            self._unpacked.cleanup()
 
     def __enter__(self) -> Self:
         return self
@@ -232,21 +293,32 @@ class _McapBag:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _open(self, file: Path, *, alone: bool) -> None:
+    def _open(self, file: Path, storage: str | None, *, alone: bool) -> None:
         try:
-            reader = McapFileReader(file)
+            reader = _open_file(self._plain(file), storage)
         except InvalidFileError as error:
             if alone:
                 raise
             self.remarks.append(f"{error.message}; it is left out")
             return
         self._readers.append(reader)
+        self._descriptions.append(replace(reader.description, path=file.name))
         self.remarks += reader.remarks
         if not reader.is_finished:
             self.remarks.append(
-                f"{file} was not finished: it is read as far as it is whole"
-                f" (teleopctl bag recover {self.path} gives it its end)"
+                f"{file} was not finished, or is damaged: it is read as far as it is whole"
+                f" (teleopctl bag recover {self.path} makes it whole)"
             )
+
+    def _plain(self, file: Path) -> Path:
+        """The file; what it was before it was compressed, if it is."""
+        if file.suffix != SUFFIX:
+            return file
+        self._unpacked = self._unpacked or TemporaryDirectory(prefix="teleopctl-bag-")
+        plain, fault = unpack_file(file, Path(self._unpacked.name))
+        if fault:
+            self.remarks.append(fault)
+        return plain
 
     def _kept_metadata(self) -> BagMetadata | None:
         """What the last finished file has of ``metadata.yaml``, which rosbag2 puts into each."""
@@ -274,9 +346,11 @@ class _McapBag:
         return topics
 
 
-def _overlapping(readers: list[McapFileReader]) -> Iterator[list[McapFileReader]]:
+def _overlapping(
+    readers: list[McapFileReader | SqliteFileReader],
+) -> Iterator[list[McapFileReader | SqliteFileReader]]:
     """Group files, sorted by their start, whose times overlap: only those have to be merged."""
-    group: list[McapFileReader] = []
+    group: list[McapFileReader | SqliteFileReader] = []
     end_ns = 0
     for reader in readers:
         file: BagFile = reader.description

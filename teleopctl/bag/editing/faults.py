@@ -1,0 +1,43 @@
+"""What is wrong with one file of a bag, whatever its form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from teleopctl.bag.mcap_file.inspection import Fault, file_faults
+from teleopctl.bag.storage.packed import SUFFIX, unpack_file
+from teleopctl.errors import InvalidFileError
+
+DATABASE_SUFFIX = ".db3"
+
+
+def faults_of(file: Path) -> Iterator[Fault]:
+    """Yield what is wrong with a file of a bag of ROS 2; all of it is read."""
+    if file.suffix == SUFFIX:
+        with TemporaryDirectory(prefix="teleopctl-bag-") as folder:
+            yield from _faults_inside(file, Path(folder))
+    elif file.suffix == DATABASE_SUFFIX:
+        from teleopctl.bag.storage.sqlite_file import SqliteFileReader
+
+        try:
+            with SqliteFileReader(file) as reader:
+                yield from (Fault(what, loses=True) for what in reader.check())
+        except InvalidFileError as error:
+            yield Fault(error.message, loses=True)
+    else:
+        yield from file_faults(file)
+
+
+def _faults_inside(file: Path, folder: Path) -> Iterator[Fault]:
+    try:
+        plain, fault = unpack_file(file, folder)
+    except InvalidFileError as error:
+        yield Fault(error.message, loses=True)
+        return
+    if fault:
+        yield Fault(fault, loses=True)
+    else:
+        # Nothing inside it can be mended in place.
+        yield from (found._replace(is_finishable=False) for found in faults_of(plain))
