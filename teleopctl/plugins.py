@@ -67,6 +67,7 @@ COMPLETIONS = Kind(
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
         "launch_words": f"{_CANDIDATES}:launch_words",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
+        "manifest_tags": "teleopctl.cli.verbs.pkg.candidates:manifest_tags",
         "message_types": f"{_CANDIDATES}:message_types",
         "nodes": f"{_CANDIDATES}:nodes",
         "packages": f"{_CANDIDATES}:package_names",

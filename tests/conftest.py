@@ -62,6 +62,9 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["TELEOPCTL_ROUTER"] = f"tcp/127.0.0.1:{free_port()}"
     os.environ["ROS_DOMAIN_ID"] = "231"
     os.environ["TELEOPCTL_VIEWER"] = "false"
+    # What a ROS that was sourced has installed is none of a test's business.
+    for name in ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH"):
+        os.environ.pop(name, None)
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

@@ -56,12 +56,8 @@ def programs(context: typer.Context, incomplete: str) -> list[str]:
         names.update(package.name for package in packages.list_packages() if package.executables)
         names.update(str(path) for path in Path().glob("*.py"))
     elif len(words) == 1:
-        names.update(
-            name
-            for package in packages.list_packages()
-            if package.name == words[0]
-            for name in package.executables
-        )
+        package = packages.lookup_package(words[0])
+        names.update(package.executables if package else ())
     return sorted(name for name in names if name.startswith(incomplete))
 
 
@@ -69,8 +65,7 @@ def package_names(incomplete: str) -> list[str]:
     """Names of packages."""
     from teleopctl import packages
 
-    names = (package.name for package in packages.list_packages())
-    return [name for name in names if name.startswith(incomplete)]
+    return [name for name in packages.package_names() if name.startswith(incomplete)]
 
 
 def launch_words(context: typer.Context, incomplete: str) -> list[str]:

@@ -1,8 +1,8 @@
 """Finds the message packages of ROS 2 that are not installed.
 
 ``install`` lets Python import ``<package>.msg``, ``<package>.srv`` and ``<package>.action`` of each
-package whose interface definitions are known, with classes made when they are first used. What is
-really installed always wins.
+package whose interface definitions are known, with classes made when they are first used, and the
+Python modules of the packages that are found. What is really installed always wins.
 
 Every Python that is started with ``rclpy`` at hand imports this module, so that it does without
 ``typing``, ``collections`` and ``importlib.abc``, which would be nearly all of its cost.
@@ -49,12 +49,17 @@ class _Loader:
 
 
 class _PackageFinder:
-    """Serves ``<package>`` when nothing else does; it stands behind Python's own finders."""
+    """Serves ``<package>`` when nothing else does; it stands behind Python's own finders.
+
+    The module of a source package comes first, its interfaces are still served by `_KindFinder`.
+    Of an installed package with interfaces the module holds what ROS's generator made of them, for
+    ROS's own libraries: ours are meant.
+    """
 
     def find_spec(
         self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find a package with interface definitions.
+        """Find a package with a Python module or with interface definitions.
 
         Raises:
             ModuleNotFoundError: The definitions cannot be looked through, and a message package is
@@ -65,7 +70,11 @@ class _PackageFinder:
         from teleopctl.errors import TeleopctlError
 
         try:
-            return _interface_spec(fullname)
+            return (
+                _module_spec(fullname, installed=False)
+                or _interface_spec(fullname)
+                or _module_spec(fullname, installed=True)
+            )
         except TeleopctlError as error:
             # Imports of anything else are none of its business.
             if not fullname.endswith(_USUAL_ENDINGS):
@@ -118,6 +127,27 @@ def _interface_spec(fullname: str) -> ModuleSpec | None:
     if not known:
         return None
     return ModuleSpec(fullname, _Loader(), is_package=True)  # type: ignore[arg-type]  # by methods
+
+
+def _module_spec(fullname: str, *, installed: bool) -> ModuleSpec | None:
+    thread = get_ident()
+    if thread in _searching or fullname.startswith("_") or not fullname.isascii():
+        return None
+    from teleopctl.packages import installed_module_roots, source_module_root
+
+    _searching.add(thread)
+    try:
+        if installed:
+            roots = installed_module_roots(fullname)
+        else:
+            root = source_module_root(fullname)
+            roots = () if root is None else (root,)
+    finally:
+        _searching.remove(thread)
+    if not roots:
+        return None
+    spec = PathFinder.find_spec(fullname, [str(root) for root in roots])
+    return spec if spec is not None and spec.loader is not None else None
 
 
 def _is_interface_module(fullname: str) -> bool:

@@ -53,12 +53,12 @@ def execute(executable: Executable, args: Sequence[str]) -> int:
     outlive_output(log_file=log_file, lossless_stdout=log_file is None)
     activation.activate()
     activation.activate_children()
-    if executable.import_root is not None:
-        root = str(executable.import_root)
-        sys.path.insert(0, root)
+    if executable.import_roots:
+        roots = [str(root) for root in executable.import_roots]
+        sys.path[:0] = roots
         # What the program starts has to find the package as well.
         inherited = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = f"{root}{os.pathsep}{inherited}" if inherited else root
+        os.environ["PYTHONPATH"] = os.pathsep.join(roots + ([inherited] if inherited else []))
     try:
         if executable.file is not None:
             return _run_file(executable.file, args)

@@ -7,28 +7,39 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.packages.finding import (
         PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
-        Executable as Executable,
-        Package as Package,
-        builtin_package as builtin_package,
         faults_of_search as faults_of_search,
-        find_executable as find_executable,
         find_package as find_package,
         include_package_of as include_package_of,
-        is_path as is_path,
         list_packages as list_packages,
         lookup_package as lookup_package,
         package_layers as package_layers,
+        package_names as package_names,
         package_share as package_share,
         resolve_uri as resolve_uri,
     )
+    from teleopctl.packages.modules import (
+        installed_module_roots as installed_module_roots,
+        source_module_root as source_module_root,
+    )
+    from teleopctl.packages.own import builtin_package as builtin_package
+    from teleopctl.packages.prefixes import search_paths as search_paths
+    from teleopctl.packages.programs import (
+        find_executable as find_executable,
+        is_path as is_path,
+    )
+    from teleopctl.packages.records import Executable as Executable, Package as Package
 else:
     from teleopctl.lazy import attach
 
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "finding": "PACKAGE_PATH_VARIABLE Executable Package builtin_package faults_of_search "
-            "find_executable find_package include_package_of is_path list_packages "
-            "lookup_package package_layers package_share resolve_uri",
+            "finding": "PACKAGE_PATH_VARIABLE faults_of_search find_package include_package_of "
+            "list_packages lookup_package package_layers package_names package_share resolve_uri",
+            "modules": "installed_module_roots source_module_root",
+            "own": "builtin_package",
+            "prefixes": "search_paths",
+            "programs": "find_executable is_path",
+            "records": "Executable Package",
         },
     )

@@ -1,9 +1,11 @@
-"""Which files a ``CMakeLists.txt`` installs, read without running CMake.
+"""What a ``CMakeLists.txt`` installs, read without running CMake.
 
-ROS 2's packages of descriptions and launch files install whole folders,
-``install(DIRECTORY description/urdf bringup/launch DESTINATION share/${PROJECT_NAME})``. Such calls
-are read, with the project's name and what ``set`` gave a name; what names other variables is left
-out. Patterns that exclude files are not followed: a file too many does no harm.
+ROS 2's packages of descriptions, launch files and scripts install whole folders and lists of files:
+``install(DIRECTORY description/urdf bringup/launch DESTINATION share/${PROJECT_NAME})``,
+``install(PROGRAMS ${scripts} DESTINATION lib/${PROJECT_NAME})``. Such calls are read, with the
+project's name, what ``set``, ``list(APPEND …)`` and ``file(GLOB …)`` gave a name, ``foreach`` and
+``add_subdirectory``. Each branch of an ``if`` is taken; words with other variables are left out.
+Patterns that exclude files are not followed: a file too many does no harm.
 """
 
 from __future__ import annotations
@@ -11,83 +13,225 @@ from __future__ import annotations
 import os
 import posixpath
 import re
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 _COMMENT: Final = re.compile(r"#[^\n]*")
-_CALL: Final = re.compile(r"\b(project|set|install)\s*\(([^()]*)\)", re.IGNORECASE)
-_WORD: Final = re.compile(r'"([^"]*)"|(\S+)')
+_CALL: Final = re.compile(r"\b(\w+)\s*\(([^()]*)\)")
+_WORD: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
 _VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
-_SOURCE_FOLDERS: Final = ("CMAKE_CURRENT_SOURCE_DIR", "CMAKE_SOURCE_DIR", "PROJECT_SOURCE_DIR")
+_TOP: Final = "/source"  # stands for the folder of the first script
+_TOP_FOLDERS: Final = ("CMAKE_SOURCE_DIR", "PROJECT_SOURCE_DIR")
+_CURRENT_FOLDERS: Final = ("CMAKE_CURRENT_LIST_DIR", "CMAKE_CURRENT_SOURCE_DIR")
 _MOST_FILES: Final = 10_000  # a description with 2,000 meshes is a large one
+_MOST_CALLS: Final = 10_000  # of all rounds of loops together
 
 # What follows the sources in a call.
 _OPTIONS: Final = re.compile(
     "COMPONENT|CONFIGURATIONS|DESTINATION|(DIRECTORY_|FILE_)?PERMISSIONS|EXCLUDE_FROM_ALL"
-    "|FILES_MATCHING|MESSAGE_NEVER|OPTIONAL|PATTERN|REGEX|RENAME|TYPE|USE_SOURCE_PERMISSIONS"
+    "|EXPORT|FILES_MATCHING|MESSAGE_NEVER|OPTIONAL|PATTERN|REGEX|RENAME|TYPE"
+    "|USE_SOURCE_PERMISSIONS|(ARCHIVE|LIBRARY|RUNTIME|INCLUDES)"
 )
 
 
-def installed_files(text: str, folder: Path) -> list[tuple[str, list[str]]]:
-    """What is installed where, in the form of ``setup.py``'s ``data_files``.
+class Installation(NamedTuple):
+    """What one script installs.
+
+    Attributes:
+        files: Pairs of a path below the install prefix, such as ``share/arm/launch/up.yaml``, and
+            the file's path relative to the script's folder.
+        programs: Those of the paths that are programs whatever the file's permissions are.
+        modules: Python packages, by name: folders relative to the script's.
+        targets: What is compiled and installed as a program, by its path.
+    """
+
+    files: list[tuple[str, str]]
+    programs: set[str]
+    modules: dict[str, str]
+    targets: set[str]
+
+
+def installation(text: str, folder: Path) -> Installation:
+    """Read what a script installs.
 
     Args:
         text: The script.
         folder: Where it lies.
-
-    Returns:
-        Pairs of a folder, such as ``share/arm/launch``, and files, relative to the script's folder.
     """
-    values = dict.fromkeys(_SOURCE_FOLDERS, ".") | {"CMAKE_INSTALL_DATADIR": "share"}
-    entries: list[tuple[str, list[str]]] = []
-    for call in _CALL.finditer(_COMMENT.sub("", text)):
-        words = [_filled_in(quoted or bare, values) for quoted, bare in _WORD.findall(call[2])]
-        match call[1].lower(), words:
-            case "project", [str(name), *_]:
-                values["PROJECT_NAME"] = values["CMAKE_PROJECT_NAME"] = name
-            case "set", [str(name), str(value)]:
-                values[name] = value
+    script = _Script(folder)
+    with suppress(RecursionError):  # a thousand loops inside one another
+        script.run(text, ".")
+    return script.installed
+
+
+class _Script:
+    def __init__(self, folder: Path) -> None:
+        self.installed = Installation([], set(), {}, set())
+        self._folder = folder
+        self._values: dict[str, list[str]] = {key: [_TOP] for key in _TOP_FOLDERS}
+        self._values["CMAKE_INSTALL_DATADIR"] = ["share"]
+        self._folders_read = {"."}
+        self._calls_left = _MOST_CALLS
+        self._files_left = _MOST_FILES
+
+    def run(self, text: str, below: str) -> None:
+        """Read the calls of a script in a folder below the first one's."""
+        outside = self._values
+        self._values = outside | {key: [posixpath.join(_TOP, below)] for key in _CURRENT_FOLDERS}
+        calls = [(call[1].lower(), call[2]) for call in _CALL.finditer(_COMMENT.sub("", text))]
+        self._run(calls, below)
+        self._values = outside
+
+    def _run(self, calls: list[tuple[str, str]], below: str) -> None:
+        at = 0
+        while at < len(calls) and self._calls_left:
+            self._calls_left -= 1
+            name, text = calls[at]
+            at += 1
+            if name != "foreach":
+                self._call(name, list(self._words(text)), below)
+                continue
+            end = _end_of_loop(calls, at)
+            variable, *items = [*self._words(text), ""]
+            for item in items[:-1]:
+                if item not in ("IN", "ITEMS", "LISTS"):
+                    known = self._values.get(item) if "LISTS" in items else None
+                    for value in known or [item]:
+                        self._values[variable] = [value]
+                        self._run(calls[at:end], below)
+            at = end
+
+    def _call(self, name: str, words: list[str], below: str) -> None:
+        match name, words:
+            case "project", [project, *_]:
+                self._values["PROJECT_NAME"] = self._values["CMAKE_PROJECT_NAME"] = [project]
+            case "set", [variable, *value]:
+                self._values[variable] = value
+            case "list", ["APPEND", variable, *value]:
+                self._values[variable] = self._values.get(variable, []) + value
+            case "file", [("GLOB" | "GLOB_RECURSE") as kind, variable, *patterns]:
+                self._values[variable] = self._globbed(patterns, below, kind == "GLOB_RECURSE")
+            case "add_subdirectory", [inner, *_]:
+                inner = _place(below, inner)
+                if inner not in self._folders_read:
+                    self._folders_read.add(inner)
+                    self.run(_text_of(self._folder / inner / "CMakeLists.txt"), inner)
+            case "install", ["TARGETS", *rest]:
+                self._install_targets(rest)
             case "install", [("DIRECTORY" | "FILES" | "PROGRAMS") as kind, *rest]:
-                entries += _entries(kind, rest, folder)
-    return entries
+                self._install(kind, rest, below)
+            case "catkin_install_python", ["PROGRAMS", *rest]:
+                self._install("PROGRAMS", rest, below)
+            case "ament_python_install_package", [module, *rest]:
+                place = _value_after("PACKAGE_DIR", rest) or module
+                self.installed.modules[module] = _place(below, place)
+
+    def _words(self, text: str) -> Iterator[str]:
+        """The words of a call; without those that name variables that are not known."""
+        for quoted, bare in _WORD.findall(text):
+            whole = _VARIABLE.fullmatch(bare)
+            if whole:
+                yield from self._values.get(whole[1], ())
+            elif all(variable in self._values for variable in _VARIABLE.findall(quoted or bare)):
+                yield _VARIABLE.sub(lambda one: ";".join(self._values[one[1]]), quoted or bare)
+
+    def _globbed(self, patterns: list[str], below: str, recursive: bool) -> list[str]:
+        relative_to = None
+        if patterns[:1] == ["RELATIVE"] and len(patterns) > 1:
+            relative_to, patterns = _place(below, patterns[1]), patterns[2:]
+        found: list[str] = []
+        for pattern in patterns:
+            if pattern == "CONFIGURE_DEPENDS":
+                continue
+            start, _, last = _place(below, pattern).rpartition("/")
+            wanted = "/".join(part for part in (start, "**" if recursive else "", last) if part)
+            try:
+                files = sorted(islice(self._folder.glob(wanted), _MOST_FILES))
+            except (ValueError, NotImplementedError):  # no pattern for pathlib
+                continue
+            for file in files:
+                path = Path(os.path.relpath(file, self._folder)).as_posix()
+                found.append(
+                    posixpath.relpath(path, relative_to)
+                    if relative_to is not None
+                    else posixpath.join(_TOP, path)
+                )
+        return found
+
+    def _install_targets(self, words: list[str]) -> None:
+        sources, options = _split(words)
+        for at, word in enumerate(options[:-1]):
+            folder = options[at + 1]
+            if word == "DESTINATION" and folder.startswith(("lib/", "libexec/")):
+                self.installed.targets.update(posixpath.join(folder, one) for one in sources)
+
+    def _install(self, kind: str, words: list[str], below: str) -> None:
+        sources, options = _split(words)
+        target = _value_after("DESTINATION", options)
+        if target is None:
+            return
+        renamed = _value_after("RENAME", options)
+        for source in sources:
+            path = _place(below, source)
+            if kind == "DIRECTORY":
+                # As with rsync: `urdf` is installed as a folder of that name, `urdf/` is what it
+                # holds.
+                inside = source.endswith("/")
+                name = "" if inside else posixpath.basename(path)
+                self._install_folder(path, posixpath.join(target, name))
+                continue
+            name = renamed or posixpath.basename(path)
+            installed = posixpath.normpath(posixpath.join(target, name))
+            self.installed.files.append((installed, path))
+            if kind == "PROGRAMS" or "OWNER_EXECUTE" in options:
+                self.installed.programs.add(installed)
+
+    def _install_folder(self, source: str, target: str) -> None:
+        top = self._folder / source
+        for root, _, files in os.walk(top):
+            below = Path(root).relative_to(top).as_posix()
+            for file in files:
+                path = posixpath.normpath(posixpath.join(below, file))
+                installed = posixpath.normpath(posixpath.join(target, path))
+                entry = (installed, posixpath.normpath(posixpath.join(source, path)))
+                self.installed.files.append(entry)
+            self._files_left -= len(files)
+            if self._files_left < 0:
+                break
 
 
-def _filled_in(word: str, values: dict[str, str]) -> str | None:
-    """A word with the values of its variables, or None where one is not known."""
-    if any(name not in values for name in _VARIABLE.findall(word)):
-        return None
-    return _VARIABLE.sub(lambda variable: values[variable[1]], word)
+def _place(below: str, path: str) -> str:
+    """A path that a script names, relative to the folder of the first script."""
+    if path == _TOP or path.startswith(f"{_TOP}/"):
+        return posixpath.relpath(path, _TOP)
+    return posixpath.normpath(posixpath.join(below, path))
 
 
-def _entries(kind: str, words: list[str | None], folder: Path) -> list[tuple[str, list[str]]]:
-    end = next(
-        (at for at, word in enumerate(words) if word and _OPTIONS.fullmatch(word)), len(words)
-    )
-    sources = [word for word in words[:end] if word is not None]
-    if "DESTINATION" not in words or "RENAME" in words:
-        return []
-    (target, *_) = [*words[words.index("DESTINATION") + 1 :], None]
-    if target is None:
-        return []
-    if kind != "DIRECTORY":
-        return [(target, sources)]
-    entries = []
-    for source in sources:
-        # As with rsync: `urdf` is installed as a folder of that name, `urdf/` is what it holds.
-        top = target if source.endswith("/") else posixpath.join(target, Path(source).name)
-        entries += _files_below(folder, posixpath.normpath(source), top)
-    return entries
+def _split(words: list[str]) -> tuple[list[str], list[str]]:
+    """The words of a call in front of its options, and those from there on."""
+    end = next((at for at, word in enumerate(words) if _OPTIONS.fullmatch(word)), len(words))
+    return words[:end], words[end:]
 
 
-def _files_below(folder: Path, source: str, target: str) -> list[tuple[str, list[str]]]:
-    entries = []
-    found = 0
-    for root, _, files in os.walk(folder / source):
-        below = Path(root).relative_to(folder / source).as_posix()
-        entries.append(
-            (posixpath.join(target, below), [posixpath.join(source, below, file) for file in files])
-        )
-        found += len(files)
-        if found > _MOST_FILES:
-            break
-    return entries
+def _value_after(option: str, words: list[str]) -> str | None:
+    after = iter(words)
+    return next(after, None) if option in after else None
+
+
+def _end_of_loop(calls: list[tuple[str, str]], start: int) -> int:
+    depth = 1
+    for at in range(start, len(calls)):
+        depth += {"foreach": 1, "endforeach": -1}.get(calls[at][0], 0)
+        if not depth:
+            return at
+    return len(calls)
+
+
+def _text_of(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""

@@ -1,96 +1,42 @@
-"""Finds ROS packages by name, and programs in them.
+"""Finds ROS packages by name.
 
 A package is a name that ``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve.
-Three sources form one overlay, the first one that knows a name wins:
+These sources form one overlay, the first one that knows a name wins:
 
 1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH``, below the current folder, and the
    one that the current folder or a file given by path lies in: ordinary ROS 2 source packages that
    need no build,
-2. the packages that teleopctl brings itself,
-3. installed distributions with the entry-point groups ``teleopctl.packages``, whose values are the
-   module in whose folder the package's files lie, and ``teleopctl.nodes``, whose entries are named
-   ``package/executable``.
+2. packages that colcon built into a workspace's ``install/``, by ``AMENT_PREFIX_PATH`` and
+   ``COLCON_PREFIX_PATH``,
+3. the packages that teleopctl brings itself,
+4. those of a distribution of ROS that was sourced, by the same variables,
+5. installed Python distributions with the entry-point groups ``teleopctl.packages``, whose values
+   are the module in whose folder the package's files lie, and ``teleopctl.nodes``, whose entries
+   are named ``package/executable``.
 
 As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
 that is used in it, while executables that it does not define still come from the others. The one
 exception: the programs that teleopctl's own launch files name are always teleopctl's own, since the
 sources of ROS 2's ``controller_manager`` in some folder are no reason not to simulate there.
+
+Where ROS was sourced, ``rviz2`` and ``tf2_ros`` are names of both: the programs are ours, which
+talk to each other whatever middleware that ROS has, and the files are ROS's, as ours have none.
 """
 
-import os
-from collections.abc import Iterable
-from contextlib import suppress
-from functools import lru_cache
-from pathlib import Path
-from typing import NamedTuple
+from __future__ import annotations
 
-from teleopctl import plugins
-from teleopctl.errors import (
-    AmbiguousNameError,
-    BrokenPluginError,
-    NotFoundError,
-    did_you_mean,
-)
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import lru_cache, partial
+from pathlib import Path
+
+from teleopctl.errors import BrokenPluginError, NotFoundError, did_you_mean
+from teleopctl.packages.own import builtin_package, has_files, own_names
+from teleopctl.packages.prefixes import installed_names, installed_packages, is_ros
+from teleopctl.packages.records import OWN, SOURCES, Executable, Package
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
-
-_HERE = Path(__file__).resolve().parents[1]
-
-# Packages that consist of files: name → folder at the root of a source checkout; a wheel has them
-# below share/.
-_DATA_PACKAGES = {
-    "teleop_description": "robot",
-    "teleop_controller": "config",
-    "teleopctl": "teleopctl/share/teleopctl",
-}
-
-
-class Executable(NamedTuple):
-    """A program of a package: a function to call, or a file to run.
-
-    Attributes:
-        name: What ``teleopctl run`` calls it.
-        package: The package that offers it, or an empty string for a file given by path.
-        target: ``module:function``, or an empty string when ``file`` is set.
-        file: The program's file, or None when ``target`` is set.
-        import_root: Folder to put on the import path first, or None when it is installed.
-    """
-
-    name: str
-    package: str = ""
-    target: str = ""
-    file: Path | None = None
-    import_root: Path | None = None
-
-
-class Package(NamedTuple):
-    """A ROS package.
-
-    Attributes:
-        name: The package's name.
-        folder: The folder of its files where it is found: of a source package its sources.
-        executables: Its programs by name.
-    """
-
-    name: str
-    folder: Path
-    executables: dict[str, Executable]
-
-    @property
-    def share(self) -> Path:
-        """The folder of its files as installed; ``launch/``, ``urdf/`` … are looked for in it.
-
-        It is ``folder``, but for a source package whose ``setup.py`` or ``CMakeLists.txt`` installs
-        files elsewhere.
-
-        Raises:
-            SystemFailureError: That needs a folder of links, which cannot be written.
-        """
-        if not any((self.folder / script).is_file() for script in ("setup.py", "CMakeLists.txt")):
-            return self.folder
-        from teleopctl.packages.installed_layout import share_folder
-
-        return share_folder(self.name, self.folder)
 
 
 def find_package(name: str) -> Package:
@@ -101,12 +47,12 @@ def find_package(name: str) -> Package:
     """
     package = lookup_package(name)
     if package is None:
-        guess = did_you_mean(name, (package.name for package in list_packages()))
+        guess = did_you_mean(name, package_names())
         raise NotFoundError(
             f"Package '{name}' not found",
             hint=" ".join(filter(None, [guess, *faults_of_search()]))
             or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below and above the current "
-            "folder and among the installed distributions.",
+            "folder, in $AMENT_PREFIX_PATH and among the installed distributions.",
         )
     return package
 
@@ -118,8 +64,7 @@ def lookup_package(name: str) -> Package | None:
         BrokenPluginError: A distribution offers it, but its files are not there.
     """
     # Entry points are dear to read: they are asked only when nothing else knows the package.
-    layers = _known(_folder_packages().get(name), builtin_package(name))
-    return _overlay(layers) if layers else _installed_package(name)
+    return _overlay(list(known_layers(name)) or _of_distribution(name))
 
 
 def package_layers(name: str) -> list[Package]:
@@ -128,34 +73,39 @@ def package_layers(name: str) -> list[Package]:
     Raises:
         BrokenPluginError: A distribution offers it, but its files are not there.
     """
-    return _known(_folder_packages().get(name), builtin_package(name), _installed_package(name))
+    return [*known_layers(name), *_of_distribution(name)]
+
+
+def package_names() -> list[str]:
+    """Return the name of every package that can be found, sorted."""
+    from teleopctl.packages.distributions import distribution_names
+
+    names = {*_source_packages(), *installed_names(), *own_names(), *distribution_names()}
+    return sorted(names)
 
 
 def list_packages() -> list[Package]:
     """Return every package that can be found, sorted by name."""
-    nodes = plugins.available(plugins.NODES)
-    names = {*_DATA_PACKAGES, *plugins.available(plugins.PACKAGES), *_folder_packages()}
-    names.update(name.rpartition("/")[0] for name in nodes)
     listed = []
-    for name in sorted(names - {""}):
-        layers = _known(_folder_packages().get(name), builtin_package(name))
+    for name in package_names():
+        layers = list(known_layers(name))
         with suppress(BrokenPluginError):  # told where it is used
-            layers += _known(_installed_package(name))
-        if layers:
-            listed.append(_overlay(layers))
+            layers += _of_distribution(name)
+        if (package := _overlay(layers)) is not None:
+            listed.append(package)
     return listed
 
 
 def faults_of_search() -> list[str]:
     """Say which folders with a ``package.xml`` are no packages, and which searches were cut off."""
-    from teleopctl.packages import ament
+    from teleopctl.packages.source_folders import find_package_folders
 
     faults: list[str] = []
-    for root in _roots():
+    for root, _ in _roots():
         cuts: list[int] = []
         faults += [
             f"{folder / 'package.xml'} has no readable <name>: its folder is no package."
-            for name, folder in ament.find_package_folders(Path(root), cuts.append)
+            for name, folder in find_package_folders(Path(root), cuts.append)
             if name is None
         ]
         faults += [
@@ -172,11 +122,11 @@ def include_package_of(file: Path) -> None:
     It comes before one of its name around the current folder, which is only met there, and behind
     one on ``TELEOPCTL_PACKAGE_PATH``.
     """
-    from teleopctl.packages import ament
+    from teleopctl.packages.source_folders import enclosing_package, package_name
 
-    folder = ament.enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
-    name = folder and ament.package_name(folder / "package.xml")
-    if not name or name in _packages_below(_named_roots()):
+    folder = enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
+    name = folder and package_name(folder / "package.xml")
+    if not name or name in _packages_below(tuple((root, "") for root in _named_roots())):
         return
     own = builtin_package(name)
     if own is None or own.folder != folder:
@@ -191,74 +141,6 @@ def package_share(name: str) -> Path:
         TeleopctlError: When there is no such package.
     """
     return find_package(name).share
-
-
-def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
-    """Find a program by package and name, by its name alone, or by its path.
-
-    Args:
-        package: The package, or None when ``name`` is a path or unique among all packages.
-        name: The program's name, or the path of a file.
-        builtin: Whether only the packages count that teleopctl brings itself.
-
-    Raises:
-        TeleopctlError: When the package or the program is not found, or when several packages
-            offer different programs of that name.
-    """
-    if builtin:
-        own = builtin_package(package or "")
-        if own is None or name not in own.executables:
-            raise NotFoundError(f"teleopctl has no program '{name}' in a package '{package}'")
-        return own.executables[name]
-    if package is not None:
-        return _executable_of(package, name)
-    if is_path(name):
-        return _executable_file(name)
-    return _only_executable(name)
-
-
-def _executable_of(package: str, name: str) -> Executable:
-    offered = find_package(package).executables
-    if name in offered:
-        return offered[name]
-    # A package that needs no look at the entry points may have more programs among them.
-    installed = _installed_package(package)
-    if installed is not None and name in installed.executables:
-        return installed.executables[name]
-    names = ", ".join(sorted(offered))
-    raise NotFoundError(
-        "No executable found",
-        hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
-    )
-
-
-def _executable_file(path: str) -> Executable:
-    file = Path(path).expanduser().absolute()
-    if not file.is_file():
-        raise NotFoundError("No executable found", hint=f"There is no file {file}.")
-    include_package_of(file)
-    return Executable(name=file.name, file=file, import_root=file.parent)
-
-
-def _only_executable(name: str) -> Executable:
-    """Return the program of that name, which several packages may share."""
-    packages = list_packages()
-    found = [entry.executables[name] for entry in packages if name in entry.executables]
-    if not found:
-        every = {executable for entry in packages for executable in entry.executables}
-        raise NotFoundError("No executable found", hint=did_you_mean(name, every))
-    if len({(entry.target, entry.file, entry.import_root) for entry in found}) > 1:
-        owners = ", ".join(entry.package for entry in found)
-        raise AmbiguousNameError(
-            f"Several packages have an executable '{name}': {owners}",
-            hint=f"Name one: teleopctl run {found[0].package} {name}",
-        )
-    return found[0]
-
-
-def is_path(text: str) -> bool:
-    """Tell whether the name of a program is meant as the path of a file."""
-    return "/" in text or os.sep in text or text.endswith(".py")
 
 
 def resolve_uri(uri: str) -> Path:
@@ -285,48 +167,62 @@ def resolve_uri(uri: str) -> Path:
     raise NotFoundError(f"Cannot open '{uri}': expected package://, file:// or a path")
 
 
-def _known(*layers: Package | None) -> list[Package]:
-    return [package for package in layers if package is not None]
+def known_layers(name: str) -> Iterator[Package]:
+    """Yield the packages of a name, first ones first, without those of distributions."""
+    yield from _source_packages().get(name, ())
+    installed = [(is_ros(package.prefix), package) for package in installed_packages(name)]
+    yield from (package for of_ros, package in installed if not of_ros)
+    own = builtin_package(name)
+    if own is not None:
+        yield own
+    yield from (package for of_ros, package in installed if of_ros)
 
 
-def _overlay(layers: list[Package]) -> Package:
+def _of_distribution(name: str) -> list[Package]:
+    from teleopctl.packages.distributions import distribution_package
+
+    package = distribution_package(name)
+    return [] if package is None else [package]
+
+
+def _overlay(layers: list[Package]) -> Package | None:
+    """What a name means: the first package, with the programs that only others of it have."""
+    if len(layers) < 2:
+        return layers[0] if layers else None
+    first = next((p for p in layers if p.kind != OWN or has_files(p.name)), layers[0])
+    return Package(
+        first.name,
+        first.folder,
+        kind=first.kind,
+        found_by=first.found_by,
+        read_executables=partial(_executables, layers),
+    )
+
+
+def _executables(layers: list[Package]) -> dict[str, Executable]:
+    # Two folders of sources with one name are a mistake, as for colcon: the second is not used.
+    used = [p for at, p in enumerate(layers) if p.kind != SOURCES or at == 0]
     executables: dict[str, Executable] = {}
-    for layer in reversed(layers):
-        executables.update(layer.executables)
-    return Package(name=layers[0].name, folder=layers[0].folder, executables=executables)
+    for package in reversed(used):
+        executables.update(package.executables)
+    return executables
 
 
-def builtin_package(name: str) -> Package | None:
-    """Return the package of that name that teleopctl brings itself, or None."""
-    if name in _DATA_PACKAGES:
-        installed = _HERE / "share" / name
-        folder = installed if installed.is_dir() else _HERE.parent / _DATA_PACKAGES[name]
-        return Package(name=name, folder=folder, executables={})
-    executables = _executables(name, plugins.NODES.ours.items())
-    return Package(name=name, folder=_HERE, executables=executables) if executables else None
-
-
-def _executables(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
-    """Of pairs of ``package/executable`` and target, those of one package."""
-    split = ((name.rpartition("/"), target) for name, target in nodes)
-    return {
-        name: Executable(name=name, package=package, target=target)
-        for (owner, _, name), target in split
-        if owner == package
-    }
-
-
-def _folder_packages() -> dict[str, Package]:
+def _source_packages() -> dict[str, list[Package]]:
     return _packages_below(_roots())
 
 
-def _roots() -> tuple[str, ...]:
-    """Where folders with a ``package.xml`` are looked for."""
-    from teleopctl.packages import ament
+def _roots() -> tuple[tuple[str, str], ...]:
+    """Where folders with a ``package.xml`` are looked for, and what that place is called."""
+    from teleopctl.packages.source_folders import enclosing_package
 
     here = os.getcwd()  # noqa: PTH109 -- a string is the key of a cache
-    around = ament.enclosing_package(Path(here).parent)
-    return (*_named_roots(), here, *([str(around)] if around else []))
+    around = enclosing_package(Path(here).parent)
+    return (
+        *((root, PACKAGE_PATH_VARIABLE) for root in _named_roots()),
+        (here, "below the current folder"),
+        *([(str(around), "around the current folder")] if around else []),
+    )
 
 
 def _named_roots() -> tuple[str, ...]:
@@ -338,63 +234,18 @@ def _named_roots() -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=16)
-def _packages_below(roots: tuple[str, ...]) -> dict[str, Package]:
+def _packages_below(roots: tuple[tuple[str, str], ...]) -> dict[str, list[Package]]:
     # The files of a package change rarely while one command runs: each set of roots is read once.
-    from teleopctl.packages import ament
+    from teleopctl.packages.source_folders import find_package_folders
+    from teleopctl.packages.source_programs import executables
 
-    packages: dict[str, Package] = {}
-    for root in roots:
-        for name, folder in ament.find_package_folders(Path(root)):
-            if name is not None and name not in packages:
-                packages[name] = Package(
-                    name=name,
-                    folder=folder,
-                    executables={
-                        script: Executable(
-                            name=script,
-                            package=name,
-                            target=target,
-                            import_root=ament.import_root(folder, target),
-                        )
-                        for script, target in ament.console_scripts(folder).items()
-                    },
+    packages: dict[str, list[Package]] = {}
+    for root, found_by in roots:
+        for name, folder in find_package_folders(Path(root)):
+            known = packages.setdefault(name, []) if name else []
+            if name and all(package.folder != folder for package in known):
+                read = partial(executables, name, folder)
+                known.append(
+                    Package(name, folder, kind=SOURCES, found_by=found_by, read_executables=read)
                 )
     return packages
-
-
-def _installed_package(name: str) -> Package | None:
-    nodes = [
-        (node, plugin.target)
-        for node, plugin in plugins.available(plugins.NODES).items()
-        if plugin.distribution
-    ]
-    executables = _executables(name, nodes)
-    plugin = plugins.find(plugins.PACKAGES, name)
-    if plugin is not None:
-        folder = _module_folder(plugin.target)
-        if folder is None:
-            raise BrokenPluginError(
-                f"package '{name}' of {plugin.distribution}: there is no module {plugin.target}"
-            )
-    elif executables:
-        # Without an entry of its own, its files lie beside the code of its first executable.
-        module = next(iter(executables.values())).target.partition(":")[0]
-        folder = _module_folder(module.partition(".")[0]) or _HERE
-    else:
-        return None
-    return Package(name=name, folder=folder, executables=executables)
-
-
-def _module_folder(module: str) -> Path | None:
-    """The folder of a package's or a module's file, found without importing anything."""
-    from importlib.util import find_spec
-
-    top, *below = module.split(".")
-    spec = find_spec(top)
-    if spec is None:
-        return None
-    if spec.submodule_search_locations:
-        folder = Path(next(iter(spec.submodule_search_locations)), *below)
-    else:
-        folder = Path(spec.origin or "").parent
-    return folder if folder.is_dir() else None

@@ -1,4 +1,4 @@
-"""The files of a source package where its ``setup.py`` or ``CMakeLists.txt`` installs them.
+"""A source package as it would lie below an install prefix.
 
 A package is used where it lies, so the folder of its files is its source folder, and mostly that is
 laid out as the installed one would be. Where ``data_files`` puts files elsewhere
@@ -6,10 +6,18 @@ laid out as the installed one would be. Where ``data_files`` puts files elsewher
 does, that folder is one of links: everything of the source folder, and the files once more where
 they are installed. A file that is edited is the file that is used, as with ``colcon build
 --symlink-install``.
+
+Who asks for the prefix itself, ``ros2 pkg prefix`` or Gazebo's launch files, gets a folder with
+``share/NAME``, ``lib/NAME`` with a small program for each of the package's, and the marker of the
+ament index, so that it serves in ``AMENT_PREFIX_PATH`` as well.
 """
+
+from __future__ import annotations
 
 import os
 import posixpath
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -17,10 +25,12 @@ from typing import Any, Final
 
 from teleopctl.errors import SystemFailureError
 from teleopctl.folders import make_private, runtime_dir
-from teleopctl.packages.cmake_script import installed_files
+from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.setup_script import setup_arguments
+from teleopctl.packages.source_folders import text_of
 
 _FOLDER: Final = "packages"  # in the runtime folder
+_MARKERS: Final = "share/ament_index/resource_index/packages"
 
 
 @lru_cache(maxsize=256)
@@ -34,49 +44,104 @@ def share_folder(name: str, folder: Path) -> Path:
     Raises:
         SystemFailureError: The folder of links cannot be written.
     """
-    moved = _moved(name, folder, _data_files(folder))
+    moved = _moved(name, folder, _installed_files(folder))
     if not moved:
         return folder
-    import hashlib
-
-    key = hashlib.sha256(os.fsencode(folder)).hexdigest()[:16]
-    view = runtime_dir() / _FOLDER / key / name
-    try:
-        make_private(view.parent.parent)
-        _update(view, _links(folder, moved))
-    except OSError as error:
-        raise SystemFailureError(f"{view} cannot be written: {error}") from error
+    view = _view(folder) / name
+    _update(view, _links(folder, moved))
     return view
 
 
-def _data_files(folder: Path) -> Any:  # Any: as it was written
-    """Pairs of a folder below the install prefix and the files that are installed there."""
-    for script in ("setup.py", "CMakeLists.txt"):
-        try:
-            text = (folder / script).read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            continue
-        if script == "setup.py" and "data_files" in text:
-            return setup_arguments(text, folder).get("data_files")
-        if script == "CMakeLists.txt":
-            return installed_files(text, folder)
-    return None
+@lru_cache(maxsize=256)
+def prefix_folder(
+    name: str, folder: Path, share: Path, programs: tuple[str, ...], *, is_source: bool
+) -> Path:
+    """Return a folder that is laid out as the install prefix of a package that is not installed.
+
+    Args:
+        name: The package's name.
+        folder: Where its files are found.
+        share: Where they lie as installed.
+        programs: The names of its programs.
+        is_source: Whether the package is found where its folder is named.
+
+    Raises:
+        SystemFailureError: It cannot be written.
+    """
+    source = folder if is_source else None
+    entries: dict[str, Path | str] = {
+        f"lib/{name}/{program}": _starter(name, program, source) for program in programs
+    }
+    entries[f"share/{name}"] = share
+    entries[f"{_MARKERS}/{name}"] = ""
+    prefix = _view(folder) / f"{name}.prefix"
+    _update(prefix, entries)
+    return prefix
 
 
-def _moved(name: str, folder: Path, data_files: Any) -> dict[str, Path]:  # Any: as it was written
-    """Files that are installed elsewhere than they lie: path below the share folder → file."""
-    moved = {}
+def linked_module(name: str, folder: Path, module: Path) -> Path:
+    """Return a folder in which a package's Python module has its name, as it has when installed.
+
+    Args:
+        name: The module's name.
+        folder: The package's source folder.
+        module: The module's folder there, of another name.
+
+    Raises:
+        SystemFailureError: The folder cannot be written.
+    """
+    root = _view(folder) / f"{name}.modules"
+    _update(root, {name: module})
+    return root
+
+
+def _starter(package: str, program: str, source: Path | None) -> str:
+    """A shell script that runs a program of a package, also where the package is not found."""
+    from shlex import join
+
+    command = join([sys.executable, "-P", "-m", "teleopctl.nodes", package, program])
+    lines = ["#!/bin/sh", f'exec {command} "$@"', ""]
+    if source is not None:
+        named = join([str(source)])
+        variable = "TELEOPCTL_PACKAGE_PATH"
+        lines[1:1] = [f'{variable}={named}"${{{variable}:+:${variable}}}"', f"export {variable}"]
+    return "\n".join(lines)
+
+
+def _view(folder: Path) -> Path:
+    import hashlib
+
+    return runtime_dir() / _FOLDER / hashlib.sha256(os.fsencode(folder)).hexdigest()[:16]
+
+
+def _installed_files(folder: Path) -> Iterable[tuple[str, str]]:
+    """Pairs of a path below the install prefix and a file, relative to the package's folder."""
+    text = text_of(folder / "setup.py")
+    if text is not None and "data_files" in text:
+        return _of_data_files(setup_arguments(text, folder).get("data_files"))
+    text = text_of(folder / "CMakeLists.txt")
+    return [] if text is None else installation(text, folder).files
+
+
+def _of_data_files(data_files: Any) -> Iterator[tuple[str, str]]:  # Any: as it was written
     for entry in data_files if isinstance(data_files, list | tuple) else ():
         match entry:
             case (str(target), list(files) | tuple(files)):
-                below = posixpath.relpath(posixpath.normpath(target), f"share/{name}")
-                if below.startswith(("..", "/")):
-                    continue  # the markers of the ament index, programs in lib/
                 for file in files:
-                    if isinstance(file, str) and (source := folder / file).is_file():
-                        installed = posixpath.normpath(posixpath.join(below, source.name))
-                        if Path(os.path.normpath(source)) != folder / installed:
-                            moved[installed] = source.absolute()
+                    if isinstance(file, str):
+                        yield posixpath.join(target, posixpath.basename(file)), file
+
+
+def _moved(name: str, folder: Path, installed: Iterable[tuple[str, str]]) -> dict[str, Path]:
+    """Files that are installed elsewhere than they lie: path below the share folder → file."""
+    moved = {}
+    for path, file in installed:
+        below = posixpath.relpath(posixpath.normpath(path), f"share/{name}")
+        if below.startswith(("..", "/")):
+            continue  # the markers of the ament index, programs in lib/
+        source = Path(os.path.normpath(folder / file))
+        if source != folder / below and source.is_file():
+            moved[below] = source.absolute()
     return moved
 
 
@@ -101,24 +166,51 @@ def _links(folder: Path, moved: dict[str, Path]) -> dict[str, Path]:
     return links | moved
 
 
-def _update(view: Path, links: dict[str, Path]) -> None:
-    """Bring a folder of links up to date; what is right is not touched, as others may read it."""
+def _update(view: Path, entries: Mapping[str, Path | str]) -> None:
+    """Bring a folder up to date; what is right is not touched, as others may read it.
+
+    Args:
+        view: The folder.
+        entries: What it holds, by path: what is linked there, or the text of a program.
+
+    Raises:
+        SystemFailureError: It cannot be written.
+    """
     import shutil
 
-    folders = {view, *(above for path in links for above in (view / path).parents)}
-    for root, inner, files in os.walk(view):
-        for entry in (Path(root, each) for each in (*inner, *files)):
-            path = entry.relative_to(view).as_posix()
-            if entry.is_symlink():
-                if path not in links or entry.readlink() != links[path]:
+    folders = {view, *(above for path in entries for above in (view / path).parents)}
+    try:
+        make_private(runtime_dir() / _FOLDER)
+        for root, inner, files in os.walk(view):
+            for entry in (Path(root, each) for each in (*inner, *files)):
+                wanted = entries.get(entry.relative_to(view).as_posix())
+                if entry.is_symlink():
+                    if wanted is None or entry.readlink() != wanted:
+                        entry.unlink()
+                elif entry.is_dir():
+                    if entry not in folders:
+                        shutil.rmtree(entry)
+                elif not isinstance(wanted, str) or text_of(entry) != wanted:
                     entry.unlink()
-            elif not entry.is_dir() or entry not in folders:
-                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
-    for path, target in links.items():
-        link = view / path
-        link.parent.mkdir(parents=True, exist_ok=True)
-        if not link.is_symlink():
-            _link(link, target)
+        for path, content in entries.items():
+            place = view / path
+            place.parent.mkdir(parents=True, exist_ok=True)
+            if isinstance(content, str):
+                _write(place, content)
+            elif not place.is_symlink():
+                _link(place, content)
+    except OSError as error:
+        raise SystemFailureError(f"{view} cannot be written: {error}") from error
+
+
+def _write(place: Path, text: str) -> None:
+    """Write a program at once, as another process may be about to run it."""
+    if place.is_file():
+        return
+    draft = runtime_dir() / _FOLDER / f".{os.getpid()}"
+    draft.write_text(text, encoding="utf-8")
+    draft.chmod(0o700)
+    draft.replace(place)
 
 
 def _link(link: Path, target: Path) -> None:

@@ -161,19 +161,12 @@ def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
 
 
 def _find_package(name: str) -> str:
-    """Return the folder of a package's files, as the index of an installed ROS 2 knows it, or we.
+    """Return the folder of a package's files, for ``$(find PACKAGE)``.
 
     Raises:
         NotFoundError: The package is unknown.
     """
-    try:
-        from ament_index_python.packages import get_package_share_directory
-    except ModuleNotFoundError:
-        return str(package_share(name))
-    try:
-        return get_package_share_directory(name)
-    except KeyError as error:  # its PackageNotFoundError
-        raise NotFoundError(str(error.args[0])) from error
+    return str(package_share(name))
 
 
 def _syntax_error(xacro: ModuleType, error: ExpatError) -> TeleopctlError:

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl import plugin_lookup
+from teleopctl import packages, plugin_lookup
 from teleopctl.errors import BrokenPluginError, TeleopctlError
 from teleopctl.interfaces.catalog import Catalog
-from teleopctl.packages import ament, finding as packages
+from teleopctl.packages import finding, source_folders, source_programs
 from tests.distributions import install
 
 SETUP_PY = """
@@ -33,7 +33,7 @@ raise SystemExit("a package is read, never executed")
 def empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("TELEOPCTL_PACKAGE_PATH", raising=False)
-    packages._packages_below.cache_clear()
+    finding._packages_below.cache_clear()
     return tmp_path
 
 
@@ -110,7 +110,7 @@ def test_a_source_package_offers_its_console_scripts_without_being_executed(empt
         "listener": "my_pkg.listener:main",
         "fancy": "my_pkg.fancy:run",
     }
-    assert found.executables["talker"].import_root == found.share
+    assert found.executables["talker"].import_roots == (found.share,)
 
 
 def test_scripts_are_read_from_setup_cfg_and_pyproject_too(empty_folder):
@@ -120,19 +120,19 @@ def test_scripts_are_read_from_setup_cfg_and_pyproject_too(empty_folder):
         setup_dot_cfg="[options.entry_points]\nconsole_scripts =\n  one = p.one:main\n",
         pyproject_dot_toml='[project.scripts]\ntwo = "p.two:main"\n',
     )
-    assert ament.console_scripts(folder) == {"one": "p.one:main", "two": "p.two:main"}
+    assert source_programs.console_scripts(folder) == {"one": "p.one:main", "two": "p.two:main"}
 
 
 def test_files_that_cannot_be_read_declare_nothing(empty_folder):
     folder = make_package(empty_folder / "p", "p", setup_dot_py="setup()\0")
     (folder / "setup.cfg").mkdir()
-    assert ament.console_scripts(folder) == {}
+    assert source_programs.console_scripts(folder) == {}
 
 
 def test_a_source_layout_is_imported_from_its_src_folder(empty_folder):
     folder = make_package(empty_folder / "p", "p")
     (folder / "src" / "p").mkdir(parents=True)
-    assert ament.import_root(folder, "p.one:main") == folder / "src"
+    assert source_programs.import_root(folder, "p.one:main") == folder / "src"
 
 
 def test_packages_on_the_path_variable_are_found_from_anywhere(empty_folder, monkeypatch):
@@ -202,9 +202,9 @@ def test_uris_become_paths():
 
 @given(st.text())
 def test_no_setup_py_makes_the_reader_fail(text):
-    assert isinstance(ament._scripts_of_setup_py(text), dict)
-    assert isinstance(ament._scripts_of_setup_cfg(text), dict)
-    assert isinstance(ament._scripts_of_pyproject(text), dict)
+    assert isinstance(source_programs._scripts_of_setup_py(text), dict)
+    assert isinstance(source_programs._scripts_of_setup_cfg(text), dict)
+    assert isinstance(source_programs._scripts_of_pyproject(text), dict)
 
 
 @pytest.fixture
@@ -314,7 +314,7 @@ def test_the_package_of_a_file_hides_none_of_the_folders_named(tmp_path, monkeyp
 
 
 def test_a_search_that_was_cut_off_says_so_where_a_package_is_missing(tmp_path):
-    for number in range(ament._MAX_FOLDERS):
+    for number in range(source_folders._MAX_FOLDERS):
         (tmp_path / f"{number:03}").mkdir()
     make_package(tmp_path / "zzz", "unseen_thing")
     with pytest.raises(TeleopctlError) as failure:

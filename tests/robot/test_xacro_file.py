@@ -1,14 +1,13 @@
 """A xacro file is expanded, or one error says where and why not."""
 
 import logging
-import sys
-from types import ModuleType
 
 import pytest
 
 from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro_file import expand_xacro, read_xacro
+from tests.packages.prefix import install
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -50,32 +49,17 @@ def test_find_resolves_packages(write):
     assert "teleop_description" not in expand_xacro(path)
 
 
-def test_find_needs_no_ament_index(write, monkeypatch):
-    for name in ("ament_index_python", "ament_index_python.packages"):
-        monkeypatch.setitem(sys.modules, name, None)
-    assert "teleop_description" not in expand_xacro(
-        write('<link name="$(find teleop_description)"/>')
-    )
+def test_find_of_an_unknown_package_says_where_packages_are_looked_for(write):
     path = write('<link name="$(find no_such_package)"/>')
     assert failure(path).message == f"{path}: Package 'no_such_package' not found"
     assert "Packages are looked for in $TELEOPCTL_PACKAGE_PATH" in (failure(path).hint or "")
 
 
-def test_find_asks_the_ament_index_where_it_is_installed(write, monkeypatch):
-    def get_package_share_directory(name):
-        if name == "known":
-            return "/opt/known"
-        raise KeyError(f"package {name} not found, searching: []")
-
-    installed = ModuleType("ament_index_python.packages")
-    monkeypatch.setattr(
-        installed, "get_package_share_directory", get_package_share_directory, raising=False
-    )
-    monkeypatch.setitem(sys.modules, "ament_index_python", ModuleType("ament_index_python"))
-    monkeypatch.setitem(sys.modules, installed.__name__, installed)
-    assert '"/opt/known"' in expand_xacro(write('<link name="$(find known)"/>'))
-    path = write('<link name="$(find other)"/>')
-    assert failure(path).message == f"{path}: package other not found, searching: []"
+def test_find_resolves_what_a_sourced_ros_has_installed(write, tmp_path, monkeypatch):
+    install(tmp_path / "prefix", "known")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "prefix"))
+    path = write('<link name="$(find known)"/>')
+    assert f'"{tmp_path}/prefix/share/known"' in expand_xacro(path)
 
 
 def test_a_missing_file_is_named(tmp_path):

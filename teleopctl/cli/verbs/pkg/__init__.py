@@ -1,0 +1,15 @@
+"""``teleopctl pkg``: which packages there are, where, and what they offer."""
+
+from teleopctl.cli.verb import Group, Verb
+
+GROUP = Group(
+    "Find packages.",
+    {
+        "executables": Verb(f"{__name__}.queries:executables", "List the programs of packages."),
+        "list": Verb(f"{__name__}.queries:list_packages", "List the packages."),
+        "prefix": Verb(
+            f"{__name__}.queries:prefix", "Print the folder below which a package is installed."
+        ),
+        "xml": Verb(f"{__name__}.queries:xml", "Print the manifest of a package, or a tag of it."),
+    },
+)

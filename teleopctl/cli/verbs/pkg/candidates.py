@@ -1,0 +1,25 @@
+"""What Tab offers for the verbs of ``pkg``."""
+
+from __future__ import annotations
+
+import typer
+
+
+def manifest_tags(context: typer.Context, incomplete: str) -> list[str]:
+    """Names of the tags in the manifest of the package that stands on the line."""
+    from lxml import etree
+
+    from teleopctl import packages
+
+    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+
+    try:
+        package = packages.lookup_package(context.params.get("name") or "")
+        if package is None:
+            return []
+        root = etree.parse(package.folder / "package.xml", parser).getroot()
+    except (OSError, etree.XMLSyntaxError):
+        return []
+    return sorted(
+        {tag for tag in map(str, (each.tag for each in root)) if tag.startswith(incomplete)}
+    )

@@ -1,0 +1,51 @@
+"""The packages that teleopctl brings itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from teleopctl import plugins
+from teleopctl.packages.records import Executable, Package
+
+HERE: Final = Path(__file__).resolve().parents[1]
+
+# Packages that consist of files: name → folder at the root of a source checkout; a wheel has them
+# below share/.
+_DATA_PACKAGES: Final = {
+    "teleop_description": "robot",
+    "teleop_controller": "config",
+    "teleopctl": "teleopctl/share/teleopctl",
+}
+
+
+def own_names() -> set[str]:
+    """Return the names of the packages that teleopctl brings itself."""
+    return {*_DATA_PACKAGES, *(name.rpartition("/")[0] for name in plugins.NODES.ours)}
+
+
+def has_files(name: str) -> bool:
+    """Whether a package that teleopctl brings consists of files, rather than of programs."""
+    return name in _DATA_PACKAGES
+
+
+def builtin_package(name: str) -> Package | None:
+    """Return the package of that name that teleopctl brings itself, or None."""
+    if name in _DATA_PACKAGES:
+        installed = HERE / "share" / name
+        return Package(
+            name, installed if installed.is_dir() else HERE.parent / _DATA_PACKAGES[name]
+        )
+    programs = executables_of(name, plugins.NODES.ours.items())
+    return Package(name, HERE, read_executables=lambda: programs) if programs else None
+
+
+def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:
+    """Of pairs of ``package/executable`` and target, those of one package."""
+    split = ((name.rpartition("/"), target) for name, target in nodes)
+    return {
+        name: Executable(name=name, package=package, target=target)
+        for (owner, _, name), target in split
+        if owner == package
+    }

@@ -1,0 +1,124 @@
+"""Packages that are installed below a prefix, as colcon and ROS's own Debian packages do it.
+
+Such a package has a marker ``share/ament_index/resource_index/packages/NAME`` below its prefix, its
+files in ``share/NAME``, its programs in ``lib/NAME`` and its Python modules in
+``lib/pythonX.Y/site-packages``. ``AMENT_PREFIX_PATH`` names the prefixes, ``COLCON_PREFIX_PATH``
+the ``install/`` folders of workspaces, in which each package has a prefix of its own unless the
+workspace was built with ``--merge-install``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Final
+
+from teleopctl.packages.records import INSTALLED, Executable, Package
+
+AMENT_VARIABLE: Final = "AMENT_PREFIX_PATH"
+COLCON_VARIABLE: Final = "COLCON_PREFIX_PATH"
+INDEX: Final = "share/ament_index/resource_index"
+
+_PYTHON_FOLDERS: Final = (
+    "lib/python3*/site-packages",
+    "local/lib/python3*/dist-packages",  # Debian's Python 3.10 with setuptools of its own
+    "lib/python3/dist-packages",
+    "Lib/site-packages",  # Windows
+)
+
+
+def search_paths() -> list[str]:
+    """Return the prefixes that ``AMENT_PREFIX_PATH`` names and that exist, in their order."""
+    return _folders(AMENT_VARIABLE)
+
+
+def prefixes() -> dict[str, str]:
+    """Return the prefixes that exist, with the variable that names each, the first ones first."""
+    found = dict.fromkeys(_folders(AMENT_VARIABLE), AMENT_VARIABLE)
+    for base in _folders(COLCON_VARIABLE):
+        for prefix in _prefixes_of_workspace(base):
+            found.setdefault(prefix, COLCON_VARIABLE)
+    return found
+
+
+def installed_packages(name: str) -> Iterator[Package]:
+    """Yield the installed packages of a name, those of the first prefixes first."""
+    for prefix, variable in prefixes().items():
+        if os.path.isfile(os.path.join(prefix, INDEX, "packages", name)):  # noqa: PTH113, PTH118
+            yield _package(name, prefix, variable)
+
+
+def installed_names() -> set[str]:
+    """Return the names of all installed packages."""
+    return {name for prefix in prefixes() for name in _names(prefix)}
+
+
+def python_folders(prefix: Path) -> tuple[Path, ...]:
+    """Return the folders of a prefix that belong on Python's search path.
+
+    With ``--symlink-install`` a package's modules stay where they are, and a file tells where.
+    """
+    folders = [folder for pattern in _PYTHON_FOLDERS for folder in sorted(prefix.glob(pattern))]
+    linked: list[Path] = []
+    for folder in folders:
+        for link in sorted(folder.glob("*.egg-link")):
+            lines = link.read_text(encoding="utf-8", errors="replace").splitlines()
+            linked += [Path(line) for line in lines[:1] if Path(line).is_dir()]
+    return (*folders, *linked)
+
+
+# A process looks for many packages in the same prefixes.
+@lru_cache(maxsize=1024)
+def is_ros(prefix: Path) -> bool:
+    """Whether a prefix is a distribution of ROS, which brings the package that names itself so."""
+    marker = Path(INDEX, "packages", "ros_environment")
+    return (prefix / marker).is_file() or (prefix.parent / "ros_environment" / marker).is_file()
+
+
+def _folders(variable: str) -> list[str]:
+    named = os.environ.get(variable, "").split(os.pathsep)
+    return [folder for folder in dict.fromkeys(named) if folder and os.path.isdir(folder)]  # noqa: PTH112
+
+
+def _prefixes_of_workspace(base: str) -> Iterator[str]:
+    if os.path.isdir(os.path.join(base, INDEX)):  # noqa: PTH112, PTH118
+        yield base
+        return
+    with os.scandir(base) as entries:
+        for entry in sorted(entries, key=lambda entry: entry.name):
+            if os.path.isdir(os.path.join(entry.path, INDEX)):  # noqa: PTH112, PTH118
+                yield entry.path
+
+
+def _names(prefix: str) -> list[str]:
+    try:
+        with os.scandir(os.path.join(prefix, INDEX, "packages")) as entries:  # noqa: PTH118
+            return [e.name for e in entries if not e.name.startswith(".") and not e.is_dir()]
+    except OSError:
+        return []
+
+
+def _package(name: str, prefix: str, variable: str) -> Package:
+    return Package(
+        name,
+        Path(os.path.abspath(prefix), "share", name),  # noqa: PTH100 -- links stay as they are
+        kind=INSTALLED,
+        found_by=variable,
+        read_executables=partial(_executables, name, Path(prefix)),
+    )
+
+
+def _executables(name: str, prefix: Path) -> dict[str, Executable]:
+    """The executable files below ``lib/NAME``, at any depth; the first of a name counts."""
+    found: dict[str, Executable] = {}
+    roots = python_folders(prefix)
+    for top, folders, files in os.walk(prefix / "lib" / name):
+        folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
+        for file in sorted(files):
+            path = Path(top, file)
+            if os.access(path, os.X_OK):
+                program = Executable(file, name, "", path, (path.parent, *roots))
+                found.setdefault(file, program)
+    return found

@@ -1,0 +1,84 @@
+"""Finds programs: by package and name, by the name alone, or by the path of a file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from teleopctl.errors import AmbiguousNameError, NotFoundError, did_you_mean
+from teleopctl.packages.finding import (
+    find_package,
+    include_package_of,
+    list_packages,
+    package_layers,
+)
+from teleopctl.packages.own import builtin_package
+from teleopctl.packages.records import DISTRIBUTION, Executable
+
+
+def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
+    """Find a program by package and name, by its name alone, or by its path.
+
+    Args:
+        package: The package, or None when ``name`` is a path or unique among all packages.
+        name: The program's name, or the path of a file.
+        builtin: Whether only the packages count that teleopctl brings itself.
+
+    Raises:
+        TeleopctlError: When the package or the program is not found, or when several packages
+            offer different programs of that name.
+    """
+    if builtin:
+        own = builtin_package(package or "")
+        if own is None or name not in own.executables:
+            raise NotFoundError(f"teleopctl has no program '{name}' in a package '{package}'")
+        return own.executables[name]
+    if package is not None:
+        return _executable_of(package, name)
+    if is_path(name):
+        return _executable_file(name)
+    return _only_executable(name)
+
+
+def _executable_of(package: str, name: str) -> Executable:
+    offered = find_package(package).executables
+    if name in offered:
+        return offered[name]
+    # A package that needs no look at the entry points may have more programs among them.
+    for layer in package_layers(package):
+        if layer.kind == DISTRIBUTION and name in layer.executables:
+            return layer.executables[name]
+    names = ", ".join(sorted(offered))
+    raise NotFoundError(
+        "No executable found",
+        hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
+    )
+
+
+def _executable_file(path: str) -> Executable:
+    file = Path(path).expanduser().absolute()
+    if not file.is_file():
+        raise NotFoundError("No executable found", hint=f"There is no file {file}.")
+    include_package_of(file)
+    return Executable(name=file.name, file=file, import_roots=(file.parent,))
+
+
+def _only_executable(name: str) -> Executable:
+    """Return the program of that name, which several packages may share."""
+    packages = list_packages()
+    found = [entry.executables[name] for entry in packages if name in entry.executables]
+    if not found:
+        every = {executable for entry in packages for executable in entry.executables}
+        raise NotFoundError("No executable found", hint=did_you_mean(name, every))
+    if len({(entry.target, entry.file, entry.import_roots) for entry in found}) > 1:
+        owners = ", ".join(entry.package for entry in found)
+        raise AmbiguousNameError(
+            f"Several packages have an executable '{name}': {owners}",
+            hint=f"Name one: teleopctl run {found[0].package} {name}",
+        )
+    return found[0]
+
+
+def is_path(text: str) -> bool:
+    """Tell whether the name of a program is meant as the path of a file."""
+    return "/" in text or os.sep in text or text.endswith(".py")

@@ -1,0 +1,119 @@
+"""Which programs a source package offers.
+
+Nothing is built and nothing is executed: ``setup.py``, ``setup.cfg``, ``pyproject.toml`` and
+``CMakeLists.txt`` are read as text.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from pathlib import Path
+
+from teleopctl.packages.cmake_script import installation
+from teleopctl.packages.records import Executable
+from teleopctl.packages.setup_script import setup_arguments
+from teleopctl.packages.source_folders import text_of
+
+
+def executables(package: str, folder: Path) -> dict[str, Executable]:
+    """Return the programs that a package's scripts install, by name."""
+    programs = {
+        name: Executable(name, package, target, None, (import_root(folder, target),))
+        for name, target in console_scripts(folder).items()
+    }
+    text = text_of(folder / "CMakeLists.txt")
+    if text is None or "install" not in text:
+        return programs
+    installed = installation(text, folder)
+    for path, source in installed.files:
+        place, _, name = path.rpartition("/")
+        file = folder / source
+        if (
+            (place == f"lib/{package}" or place.startswith(f"lib/{package}/"))
+            and file.is_file()
+            and (path in installed.programs or os.access(file, os.X_OK))
+        ):
+            file = Path(os.path.normpath(file))
+            programs.setdefault(name, Executable(name, package, "", file, (file.parent,)))
+    return programs
+
+
+def compiled_programs(folder: Path) -> set[str]:
+    """Return the names of the programs that a package's ``CMakeLists.txt`` compiles."""
+    text = text_of(folder / "CMakeLists.txt")
+    targets = set() if text is None else installation(text, folder).targets
+    return {posixpath.basename(path) for path in targets}
+
+
+def console_scripts(folder: Path) -> dict[str, str]:
+    """Read the programs that a Python package declares, as program name → ``module:function``.
+
+    ``setup.py`` wins over ``setup.cfg``, which wins over ``pyproject.toml``.
+    """
+    scripts: dict[str, str] = {}
+    for name, reader in (
+        ("pyproject.toml", _scripts_of_pyproject),
+        ("setup.cfg", _scripts_of_setup_cfg),
+        ("setup.py", _scripts_of_setup_py),
+    ):
+        file = folder / name
+        text = text_of(file)
+        if text is not None:
+            scripts.update(reader(text))
+    return scripts
+
+
+def import_root(folder: Path, target: str) -> Path:
+    """Return the folder to import ``module:function`` from: the package's own, or its ``src``."""
+    top = target.partition(":")[0].partition(".")[0]
+    source = folder / "src"
+    if (source / top).is_dir() or (source / f"{top}.py").is_file():
+        return source
+    return folder
+
+
+def _parse_entry_points(lines: list[str]) -> dict[str, str]:
+    scripts = {}
+    for line in lines:
+        name, equals, target = line.partition("=")
+        target = target.partition("[")[0].strip()
+        if equals and ":" in target:
+            scripts[name.strip()] = target.replace(" ", "")
+    return scripts
+
+
+def _scripts_of_setup_cfg(text: str) -> dict[str, str]:
+    import configparser
+
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(text)
+    except configparser.Error:
+        return {}
+    lines = parser.get("options.entry_points", "console_scripts", fallback="")
+    return _parse_entry_points(lines.splitlines())
+
+
+def _scripts_of_pyproject(text: str) -> dict[str, str]:
+    import tomllib
+
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return {}
+    project = document.get("project")
+    scripts = project.get("scripts") if isinstance(project, dict) else None
+    if not isinstance(scripts, dict):
+        return {}
+    return _parse_entry_points([f"{name} = {target}" for name, target in scripts.items()])
+
+
+def _scripts_of_setup_py(text: str) -> dict[str, str]:
+    entry_points = setup_arguments(text).get("entry_points")
+    lines = entry_points.get("console_scripts") if isinstance(entry_points, dict) else None
+    if isinstance(lines, str):
+        lines = lines.splitlines()
+    if not isinstance(lines, list | tuple):
+        return {}
+    return _parse_entry_points([line for line in lines if isinstance(line, str)])
