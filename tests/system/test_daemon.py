@@ -8,10 +8,10 @@ import pytest
 
 from teleopctl import background
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.wire.config import router_config
+from teleopctl.wire.config import router_config, session_config
 from teleopctl.wire.graph import GraphWatcher
 from teleopctl.wire.router import find_router, router_is_running
-from teleopctl.wire.session import open_session
+from teleopctl.wire.session import open_configured
 from tests import ROOT
 
 
@@ -164,7 +164,8 @@ def test_it_is_on_every_loopback_address_and_on_no_other(monkeypatch, endpoint, 
 def test_running_programs_find_each_other_again_after_a_restart_of_the_router(ros):
     program = ros.spawn_module("tests.wire.token_holder", [str(ros.domain), "steady"], cwd=ROOT)
     program.wait_for_line("declared")
-    with open_session("client") as session:
+    # Not `open_session`: that is a peer, who needs no router, where the router is slow to know all.
+    with open_configured(session_config("client")) as session:
         watcher = GraphWatcher(session)
         assert watcher.wait_for(lambda graph: graph.find_node("/steady"), LONGEST_WAIT_S)
         ros.run("daemon stop")
