@@ -325,8 +325,8 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
 
     child = _children.get(record.pid)
     if child is not None and child.poll() is not None:
+        # Its pid may be another process's by now, the recorded one's too.
         del _children[record.pid]
-        return None
     try:
         process = psutil.Process(record.pid)
         is_same = _start_mark(process) == record.start.mark

@@ -73,6 +73,16 @@ def test_another_process_with_the_same_pid_is_not_ours():
     psutil.Process(record.pid).kill()
 
 
+def test_a_pid_that_a_child_has_had_before_is_that_of_the_recorded_process(monkeypatch):
+    record = background.start("sleeper", SLEEPER, kind="node")
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    sleeper = background._children[record.pid]
+    monkeypatch.setitem(background._children, record.pid, ended)
+    background.stop(record)
+    assert sleeper.wait(LONGEST_WAIT_S) != 0
+
+
 def test_a_record_holds_when_the_clock_is_set():
     record = background.start("sleeper", SLEEPER, kind="node")
     an_hour_ago = record._replace(start=record.start._replace(time=record.start.time - 3600))
