@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import signal
 import site
 import tempfile
 from pathlib import Path
@@ -44,6 +45,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
     Each variable also stands behind another one, so that a test may delete any of them.
     """
+    # A shell has what it starts with & ignore Ctrl-C, and so would all that tests start.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     # A checkout that is only on the path has no entry points.
     if not config.pluginmanager.hasplugin("teleopctl"):
         config.pluginmanager.register(pytest_plugin, "teleopctl")
