@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from teleopctl.tf import frame_texts
@@ -64,6 +64,11 @@ class BufferCore:
         """Forget where moving frames stood."""
         with self._changed:
             self._tree.clear()
+
+    def forget(self, frames: Iterable[str]) -> None:
+        """Forget frames, and all names that nothing speaks of then (ours)."""
+        with self._changed:
+            self._tree.forget(frames)
 
     def latest(self) -> list[tuple[str, Sample]]:
         """Return every frame with the newest that is known of it (ours)."""

@@ -6,7 +6,7 @@ Times are integers in nanoseconds; 0 asks for the newest time at which everythin
 import logging
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from teleopctl.tf.errors import (
@@ -48,6 +48,18 @@ class FrameTree:
             name: history for name, history in self._histories.items() if history.is_static
         }
 
+    def forget(self, names: Iterable[str]) -> None:
+        """Forget frames, and all names that nothing speaks of then."""
+        for name in names:
+            self._histories.pop(name, None)
+            self._warned.pop(name, None)
+        parents = {history.latest.parent for history in self._histories.values()}
+        self._frames = {
+            name: authority
+            for name, authority in self._frames.items()
+            if name in self._histories or name in parents
+        }
+
     def insert(self, sample: Sample, child: str, authority: str, *, static: bool) -> bool:
         """Add where a frame stands.
 
@@ -78,6 +90,10 @@ class FrameTree:
         self._frames[child] = authority
         self._frames.setdefault(parent, "")
         return True
+
+    def __len__(self) -> int:
+        """Return how many names of frames are known."""
+        return len(self._frames)
 
     def frames(self) -> list[str]:
         """Return the names of all frames."""

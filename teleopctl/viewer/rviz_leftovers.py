@@ -23,7 +23,6 @@ _DEFAULTS: Mapping[str, Any] = {
     "Binary threshold": 100,
     "Enable Transparency": True,
     "Far Plane Distance": 100,
-    "Frame Timeout": 15,
     "Image Rendering": "background and overlay",
     "Line Style": {"Line Width": 0.03, "Value": "Lines"},
     "Overlay Alpha": 0.5,

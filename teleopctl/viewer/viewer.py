@@ -17,12 +17,13 @@ from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
-from teleopctl.tf import Buffer, Transform, TransformListener
+from teleopctl.tf import Transform, TransformListener
 from teleopctl.viewer.page.server import close_server, open_server, page_address
 from teleopctl.viewer.page.tidying import EVERY_S, Tidying
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.picture import Picture
 from teleopctl.viewer.robot_file import RobotFile
+from teleopctl.viewer.scene.frame_buffer import FrameBuffer
 from teleopctl.viewer.scene.frames import Frames
 from teleopctl.viewer.unknown_types import UnknownTypes
 
@@ -65,7 +66,7 @@ class Viewer(Node):
         self._errand = self.create_guard_condition(self._run_errands)
         self._types = UnknownTypes(self, self.work)
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
-        self.buffer = Buffer(node=self)
+        self.buffer = FrameBuffer(self)
         self.frames = Frames(server.scene, self.buffer)
         self._listener: TransformListener | None = None
         steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -11,8 +11,9 @@ from viser import GuiEvent, ViserServer
 
 from teleopctl.node import QoSProfile, Time
 from teleopctl.node.values.names import validate_name
-from teleopctl.tf import Buffer, Transform
+from teleopctl.tf import Transform
 from teleopctl.viewer import open_server
+from teleopctl.viewer.scene.frame_buffer import FrameBuffer
 from teleopctl.viewer.scene.frames import Frames
 
 
@@ -88,7 +89,7 @@ class FakePage:
         self.server = server
         self.scene = server.scene
         self.gui = server.gui
-        self.frames = Frames(server.scene, Buffer())
+        self.frames = Frames(server.scene, FrameBuffer())
         self.robot_folder: Any = None
         self.displays: list[Any] = []
         self.picture: Any = None

@@ -7,13 +7,13 @@ from hypothesis import given, settings, strategies
 from viser import ViserServer
 
 from teleopctl.tf import (
-    Buffer,
     Transform,
     TransformException,
     quaternion_from_rpy,
     transform_stamped,
 )
 from teleopctl.viewer import open_server
+from teleopctl.viewer.scene.frame_buffer import FrameBuffer
 from teleopctl.viewer.scene.frames import Frames
 
 NAMES = ("a", "b", "c", "d/e", "f", "g")
@@ -28,7 +28,7 @@ def server():
 
 @pytest.fixture
 def frames(server):
-    frames = Frames(server.scene, Buffer())
+    frames = Frames(server.scene, FrameBuffer())
     yield frames
     frames.remove()
 
@@ -103,7 +103,7 @@ trees = strategies.lists(
 @settings(max_examples=50, deadline=None)
 @given(trees, strategies.sampled_from(NAMES))
 def test_every_frame_stands_where_tf2_says(server, tree, fixed):
-    frames = Frames(server.scene, Buffer())
+    frames = Frames(server.scene, FrameBuffer())
     for number, (parent, xyz, rpy) in enumerate(tree):
         # Each frame stands in one of those before it, which makes a tree, or several.
         put(

@@ -33,7 +33,7 @@ Visualization Manager:
       Name: RobotModel
       Update Interval: 0
     - Class: rviz_default_plugins/TF
-      Frame Timeout: 15
+      Filter (blacklist): ""
       Frames: {All Enabled: true, base: {Value: true}}
       Name: TF
       Show Arrows: true
@@ -77,7 +77,7 @@ def test_of_a_file_in_which_nothing_is_set_nothing_is_told(told: Told) -> None:
     [
         ("Offset: {X: 0", "Offset: {X: 2", "Offset of 'Grid' (line 14)"),
         ("Value: Lines}", "Value: Billboards}", "Line Style of 'Grid' (line 11)"),
-        ("Frame Timeout: 15", "Frame Timeout: 3", "Frame Timeout of 'TF' (line 22)"),
+        ('(blacklist): ""', "(blacklist): ba.*", "Filter (blacklist) of 'TF' (line 22)"),
         ("base: {Value: true}", "base: {Value: false}", "Frames of 'TF' (line 23)"),
         ("Mass: false", "Mass: true", "Mass Properties of 'RobotModel' (line 18)"),
         (

@@ -15,6 +15,8 @@ from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.click_tools import ClickTools
 
 _ROOT = "(root)"
+# Names that come and go ten times a second would be sent each time, with all others.
+_TICKS_PER_LIST = 10
 _MARKS = {OK: "", ERROR: "🔴 "}
 
 
@@ -27,6 +29,7 @@ class ScenePanel(Panel):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._rows: dict[int, _Row] = {}
+        self._ticks = 0
         self._tools = ClickTools(page)
 
     def build(self) -> None:
@@ -65,15 +68,24 @@ class ScenePanel(Panel):
 
     def tick(self) -> None:
         """Follow frames, displays and how they fare."""
-        names = (_ROOT, *sorted(self.page.frames.by_name))
+        self._show_displays()
+        for row in self._rows.values():
+            row.follow()
+        if self._ticks % _TICKS_PER_LIST == 0:
+            self._offer_frames()
+        self._ticks += 1
+
+    def _offer_frames(self) -> None:
+        """Offer the frames that there are."""
+        frames = sorted(self.page.frames.by_name)
+        names = (_ROOT, *frames)
         if names != tuple(self._fixed.options):
             chosen = self._fixed.value
             self._fixed.options = names
             if chosen in names:
                 self._fixed.value = chosen
-        self._show_displays()
         for row in self._rows.values():
-            row.follow()
+            row.offer_frames(frames)
 
     def ended(self) -> None:
         """Put the tool away with whom it was for."""
@@ -174,14 +186,13 @@ class _Row:
         if content != self._status.content:
             self._status.content = content
             self._status.visible = bool(content)
-        self._offer_frames()
         self._offer_parts()
 
-    def _offer_frames(self) -> None:
+    def offer_frames(self, names: list[str]) -> None:
         """Offer the frames that there are, and the one that is chosen."""
         for handle, besides in self._frames:
             chosen = handle.value
-            options = (besides, *sorted({*self._page.frames.by_name, chosen} - {besides}))
+            options = (besides, *sorted({*names, chosen} - {besides}))
             if options != tuple(handle.options):
                 handle.options = options
                 handle.value = chosen

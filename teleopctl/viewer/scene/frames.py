@@ -7,12 +7,14 @@ pose is sent for each frame that has moved.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teleopctl.tf import Buffer, Transform
+from teleopctl.tf import Transform
+from teleopctl.viewer.scene.frame_buffer import FrameBuffer
 
 if TYPE_CHECKING:
     import viser
@@ -23,6 +25,8 @@ _IDENTITY = Transform()
 # Far more than any robot has. A program that never names a frame twice would fill the memory of the
 # page and of each browser.
 MOST_UNKNOWN = 2000
+# How often is looked for frames that have become silent.
+_LOOKS_EVERY_S = 1.0
 # As RViz draws them: 0.2 m long, 0.02 m thick.
 _AXES_LENGTH_M = 0.2
 _AXES_RADIUS_M = 0.01
@@ -37,18 +41,14 @@ class Frame:
         node: Its node in the scene.
         label: Its name in the picture, where that is shown.
         pose: Where it stands in the fixed frame; None where nothing joins the two.
-        parent: The frame that it stands in; empty for one that is in none.
-        stamp: The time of what is known of it, in nanoseconds.
-        changed: When that was last seen to change, by `time.monotonic`.
+        is_silent: Whether what joins the two has been silent for too long to dress it.
     """
 
     name: str
     node: viser.FrameHandle
     label: viser.LabelHandle | None = None
     pose: Transform | None = None
-    parent: str = ""
-    stamp: int = 0
-    changed: float = 0.0
+    is_silent: bool = False
 
 
 class Frames:
@@ -62,7 +62,7 @@ class Frames:
         by_name: The frames in the picture.
     """
 
-    def __init__(self, scene: viser.SceneApi, buffer: Buffer) -> None:
+    def __init__(self, scene: viser.SceneApi, buffer: FrameBuffer) -> None:
         self.buffer = buffer
         self.by_name: dict[str, Frame] = {}
         self._scene = scene
@@ -71,6 +71,8 @@ class Frames:
         self._axes_shown = False
         self._names_shown = False
         self._scale = 1.0
+        self._timeout_s = math.inf
+        self._looked_s = -math.inf
 
     @property
     def fixed(self) -> str:
@@ -81,15 +83,20 @@ class Frames:
         """Draw everything in a frame; an empty name leaves the choice to the tree's root."""
         self._wanted_fixed = name.removeprefix("/")
 
-    def show(self, *, axes: bool, names: bool, scale: float) -> None:
+    def show(
+        self, *, axes: bool, names: bool, scale: float = 1.0, timeout_s: float = math.inf
+    ) -> None:
         """Choose what is drawn of each frame.
 
         Args:
             axes: Whether its axes are: x red, y green, z blue.
             names: Whether its name is.
             scale: Size of the axes; 1 is 0.2 m.
+            timeout_s: For how long a frame may be silent while others are not; the axes and the
+                name of one that is for longer are taken away.
         """
         self._axes_shown, self._names_shown, self._scale = axes, names, scale
+        self._timeout_s, self._looked_s = timeout_s, -math.inf
         for frame in self.by_name.values():
             self._dress(frame)
 
@@ -106,16 +113,11 @@ class Frames:
         poses, tops = _poses_in_roots(parents, local)
         top = tops.get(self._fixed, self._fixed)
         to_fixed = poses.get(self._fixed, _IDENTITY).inverse()
-        now = time.monotonic()
         for name in (*poses, *(self.by_name.keys() - poses.keys())):
-            frame = self._frame(name)
-            if (sample := latest.get(name)) is not None:
-                frame.parent = sample.parent
-                if sample.stamp != frame.stamp or not frame.changed:
-                    frame.stamp, frame.changed = sample.stamp, now
             joined = tops.get(name, name) == top
-            self._move(frame, to_fixed @ poses.get(name, _IDENTITY) if joined else None)
+            self._move(self._frame(name), to_fixed @ poses.get(name, _IDENTITY) if joined else None)
         self._forget(poses)
+        self._undress_silent(parents, poses)
 
     def pose_in_fixed(self, frame: str, stamp: Time | None = None) -> Transform:
         """Where a frame stands in the fixed frame.
@@ -148,6 +150,18 @@ class Frames:
         for name in unknown[: max(len(unknown) - MOST_UNKNOWN, 0)]:
             self.by_name.pop(name).node.remove()
 
+    def _undress_silent(self, parents: Mapping[str, str], downwards: Iterable[str]) -> None:
+        """Take the axes and names of silent frames away, and of those that stand in such."""
+        now_s = time.monotonic()
+        if now_s - self._looked_s < _LOOKS_EVERY_S:
+            return
+        self._looked_s = now_s
+        silent = _joined_by(self.buffer.silent(self._timeout_s), parents, downwards, self._fixed)
+        for name, frame in self.by_name.items():
+            if frame.is_silent != (name in silent):
+                frame.is_silent = name in silent
+                self._dress(frame)
+
     def _choose_fixed(self, parents: dict[str, str]) -> None:
         if self._wanted_fixed:
             self._fixed = self._wanted_fixed
@@ -173,10 +187,11 @@ class Frames:
         frame.node.axes_length = _AXES_LENGTH_M * self._scale
         frame.node.axes_radius = _AXES_RADIUS_M * self._scale
         frame.node.origin_radius = _AXES_RADIUS_M * self._scale
-        frame.node.show_axes = self._axes_shown
-        if self._names_shown and frame.label is None:
+        frame.node.show_axes = self._axes_shown and not frame.is_silent
+        named = self._names_shown and not frame.is_silent
+        if named and frame.label is None:
             frame.label = self._scene.add_label(f"{frame.node.name}/name", frame.name)
-        elif not self._names_shown and frame.label is not None:
+        elif not named and frame.label is not None:
             frame.label.remove()
             frame.label = None
 
@@ -227,6 +242,23 @@ def _poses_in_roots(
     return poses, tops
 
 
-def names_of(frames: Iterable[Frame]) -> list[str]:
-    """The names of frames, sorted."""
-    return sorted(frame.name for frame in frames)
+def _joined_by(
+    silent: set[str], parents: Mapping[str, str], downwards: Iterable[str], fixed: str
+) -> set[str]:
+    """The frames between which and the fixed frame one is silent.
+
+    Args:
+        silent: Those that are.
+        parents: What each frame stands in.
+        downwards: All frames, each after its parent.
+        fixed: The fixed frame.
+    """
+    joined = {fixed: False}
+    name = fixed
+    while (above := parents.get(name)) is not None and above not in joined:
+        joined[above] = joined[name] or name in silent
+        name = above
+    for name in downwards:
+        if name not in joined:
+            joined[name] = name in silent or joined.get(parents.get(name, ""), False)
+    return {name for name, is_silent in joined.items() if is_silent}

@@ -135,13 +135,11 @@ def test_a_time_that_begins_anew_begins_the_line_anew(page: FakePage, draw: Draw
 def test_its_frame_is_chosen_from_those_that_there_are(page: FakePage, draw: Draw):
     display = draw("Trace")
     row = _Row(page, display)
-    row.follow()
+    row.offer_frames(["base", "map"])
     ((frame, _),) = row._frames
     assert frame.options == ("", "base", "map")
     page.choose(frame, "base")
     assert display.values.text("Frame") == "base"
-    put_frame(page, "tool", "map", Transform())
-    look(page)
-    row.follow()
+    row.offer_frames(["base", "map", "tool"])
     assert frame.options == ("", "base", "map", "tool")
     assert frame.value == "base"

@@ -1,0 +1,99 @@
+"""What the page knows of frames: so many, however many names somebody makes up."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+from teleopctl.tf import Buffer
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from teleopctl.node import Node
+
+MOST_FRAMES = 1000
+"""Far more than any robot has; to follow so many takes a fifth of a core."""
+
+SILENT_S = 15.0
+"""After how long without news a frame may be forgotten, to make room for others."""
+
+# When there is no room, all are looked through, and more than one is forgotten.
+_LOOKS_EVERY_S = 1.0
+_SHARE_FORGOTTEN = 0.1
+# For how long it is told.
+_TOLD_S = 10.0
+
+
+class FrameBuffer(Buffer):
+    """A buffer of transforms that has a bound.
+
+    tf2 never forgets a frame. A program that names each thing that it sees anew would fill the
+    memory of the page, and of every browser.
+
+    When there are too many, those that have been silent for longest are forgotten, but for static
+    ones and those in which others stand. Where none is silent, new ones are left out: what is in
+    the picture stays there.
+
+    Args:
+        node: See `Buffer`.
+    """
+
+    def __init__(self, node: Node | None = None) -> None:
+        super().__init__(node=node)
+        # When each frame was heard of last; for ever where it is static.
+        self._heard: dict[str, float] = {}
+        self._looked_s = self._full_s = -math.inf
+
+    @property
+    def is_full(self) -> bool:
+        """Whether frames had to be forgotten or left out of late."""
+        return time.monotonic() - self._full_s < _TOLD_S
+
+    def silent(self, longer_than_s: float) -> set[str]:
+        """The moving frames that are silent while others are not.
+
+        Nobody counts as silent where all are: a simulation that is paused, a bag that has ended.
+
+        Args:
+            longer_than_s: For how long.
+        """
+        with self._changed:
+            moving = {name: at_s for name, at_s in self._heard.items() if at_s < math.inf}
+        since_s = max(moving.values(), default=0.0) - longer_than_s
+        return {name for name, at_s in moving.items() if at_s < since_s}
+
+    def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
+        name, now_s = message.child_frame_id.removeprefix("/"), time.monotonic()
+        with self._changed:
+            if name not in self._heard and not self._has_room(now_s):
+                return
+            self._heard[name] = math.inf if static else now_s
+            if len(self._tree) > 2 * MOST_FRAMES:
+                # Each may have a parent of its own. The others are parents of former times.
+                self.forget(())
+        super()._set(message, authority, static=static)
+
+    def _has_room(self, now_s: float) -> bool:
+        if len(self._heard) < MOST_FRAMES:
+            return True
+        self._full_s = now_s
+        if now_s - self._looked_s >= _LOOKS_EVERY_S:
+            self._looked_s = now_s
+            self._make_room(now_s)
+        return len(self._heard) < MOST_FRAMES
+
+    def _make_room(self, now_s: float) -> None:
+        parents = {name: sample.parent for name, sample in self.latest()}
+        silent = {name for name, at_s in self._heard.items() if now_s - at_s > SILENT_S}
+        for name in self._heard.keys() - silent:
+            above = parents.get(name, "")
+            while above in silent:
+                silent.remove(above)
+                above = parents.get(above, "")
+        oldest_first = sorted(silent, key=self._heard.__getitem__)
+        gone = oldest_first[: math.ceil(MOST_FRAMES * _SHARE_FORGOTTEN)]
+        for name in gone:
+            del self._heard[name]
+        self.forget(gone)
