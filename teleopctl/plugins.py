@@ -192,38 +192,54 @@ LAUNCH_ACTIONS = Kind(
     "launch action",
     "teleopctl.launch_actions",
     {
-        "append_env": f"{_ACTIONS}.settings:AppendEnvironment",
+        "append_env": f"{_ACTIONS}.environment:AppendEnvironment",
         "arg": f"{_ACTIONS}.settings:DeclareArgument",
+        "bool_arg": f"{_ACTIONS}.settings:DeclareBoolean",
         "executable": f"{_ACTIONS}.process:Executable",
+        "for": f"{_ACTIONS}.loops:For",
+        "for_each": f"{_ACTIONS}.loops:ForEach",
         "group": f"{_ACTIONS}.nesting:Group",
         "include": f"{_ACTIONS}.nesting:Include",
         "let": f"{_ACTIONS}.settings:Let",
         "log": f"{_ACTIONS}.messages:Log",
+        "log_debug": f"{_ACTIONS}.messages:LogDebug",
+        "log_error": f"{_ACTIONS}.messages:LogError",
+        "log_info": f"{_ACTIONS}.messages:LogInfo",
+        "log_warning": f"{_ACTIONS}.messages:LogWarning",
         "node": f"{_ACTIONS}.process:Node",
         "push_ros_namespace": f"{_ACTIONS}.settings:PushNamespace",
-        "set_env": f"{_ACTIONS}.settings:SetEnvironment",
+        "rep_env": f"{_ACTIONS}.environment:ReplaceEnvironment",
+        "reset": f"{_ACTIONS}.settings:Reset",
+        "reset_env": f"{_ACTIONS}.environment:ResetEnvironment",
+        "ros_timer": f"{_ACTIONS}.nesting:RosTimer",
+        "set_env": f"{_ACTIONS}.environment:SetEnvironment",
         "set_parameter": f"{_ACTIONS}.settings:SetParameter",
+        "set_parameters_from_file": f"{_ACTIONS}.settings:SetParametersFromFile",
         "set_remap": f"{_ACTIONS}.settings:SetRemap",
+        "set_ros_log_dir": f"{_ACTIONS}.environment:SetRosLogDirectory",
+        "set_use_sim_time": f"{_ACTIONS}.settings:SetUseSimTime",
         "shutdown": f"{_ACTIONS}.messages:Shutdown",
         "timer": f"{_ACTIONS}.nesting:Timer",
-        "unset_env": f"{_ACTIONS}.settings:UnsetEnvironment",
+        "unset_env": f"{_ACTIONS}.environment:UnsetEnvironment",
     },
     bases=("teleopctl.launch.model.action:Action",),
 )
 """Entries of launch files, by the names that stand there (with underscores)."""
 
-_SUBSTITUTIONS = (
-    "all and anon any command dirname env equals eval file-controllers file-param filename "
-    "find-exec find-pkg-share first-file if launch_log_dir log_dir node-exists not not-equals "
-    "optenv or var world-file xacro"
-)
+_SUBSTITUTIONS = {
+    "substitutions": "all and anon any command dirname env equals eval exec-in-pkg file-content "
+    "filename find-exec find-pkg-prefix find-pkg-share for-var if index launch_log_dir log_dir not "
+    "not-equals optenv or param path-join string-join var",
+    "own_substitutions": "file-controllers file-param first-file node-exists world-file xacro",
+}
 
 LAUNCH_SUBSTITUTIONS = Kind(
     "substitution",
     "teleopctl.launch_substitutions",
     {
-        name: f"teleopctl.launch.evaluation.substitutions:{name.upper().replace('-', '_')}"
-        for name in _SUBSTITUTIONS.split()
+        name: f"teleopctl.launch.evaluation.{module}:{name.upper().replace('-', '_')}"
+        for module, names in _SUBSTITUTIONS.items()
+        for name in names.split()
     },
     bases=("teleopctl.launch.evaluation.substitution:Substitution",),
     classes=False,

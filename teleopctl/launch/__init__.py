@@ -13,6 +13,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.launch.actions.environment import (
+        AppendEnvironment as AppendEnvironment,
+        SetEnvironment as SetEnvironment,
+        UnsetEnvironment as UnsetEnvironment,
+    )
     from teleopctl.launch.actions.messages import (
         Log as Log,
         Shutdown as Shutdown,
@@ -28,14 +33,11 @@ if TYPE_CHECKING:
         Node as Node,
     )
     from teleopctl.launch.actions.settings import (
-        AppendEnvironment as AppendEnvironment,
         DeclareArgument as DeclareArgument,
         Let as Let,
         PushNamespace as PushNamespace,
-        SetEnvironment as SetEnvironment,
         SetParameter as SetParameter,
         SetRemap as SetRemap,
-        UnsetEnvironment as UnsetEnvironment,
     )
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
@@ -146,11 +148,11 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "actions.environment": "AppendEnvironment SetEnvironment UnsetEnvironment",
             "actions.messages": "Log Shutdown",
             "actions.nesting": "Group Include IncludeSteps Timer",
             "actions.process": "Executable Node",
-            "actions.settings": "AppendEnvironment DeclareArgument Let PushNamespace "
-            "SetEnvironment SetParameter SetRemap UnsetEnvironment",
+            "actions.settings": "DeclareArgument Let PushNamespace SetParameter SetRemap",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation Foreseen",

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch.actions.loops import For, ForEach
 from teleopctl.launch.actions.nesting import Group, Include, Timer, included_path
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
@@ -90,7 +91,7 @@ def _declared_in(
         elif isinstance(action, Let):
             if action.name.is_literal:
                 _try_to_set(context, action.name.source, action.value)
-        elif isinstance(action, Group | Timer):
+        elif isinstance(action, Group | Timer | For | ForEach):
             yield from _declared_in(action.steps, context, depth)
         elif isinstance(action, Include):
             try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.action import Action, Entity, Launch
@@ -19,7 +19,7 @@ _LOG_LEVELS = {"DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"}
 class Log(Action):
     """``log``: a line for the person in front of the terminal."""
 
-    keys = ("level", "message")
+    keys: ClassVar[tuple[str, ...]] = ("level", "message")
 
     message: Template
     level: Template = _INFO
@@ -42,6 +42,47 @@ class Log(Action):
         launch.say(level, launch.text(self.message))
 
 
+class _LogAt(Log):
+    """A line of the level that its name says."""
+
+    __slots__ = ()
+    keys = ("message",)
+    fixed: ClassVar[Template]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read the message."""
+        return cls(message=entity.required("message"), level=cls.fixed)
+
+
+class LogDebug(_LogAt):
+    """``log_debug``."""
+
+    __slots__ = ()
+    fixed = literal("DEBUG")
+
+
+class LogInfo(_LogAt):
+    """``log_info``."""
+
+    __slots__ = ()
+    fixed = _INFO
+
+
+class LogWarning(_LogAt):
+    """``log_warning``."""
+
+    __slots__ = ()
+    fixed = literal("WARNING")
+
+
+class LogError(_LogAt):
+    """``log_error``."""
+
+    __slots__ = ()
+    fixed = literal("ERROR")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shutdown(Action):
     """``shutdown``: the launch ends; in the first walk before it has started anything."""
@@ -53,7 +94,7 @@ class Shutdown(Action):
     @classmethod
     def parse(cls, entity: Entity) -> Self:
         """Read a ``shutdown``."""
-        return cls(reason=entity.required("reason"))
+        return cls(reason=entity.optional("reason") or literal("reason not given"))
 
     def evaluate(self, launch: Launch) -> None:
         """End the launch, in the first walk over the files with its reason as the error."""

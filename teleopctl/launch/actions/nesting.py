@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from teleopctl.errors import LaunchError
 from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
@@ -16,25 +18,41 @@ from teleopctl.packages import resolve_uri
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Group(Action):
-    """``group``: steps under one condition and, where scoped, with settings of their own."""
+    """``group``: steps under one condition and, where scoped, with settings of their own.
 
-    keys = ("children", "scoped")
+    Attributes:
+        scoped: Whether what the steps set ends with them.
+        forwarding: Whether they see what was set before, where scoped.
+        keep: Launch variables that are set for them, as name and value.
+        steps: The steps.
+    """
+
+    keys = ("children", "scoped", "forwarding", "keep")
 
     scoped: bool
     steps: tuple[Step, ...]
+    forwarding: bool = True
+    keep: tuple[tuple[Template, Template], ...] = ()
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
         """Read a ``group``."""
-        scoped = entity.element("scoped")
-        return cls(scoped=scoped is None or scoped.flag(), steps=entity.steps("children"))
+        scoped, forwarding = entity.element("scoped"), entity.element("forwarding")
+        return cls(
+            scoped=scoped is None or scoped.flag(),
+            forwarding=forwarding is None or forwarding.flag(),
+            keep=entity.pairs("keep", "name", "value"),
+            steps=entity.steps("children"),
+        )
 
     def evaluate(self, launch: Launch) -> None:
         """Run the steps."""
-        if not self.scoped:
-            launch.run(self.steps)
-            return
-        with launch.scoped():
+        with launch.scoped() if self.scoped else nullcontext():
+            kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
+            if self.scoped and not self.forwarding:
+                launch.scope.environment.clear()
+                launch.scope.reset()
+            launch.scope.variables.update(kept)
             launch.run(self.steps)
 
 
@@ -64,6 +82,26 @@ class Timer(Action):
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
         launch.after(seconds, self.steps, self.is_cancelled)
+
+
+class RosTimer(Timer):
+    """``ros_timer``: a timer in ROS time, which is the clock's unless it is simulated."""
+
+    __slots__ = ()
+
+    def evaluate(self, launch: Launch) -> None:
+        """Run the steps later.
+
+        Raises:
+            LaunchError: The launch is to follow ``/clock``, which it does not.
+        """
+        if launch.scope.use_sim_time:
+            raise LaunchError(
+                "a ros_timer cannot follow simulated time here",
+                hint="A timer counts seconds of the clock; so does a ros_timer where "
+                "set_use_sim_time is false.",
+            )
+        super().evaluate(launch)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.model.action import Action, Entity, Launch
@@ -79,6 +80,20 @@ class Node(StartProcess):
         "ros_args",
         *_PROCESS_KEYS,
     )
+    # ROS 2 before Foxy, ROS 1, and launch files in Python.
+    renamed: ClassVar[Mapping[str, str]] = {
+        "arguments": "args",
+        "executable": "exec",
+        "node_executable": "exec",
+        "node_name": "name",
+        "node_namespace": "namespace",
+        "ns": "namespace",
+        "package": "pkg",
+        "parameters": "param",
+        "remappings": "remap",
+        "ros_arguments": "ros_args",
+        "type": "exec",
+    }
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:

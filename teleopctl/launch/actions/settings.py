@@ -1,23 +1,25 @@
-"""Actions that change what follows: variables, environment, namespace, parameters, remappings."""
+"""Actions that change what follows: variables, namespace, parameters, remappings."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 from teleopctl.errors import UsageError
 from teleopctl.launch.actions.parameters import parameter
+from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
-from teleopctl.launch.model.descriptions import Parameter
-from teleopctl.launch.model.template import Template
+from teleopctl.launch.model.descriptions import Parameter, ParameterFile, ParameterTree
+from teleopctl.launch.model.template import Template, literal
+
+_BOOLEANS = ("true", "false", "True", "False", "TRUE", "FALSE")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclareArgument(Action):
     """``arg``: an argument of the file."""
 
-    keys = ("name", "default", "description", "choice")
+    keys: ClassVar[tuple[str, ...]] = ("name", "default", "description", "choice")
 
     name: str
     default: Template | None
@@ -60,9 +62,21 @@ class DeclareArgument(Action):
             )
 
 
+class DeclareBoolean(DeclareArgument):
+    """``bool_arg``: an argument that is true or false."""
+
+    __slots__ = ()
+    keys = ("name", "default", "description")
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``bool_arg``."""
+        return replace(super().parse(entity), choices=_BOOLEANS)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _SetNamed(Action):
-    """Gives something with a name a value."""
+class Let(Action):
+    """``let``: sets a launch variable."""
 
     keys = ("name", "value")
 
@@ -71,58 +85,36 @@ class _SetNamed(Action):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read name and value."""
+        """Read a ``let``."""
         return cls(name=entity.required("name"), value=entity.required("value"))
-
-
-class Let(_SetNamed):
-    """``let``: sets a launch variable."""
-
-    __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""
         launch.scope.variables[launch.text(self.name)] = launch.text(self.value)
 
 
-class SetEnvironment(_SetNamed):
-    """``set_env``: sets an environment variable."""
-
-    __slots__ = ()
-
-    def evaluate(self, launch: Launch) -> None:
-        """Set the variable."""
-        launch.scope.environment[launch.text(self.name)] = launch.text(self.value)
-
-
-class AppendEnvironment(_SetNamed):
-    """``append_env``: puts a value behind that of a variable, with a separator between."""
-
-    __slots__ = ()
-
-    def evaluate(self, launch: Launch) -> None:
-        """Set the variable to both values."""
-        name, value = launch.text(self.name), launch.text(self.value)
-        present = launch.environment_value(name)
-        launch.scope.environment[name] = f"{present}{os.pathsep}{value}" if present else value
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnsetEnvironment(Action):
-    """``unset_env``: removes an environment variable."""
+class Reset(Action):
+    """``reset``: forgets launch variables, namespace, parameters and remappings.
 
-    keys = ("name",)
+    Attributes:
+        keep: Variables to set afterwards, as name and value.
+    """
 
-    name: Template
+    keys = ("keep",)
+
+    keep: tuple[tuple[Template, Template], ...]
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Read an ``unset_env``."""
-        return cls(name=entity.required("name"))
+        """Read a ``reset``."""
+        return cls(keep=entity.pairs("keep", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove the variable."""
-        launch.scope.environment[launch.text(self.name)] = None
+        """Forget all but what is kept."""
+        kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
+        launch.scope.reset()
+        launch.scope.variables.update(kept)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,8 +150,54 @@ class SetParameter(Action):
         return cls(parameter=parameter(entity))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the parameter to those of the following nodes."""
-        launch.scope.parameters += (self.parameter,)
+        """Add the parameter, as it is now, to those of the following nodes."""
+        name = literal(launch.text(self.parameter.name))
+        value = _evaluated(self.parameter.value, launch)
+        launch.scope.parameters += (replace(self.parameter, name=name, value=value),)
+
+
+def _evaluated(value: ParameterTree, launch: Launch) -> ParameterTree:
+    """What a value is now: its substitutions give texts, whose type is still open."""
+    if isinstance(value, list):
+        return [_evaluated(item, launch) for item in value]
+    return literal(launch.text(value)) if isinstance(value, Template) else value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetParametersFromFile(Action):
+    """``set_parameters_from_file``: a parameter file of every following node."""
+
+    keys = ("filename",)
+
+    file: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``set_parameters_from_file``."""
+        return cls(file=entity.required("filename"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Add the file to those of the following nodes."""
+        launch.scope.parameters += (ParameterFile(literal(launch.text(self.file))),)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetUseSimTime(Action):
+    """``set_use_sim_time``: whether the launch's own timers, ``ros_timer``, follow ``/clock``."""
+
+    keys = ("value",)
+
+    value: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``set_use_sim_time``."""
+        return cls(value=entity.required("value"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Set it for the timers that follow."""
+        with values.at_key("value"):
+            launch.scope.use_sim_time = values.flag(launch.text(self.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

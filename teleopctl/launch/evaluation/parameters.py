@@ -8,7 +8,11 @@ from typing import Any
 import yaml
 
 from teleopctl.errors import LaunchError
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.model import values
+from teleopctl.launch.model.descriptions import Parameter, ParameterTree
+from teleopctl.launch.model.template import Template
 
 _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -36,6 +40,28 @@ def infer(text: str) -> object:
     """
     value = values.typed(text)
     return unify(value) if isinstance(value, list) else value
+
+
+def parameter_value(entry: Parameter, context: LaunchContext) -> object:
+    """Evaluate the value of a parameter.
+
+    Raises:
+        TeleopctlError: It cannot be evaluated, or is not of the type that is demanded.
+    """
+    return _tree_value(entry.value, entry.type_name, context)
+
+
+def _tree_value(tree: ParameterTree, type_name: str | None, context: LaunchContext) -> object:
+    if isinstance(tree, list):
+        item_type = type_name.removeprefix("list_of_") if type_name else None
+        return unify([_tree_value(item, item_type, context) for item in tree])
+    if isinstance(tree, Template):
+        text = render(tree, context)
+        with context.reading(tree):
+            return infer(text) if type_name is None else convert(text, type_name)
+    if type_name is None:
+        return tree
+    return convert(str(tree).lower() if isinstance(tree, bool) else str(tree), type_name)
 
 
 def convert(text: str, type_name: str) -> object:

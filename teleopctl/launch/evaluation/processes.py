@@ -11,7 +11,7 @@ from typing import TypeVar
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.parameters import convert, infer, parameter_file, unify
+from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
@@ -19,7 +19,6 @@ from teleopctl.launch.model.descriptions import (
     NodePart,
     Parameter,
     ParameterFile,
-    ParameterTree,
     Process,
     Words,
 )
@@ -74,7 +73,7 @@ class ProcessBuilder:
             TeleopctlError: When the package, the program or a parameter file does not exist, or
                 a value cannot be read.
         """
-        shell = self._value(action.shell, "shell", values.flag, default=False)
+        shell = self._value(action.shell, "shell", values.boolean, default=False)
         package, program, command = self._program(action, shell=shell)
         if action.arguments is not None:
             words = self._words(action.arguments, "args", shell=shell)
@@ -100,7 +99,7 @@ class ProcessBuilder:
             is_node=action.node is not None,
             node_name=node_name,
             ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
-            respawn=self._value(action.respawn, "respawn", values.flag, default=False),
+            respawn=self._value(action.respawn, "respawn", values.boolean, default=False),
             respawn_delay=self._value(
                 action.respawn_delay, "respawn_delay", values.number, default=0.0
             ),
@@ -108,7 +107,7 @@ class ProcessBuilder:
                 action.respawn_max_retries, "respawn_max_retries", values.integer, default=-1
             ),
             shutdown_on_exit=self._value(
-                action.shutdown_on_exit, "required", values.flag, default=False
+                action.shutdown_on_exit, "required", values.boolean, default=False
             ),
             sigterm_timeout=self._value(
                 action.sigterm_timeout, "sigterm_timeout", values.number, default=5.0
@@ -206,25 +205,13 @@ class ProcessBuilder:
 
     def _parameter_value(self, entry: Parameter) -> object:
         try:
-            return self._tree_value(entry.value, entry.type_name)
+            return parameter_value(entry, self._context)
         except TeleopctlError as error:
             if error.place is not None:
                 raise
             raise LaunchError(
                 f"parameter '{entry.name.source}': {error.message}", hint=error.hint
             ) from error
-
-    def _tree_value(self, tree: ParameterTree, type_name: str | None) -> object:
-        if isinstance(tree, list):
-            item_type = type_name.removeprefix("list_of_") if type_name else None
-            return unify([self._tree_value(item, item_type) for item in tree])
-        if isinstance(tree, Template):
-            text = self._text(tree)
-            with self._context.reading(tree):
-                return infer(text) if type_name is None else convert(text, type_name)
-        if type_name is None:
-            return tree
-        return convert(str(tree).lower() if isinstance(tree, bool) else str(tree), type_name)
 
     def _with_prefix(
         self, command: list[str], prefix: Template | None, *, shell: bool

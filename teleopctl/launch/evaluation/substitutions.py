@@ -1,47 +1,53 @@
-"""Our substitutions: what ``$(var x)``, ``$(find-pkg-share p)`` and so on mean.
+"""ROS 2's substitutions: what ``$(var x)``, ``$(find-pkg-share p)`` and so on mean.
 
-ROS 2's own, and some of ours: ``$(xacro FILE name:=value …)`` is the robot description, expanded
-in this process, ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first
-of some files that exists, and ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file
-says about a node, ``$(file-controllers FILE)`` the controllers that it configures, and
-``$(world-file FILE)`` is the path of a file of what stands around a robot, which has been looked
-through. Their names stand in `teleopctl.plugins`.
+Their names stand in `teleopctl.plugins`; those of ours are in
+`teleopctl.launch.evaluation.own_substitutions`.
 """
 
 from __future__ import annotations
 
+import math
 import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError, did_you_mean
+from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.own_substitutions import expand
+from teleopctl.launch.evaluation.parameters import parameter_value
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
+from teleopctl.launch.model.descriptions import Parameter
 from teleopctl.launch.model.template import Argument, Call
-from teleopctl.packages import package_share, resolve_uri
-
-if TYPE_CHECKING:
-    from teleopctl.node import ParameterFile
+from teleopctl.packages import find_executable, find_package, package_share, resolve_uri
+from teleopctl.text_file import read_text
 
 _COMMAND_TIMEOUT_S = 60.0
-# How the type of a controller ends among the manager's parameters: NAME.type.
-_TYPE = ".type"
 
 
 class _Expression(Substitution):
-    """``$(eval …)``: one quoted argument is the expression, else what stands there."""
+    """``$(eval …)``: one quoted argument is the expression, else what stands there.
+
+    A second quoted argument names modules, of which every expression may use ``math`` and none
+    another one.
+    """
 
     def arguments(self, call: Call, context: LaunchContext) -> list[str]:
-        if len(call.arguments) == 1:
+        if len(call.arguments) == 1 or (len(call.arguments) == 2 and _all_quoted(call)):
             return super().arguments(call, context)
         return [" ".join(_requoted(argument, context) for argument in call.arguments)]
 
 
+def _all_quoted(call: Call) -> bool:
+    return all(argument.quote for argument in call.arguments)
+
+
 def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
+    modules = [name.strip() for name in ",".join(arguments[1:]).split(",")]
+    if others := [name for name in modules if name not in ("", "math")]:
+        raise LaunchError(f"$(eval …): module '{others[0]}' is not at hand, only math")
     try:
         return evaluate(arguments[0])
     except ExpressionError as error:
@@ -83,6 +89,21 @@ def _find_pkg_share(arguments: Sequence[str], _: LaunchContext) -> str:
     return str(package_share(arguments[0]))
 
 
+def _find_pkg_prefix(arguments: Sequence[str], _: LaunchContext) -> str:
+    return str(find_package(arguments[0]).folder)
+
+
+def _executable_in_package(arguments: Sequence[str], _: LaunchContext) -> str:
+    name, package = arguments
+    executable = find_executable(package, name)
+    if executable.file is None:
+        raise LaunchError(
+            f"executable '{name}' of package '{package}' is a function and no file",
+            hint=f"Start it by 'node' with pkg {package} and exec {name}.",
+        )
+    return str(executable.file)
+
+
 def _find_exec(arguments: Sequence[str], context: LaunchContext) -> str:
     found = shutil.which(arguments[0], path=context.environment_value("PATH"))
     if found is None:
@@ -106,23 +127,13 @@ def _anonymous(arguments: Sequence[str], context: LaunchContext) -> str:
     return context.anonymous_name(arguments[0])
 
 
-def _xacro(arguments: Sequence[str], context: LaunchContext) -> str:
-    mappings: dict[str, str] = {}
-    for argument in arguments[1:]:
-        name, separator, value = argument.partition(":=")
-        if not separator or not name:
-            raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
-        mappings[name] = value
-    return context.robot_description(resolve_uri(arguments[0]).absolute(), mappings)
-
-
 def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     words = values.words(arguments[0])
     if not words:
         raise LaunchError("$(command …): the command is empty")
     if Path(words[0]).name == "xacro" and len(words) > 1 and words[1][:1] != "-":
         # What every launch file in the world does; it needs no xacro on the PATH here.
-        return _xacro(words[1:], context)
+        return expand(words[1:], context)
     on_stderr = arguments[1] if len(arguments) > 1 else "fail"
     if on_stderr not in ("fail", "ignore", "warn", "capture"):
         raise LaunchError(
@@ -157,79 +168,8 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     return result.stdout + (result.stderr if on_stderr == "capture" else "")
 
 
-def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
-    name = arguments[0] if arguments[0].startswith("/") else f"/{arguments[0]}"
-    return _word(context.node_is_running(name))
-
-
-def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
-    for argument in arguments:
-        if resolve_uri(argument).is_file():
-            return argument
-    raise LaunchError(f"there is no file {' nor '.join(arguments)}")
-
-
-def _parameter_file(file: str) -> ParameterFile:
-    """Read a parameter file, whose mistakes are its own and not the launch file's."""
-    from teleopctl.node import read_parameter_file
-
-    path = resolve_uri(file).absolute()
-    try:
-        return read_parameter_file(path)
-    except InvalidFileError as error:
-        error.place = str(path)  # its message names it
-        raise
-
-
-def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
-    file, node, name = arguments[:3]
-    parameters = _parameter_file(file).for_node(f"/{node.lstrip('/')}")
-    if name in parameters:
-        return str(parameters[name])
-    if len(arguments) > 3:
-        return arguments[3]
-    raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
-
-
-def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """The controllers whose types a file gives, broadcasters first.
-
-    A type stands below the controller manager's section or in a section of the controller's own;
-    ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
-    moves.
-    """
-    file = _parameter_file(arguments[0])
-    types = {
-        name.removesuffix(_TYPE): str(value)
-        for name, value in file.for_node("/controller_manager").items()
-        if name.endswith(_TYPE)
-    }
-    for section, parameters in file.sections:
-        name = section.removeprefix("/")
-        if "type" in parameters and not set(name) & set("*/"):
-            types.setdefault(name, str(parameters["type"]))
-    return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
-
-
-def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
-    """The absolute path of a world file, after a look at it; empty for none.
-
-    A mistake is told here, once, and not by each of the nodes that read the file.
-    """
-    if not arguments[0]:
-        return ""
-    from teleopctl.robot import read_world
-
-    path = resolve_uri(arguments[0]).absolute()
-    try:
-        return str(read_world(path).path)
-    except TeleopctlError as error:
-        error.place = str(path)  # its message names it
-        raise
-
-
 def _not(arguments: Sequence[str], _: LaunchContext) -> str:
-    return _word(not values.flag(arguments[0]))
+    return _word(not values.boolean(arguments[0]))
 
 
 def _all(arguments: Sequence[str], _: LaunchContext) -> str:
@@ -242,50 +182,102 @@ def _any(arguments: Sequence[str], _: LaunchContext) -> str:
 
 def _flags(arguments: Sequence[str]) -> list[bool]:
     """Read every argument, so that a wrong one is reported even where others decide."""
-    return [values.flag(argument) for argument in arguments]
+    return [values.boolean(argument) for argument in arguments]
 
 
 def _equals(arguments: Sequence[str], _: LaunchContext) -> str:
-    return _word(arguments[0] == arguments[1])
+    return _word(_are_equal(*arguments))
 
 
 def _not_equals(arguments: Sequence[str], _: LaunchContext) -> str:
-    return _word(arguments[0] != arguments[1])
+    return _word(not _are_equal(*arguments))
+
+
+def _are_equal(left: str, right: str) -> bool:
+    """Whether two texts are the same truth value or number, or else the same text."""
+    words = (left.lower(), right.lower())
+    if all(word in ("true", "false", "1", "0") for word in words):
+        return values.flag(left) == values.flag(right)
+    if all(map(_is_number, words)):
+        return math.isclose(float(left), float(right))
+    return left == right
 
 
 def _if(arguments: Sequence[str], _: LaunchContext) -> str:
-    if values.flag(arguments[0]):
+    if values.boolean(arguments[0]):
         return arguments[1]
     return arguments[2] if len(arguments) > 2 else ""
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _path_join(arguments: Sequence[str], _: LaunchContext) -> str:
+    return str(Path(*arguments))
+
+
+def _string_join(arguments: Sequence[str], _: LaunchContext) -> str:
+    return arguments[0].join(arguments[1:])
+
+
+def _file_content(arguments: Sequence[str], _: LaunchContext) -> str:
+    return read_text(resolve_uri(arguments[0]))
+
+
+def _loop_value(arguments: Sequence[str], context: LaunchContext) -> str:
+    loop_values = context.scope.loop_values
+    if arguments[0] in loop_values:
+        return loop_values[arguments[0]]
+    if len(arguments) > 1:
+        return arguments[1]
+    raise LaunchError(
+        f"no loop around gives '{arguments[0]}'", hint=did_you_mean(arguments[0], loop_values)
+    )
+
+
+def _parameter(arguments: Sequence[str], context: LaunchContext) -> str:
+    for entry in context.scope.parameters:
+        if isinstance(entry, Parameter) and render(entry.name, context) == arguments[0]:
+            return str(parameter_value(entry, context))
+    if len(arguments) > 1:
+        return arguments[1]
+    raise LaunchError(f"no set_parameter has set parameter '{arguments[0]}'")
 
 
 def _word(value: bool) -> str:
     return "true" if value else "false"
 
 
-ALL = Substitution(_all, 1, None)
+ALL = Substitution(_all, 0, None)
 AND = Substitution(_all, 2, 2)
 ANON = Substitution(_anonymous, 1, 1)
-ANY = Substitution(_any, 1, None)
+ANY = Substitution(_any, 0, None)
 COMMAND = Substitution(_command, 1, 2)
 DIRNAME = Substitution(_dirname, 0, 0)
 ENV = Substitution(_env, 1, 2)
 EQUALS = Substitution(_equals, 2, 2)
 EVAL = _Expression(_eval, 1)
+EXEC_IN_PKG = Substitution(_executable_in_package, 2, 2)
+FILE_CONTENT = Substitution(_file_content, 1, 1)
 FILENAME = Substitution(_filename, 0, 0)
-FILE_CONTROLLERS = Substitution(_file_controllers, 1, 1)
-FILE_PARAM = Substitution(_file_parameter, 3, 4)
 FIND_EXEC = Substitution(_find_exec, 1, 1)
+FIND_PKG_PREFIX = Substitution(_find_pkg_prefix, 1, 1)
 FIND_PKG_SHARE = Substitution(_find_pkg_share, 1, 1)
-FIRST_FILE = Substitution(_first_file, 1, None)
+FOR_VAR = Substitution(_loop_value, 1, 2)
 IF = Substitution(_if, 2, 3)
+INDEX = Substitution(_loop_value, 1, 1)
 LAUNCH_LOG_DIR = Substitution(_log_directory, 0, 0)
 LOG_DIR = Substitution(_log_directory, 0, 0)
-NODE_EXISTS = Substitution(_node_exists, 1, 1)
 NOT = Substitution(_not, 1, 1)
 NOT_EQUALS = Substitution(_not_equals, 2, 2)
 OPTENV = Substitution(_optional_env, 1, 2)
 OR = Substitution(_any, 2, 2)
+PARAM = Substitution(_parameter, 1, 2)
+PATH_JOIN = Substitution(_path_join, 1, None)
+STRING_JOIN = Substitution(_string_join, 2, None)
 VAR = Substitution(_var, 1, 2)
-WORLD_FILE = Substitution(_world_file, 1, 1)
-XACRO = Substitution(_xacro, 1, None)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from teleopctl.launch.model.descriptions import Parameter
+from teleopctl.launch.model.descriptions import Parameter, ParameterFile
 
 
 @dataclass(slots=True)
@@ -15,16 +16,27 @@ class Scope:
         variables: Launch variables (arguments and ``let``) by name.
         environment: Variables set for the processes; None removes one.
         namespace: Namespace of the following nodes, ``/`` at the top.
-        parameters: Parameters of every following node.
+        parameters: Parameters and parameter files of every following node.
         remaps: Remappings of every following node.
+        use_sim_time: Whether the launch's own timers follow ``/clock``.
+        loop_values: What the loops around give, by name.
     """
 
     variables: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str | None] = field(default_factory=dict)
     namespace: str = "/"
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[Parameter | ParameterFile, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
+    use_sim_time: bool = False
+    loop_values: Mapping[str, str] = field(default_factory=dict)
 
     def copy(self) -> Scope:
         """Return an independent copy."""
         return replace(self, variables=dict(self.variables), environment=dict(self.environment))
+
+    def reset(self) -> None:
+        """Forget what ROS 2 keeps as launch configurations: all but the environment and loops."""
+        self.variables.clear()
+        self.namespace = "/"
+        self.parameters = ()
+        self.remaps = ()

@@ -12,6 +12,9 @@ import yaml
 from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
 
+_TRUE = frozenset({"true", "yes", "on", "1"})
+_FALSE = frozenset({"false", "no", "off", "0"})
+
 
 @contextmanager
 def at_key(key: str) -> Iterator[None]:
@@ -34,6 +37,20 @@ def flag(text: str) -> bool:
     if word in ("false", "0"):
         return False
     raise LaunchError(f"expected true, 1, false or 0, got '{text}'")
+
+
+def boolean(text: str) -> bool:
+    """Read a truth value: what YAML has for one, and 1 and 0.
+
+    Raises:
+        LaunchError: It is something else.
+    """
+    word = text.strip().lower()
+    if word in _TRUE:
+        return True
+    if word in _FALSE:
+        return False
+    raise LaunchError(f"expected true or false, got '{text}'")
 
 
 def number(text: str) -> float:

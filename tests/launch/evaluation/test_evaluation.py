@@ -101,7 +101,7 @@ def test_a_condition_that_is_neither_is_an_error(plan):
         ),
         (
             "executable: {cmd: 'echo a', respawn: \"$(var 'x')\"}",
-            "main.yaml:3: 'respawn': launch argument 'x': expected true, 1, false or 0, got",
+            "main.yaml:3: 'respawn': launch argument 'x': expected true or false, got",
         ),
         (
             "node: {pkg: camera, exec: camera, param: [{name: p, value: $(var x), type: bool}]}",
@@ -305,7 +305,7 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
         ("pkg: camera, exec: x", "main.yaml:2: No executable found"),
         ("pkg: camera, exec: camera, param: [{from: nope.yaml}]", "no parameter file .*nope.yaml"),
         ("pkg: camera, exec: camera, output: loud", "expected screen, log or both, got 'loud'"),
-        ("pkg: camera, exec: camera, respawn: maybe", "'respawn': expected true, 1, false or 0"),
+        ("pkg: camera, exec: camera, respawn: maybe", "'respawn': expected true or false"),
         ("pkg: camera, exec: camera, respawn_delay: long", "'respawn_delay': expected a number"),
         (
             "pkg: camera, exec: camera, name: $(var who)",

@@ -73,7 +73,9 @@ def keys(required, optional=None):
 
 
 conditions = {"if": st.sampled_from(["true", "1", "0", "$(eval 1 > 2)"])}
-pair = keys({"name": names, "value": texts})
+flags = st.sampled_from(["true", "false"])
+pair_texts = {"name": names, "value": texts}
+pair = keys(pair_texts)
 parameters = entry("param", keys({"name": names}), value=scalars | lists)
 groups = entry("param", keys({"name": names}), nested=st.lists(parameters, min_size=1, max_size=2))
 node_lists = st.one_of(
@@ -90,14 +92,17 @@ settings = st.one_of(
     entry("set_remap", keys({"from": names, "to": texts})),
     entry("set_parameter", keys({"name": names}), value=scalars | lists),
     entry("push_ros_namespace", keys({"namespace": names})),
+    entry("reset", keys({}), nested=st.lists(entry("keep", pair), max_size=2)),
+    entry("append_env", keys(pair_texts, {"separator": words, "prepend": flags})),
     entry("log", keys({"message": texts}, conditions)),
+    entry("log_error", keys({"message": texts})),
 )
 processes = st.one_of(
     entry(
         "executable",
         keys(
             {"cmd": st.sampled_from(["echo $(var a)", "ls -l"])},
-            {"shell": st.sampled_from(["true", "false"]), "output": st.just("screen")},
+            {"shell": flags, "output": st.just("screen")},
         ),
         nested=st.lists(entry("env", pair), max_size=2),
     ),
@@ -110,7 +115,7 @@ processes = st.one_of(
                 "name": names,
                 "namespace": names,
                 "launch-prefix": st.just("nice -n 1"),
-                "respawn": st.sampled_from(["true", "false"]),
+                "respawn": flags,
                 "respawn_delay": st.sampled_from(["1", "2.5"]),
                 "on_exit": st.just("shutdown"),
                 "ros_args": st.just("--log-level debug"),
@@ -124,8 +129,14 @@ actions = st.recursive(
     lambda inner: st.one_of(
         entry(
             "group",
-            keys({}, {"scoped": st.booleans(), **conditions}),
+            keys({}, {"scoped": st.booleans(), "forwarding": st.booleans(), **conditions}),
+            nested=st.lists(entry("keep", pair), max_size=1),
             children=st.lists(inner, max_size=4),
+        ),
+        entry(
+            "for",
+            keys({"len": st.sampled_from(["0", "2"]), "name": names}),
+            children=st.lists(inner, max_size=2),
         ),
         entry(
             "timer",

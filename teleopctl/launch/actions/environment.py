@@ -1,0 +1,150 @@
+"""Actions that change the environment of what follows."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from teleopctl import background
+from teleopctl.launch.model import values
+from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.template import Template, literal
+
+_LOG_DIRECTORY = "ROS_LOG_DIR"
+_FALSE = literal("false")
+_PATH_SEPARATOR = literal(os.pathsep)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetEnvironment(Action):
+    """``set_env``: sets an environment variable."""
+
+    keys = ("name", "value")
+
+    name: Template
+    value: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``set_env``."""
+        return cls(name=entity.required("name"), value=entity.required("value"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Set the variable."""
+        launch.scope.environment[launch.text(self.name)] = launch.text(self.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AppendEnvironment(Action):
+    """``append_env``: puts a value behind that of a variable, with a separator between.
+
+    Attributes:
+        name: The variable.
+        value: What is added.
+        prepend: Whether it comes first.
+        separator: What stands between; by default what stands between the folders of a path.
+    """
+
+    keys = ("name", "value", "prepend", "separator")
+
+    name: Template
+    value: Template
+    prepend: Template = _FALSE
+    separator: Template = _PATH_SEPARATOR
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read an ``append_env``."""
+        return cls(
+            name=entity.required("name"),
+            value=entity.required("value"),
+            prepend=entity.optional("prepend") or _FALSE,
+            separator=entity.optional("separator") or _PATH_SEPARATOR,
+        )
+
+    def evaluate(self, launch: Launch) -> None:
+        """Set the variable to both values."""
+        name, value = launch.text(self.name), launch.text(self.value)
+        present = launch.environment_value(name)
+        with values.at_key("prepend"):
+            prepend = values.flag(launch.text(self.prepend))
+        if present is not None:
+            both = (value, present) if prepend else (present, value)
+            value = launch.text(self.separator).join(both)
+        launch.scope.environment[name] = value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnsetEnvironment(Action):
+    """``unset_env``: removes an environment variable."""
+
+    keys = ("name",)
+
+    name: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read an ``unset_env``."""
+        return cls(name=entity.required("name"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Remove the variable."""
+        launch.scope.environment[launch.text(self.name)] = None
+
+
+@dataclass(frozen=True, slots=True)
+class ResetEnvironment(Action):
+    """``reset_env``: the environment is the one that the launch was started with."""
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``reset_env``."""
+        del entity
+        return cls()
+
+    def evaluate(self, launch: Launch) -> None:
+        """Forget what was set."""
+        launch.scope.environment.clear()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplaceEnvironment(Action):
+    """``rep_env``: the environment is these variables and no others."""
+
+    keys = ("env",)
+
+    variables: tuple[tuple[Template, Template], ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``rep_env``."""
+        return cls(variables=entity.pairs("env", "name", "value"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Remove the variables that are there, and set these."""
+        given = [(launch.text(name), launch.text(value)) for name, value in self.variables]
+        environment = launch.scope.environment
+        environment.update(dict.fromkeys((*os.environ, *environment)))
+        environment.update(given)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetRosLogDirectory(Action):
+    """``set_ros_log_dir``: where the following nodes write their logs."""
+
+    keys = ("new_log_dir",)
+
+    folder: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``set_ros_log_dir``."""
+        return cls(folder=entity.required("new_log_dir"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Set it, below the folder that it is now."""
+        present = launch.environment_value(_LOG_DIRECTORY) or background.logs_dir()
+        folder = Path(present).absolute() / launch.text(self.folder)
+        launch.scope.environment[_LOG_DIRECTORY] = str(folder)

@@ -1,0 +1,119 @@
+"""Substitutions that ROS 2 does not have.
+
+``$(xacro FILE name:=value …)`` is the robot description, expanded in this process,
+``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
+that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
+``$(file-controllers FILE)`` the controllers that it configures, and ``$(world-file FILE)`` is the
+path of a file of what stands around a robot, which has been looked through. Their names stand in
+`teleopctl.plugins`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.substitution import Substitution
+from teleopctl.packages import resolve_uri
+
+if TYPE_CHECKING:
+    from teleopctl.node import ParameterFile
+
+# How the type of a controller ends among the manager's parameters: NAME.type.
+_TYPE = ".type"
+
+
+def expand(arguments: Sequence[str], context: LaunchContext) -> str:
+    """Return the robot description of a xacro file and its ``name:=value`` arguments.
+
+    Raises:
+        TeleopctlError: An argument is something else, or the file cannot be expanded.
+    """
+    mappings: dict[str, str] = {}
+    for argument in arguments[1:]:
+        name, separator, value = argument.partition(":=")
+        if not separator or not name:
+            raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
+        mappings[name] = value
+    return context.robot_description(resolve_uri(arguments[0]).absolute(), mappings)
+
+
+def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
+    name = arguments[0] if arguments[0].startswith("/") else f"/{arguments[0]}"
+    return "true" if context.node_is_running(name) else "false"
+
+
+def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
+    for argument in arguments:
+        if resolve_uri(argument).is_file():
+            return argument
+    raise LaunchError(f"there is no file {' nor '.join(arguments)}")
+
+
+def _parameter_file(file: str) -> ParameterFile:
+    """Read a parameter file, whose mistakes are its own and not the launch file's."""
+    from teleopctl.node import read_parameter_file
+
+    path = resolve_uri(file).absolute()
+    try:
+        return read_parameter_file(path)
+    except InvalidFileError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
+def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
+    file, node, name = arguments[:3]
+    parameters = _parameter_file(file).for_node(f"/{node.lstrip('/')}")
+    if name in parameters:
+        return str(parameters[name])
+    if len(arguments) > 3:
+        return arguments[3]
+    raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
+
+
+def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
+    """The controllers whose types a file gives, broadcasters first.
+
+    A type stands below the controller manager's section or in a section of the controller's own;
+    ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
+    moves.
+    """
+    file = _parameter_file(arguments[0])
+    types = {
+        name.removesuffix(_TYPE): str(value)
+        for name, value in file.for_node("/controller_manager").items()
+        if name.endswith(_TYPE)
+    }
+    for section, parameters in file.sections:
+        name = section.removeprefix("/")
+        if "type" in parameters and not set(name) & set("*/"):
+            types.setdefault(name, str(parameters["type"]))
+    return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
+
+
+def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
+    """The absolute path of a world file, after a look at it; empty for none.
+
+    A mistake is told here, once, and not by each of the nodes that read the file.
+    """
+    if not arguments[0]:
+        return ""
+    from teleopctl.robot import read_world
+
+    path = resolve_uri(arguments[0]).absolute()
+    try:
+        return str(read_world(path).path)
+    except TeleopctlError as error:
+        error.place = str(path)  # its message names it
+        raise
+
+
+FILE_CONTROLLERS = Substitution(_file_controllers, 1, 1)
+FILE_PARAM = Substitution(_file_parameter, 3, 4)
+FIRST_FILE = Substitution(_first_file, 1, None)
+NODE_EXISTS = Substitution(_node_exists, 1, 1)
+WORLD_FILE = Substitution(_world_file, 1, 1)
+XACRO = Substitution(expand, 1, None)
