@@ -1,0 +1,100 @@
+"""Parameters of Python launch files as the model has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from launch._texts import optional, template
+from launch.substitution import Substitution
+
+from teleopctl.launch import (
+    Parameter as ModelParameter,
+    ParameterFile as ModelParameterFile,
+    ParameterTree,
+    Template,
+    flag,
+    literal,
+)
+
+from .parameter_descriptions import Parameter, ParameterFile, ParameterValue
+
+
+# object: whatever a user hands over, which may be wrong.
+def parameters(given: object) -> Iterator[ModelParameter | ModelParameterFile]:
+    """Yield the parameters and parameter files of a node.
+
+    Raises:
+        TypeError: There is something among them that is none.
+    """
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise TypeError(f"Expecting list of parameters, got {given}")
+    for entry in given:
+        if isinstance(entry, Mapping):
+            yield from _of_mapping(entry, ())
+        elif isinstance(entry, Parameter):
+            yield _parameter(template(entry.name), entry.parameter_value)
+        elif isinstance(entry, ParameterFile):
+            yield ModelParameterFile(entry.param_file, allow_substs=_allows(entry.allow_substs))
+        else:
+            yield ModelParameterFile(template(entry))
+
+
+# object: keys and values are whatever a user writes.
+def _of_mapping(
+    given: Mapping[object, object], prefix: tuple[Template, ...]
+) -> Iterator[ModelParameter]:
+    for key, value in given.items():
+        names = (*prefix, template(key))
+        if isinstance(value, Mapping):
+            yield from _of_mapping(value, names)
+        else:
+            yield _parameter(_joined(names), value)
+
+
+def _joined(names: tuple[Template, ...]) -> Template:
+    whole = names[0]
+    for name in names[1:]:
+        whole = Template((*whole.parts, ".", *name.parts), f"{whole.source}.{name.source}")
+    return whole
+
+
+def _parameter(name: Template, value: object) -> ModelParameter:
+    type_name = None
+    if isinstance(value, ParameterValue):
+        type_name = value.type_name
+        if type_name is not None and _is_text(value.value):
+            return ModelParameter(name, template(value.value), type_name)
+        value = value.value
+    return ModelParameter(name, _tree(value), type_name)
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str | Substitution) or (
+        isinstance(value, Sequence) and any(isinstance(item, Substitution) for item in value)
+    )
+
+
+def _tree(value: object) -> ParameterTree:
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Substitution):
+        return template(value)
+    if isinstance(value, Sequence) and not isinstance(value, bytes):
+        if _is_text(value) and all(isinstance(item, str | Substitution) for item in value):
+            # As in ROS 2: texts beside substitutions are one text.
+            return template(value)
+        return [
+            template(item) if isinstance(item, Substitution | Sequence) and not isinstance(item, str)
+            else _tree(item)
+            for item in value
+        ]
+    text = optional(value)  # what is no value at all is told so
+    assert text is not None
+    return text
+
+
+def _allows(allow_substs: object) -> bool:
+    return allow_substs if isinstance(allow_substs, bool) else flag(template(allow_substs).source)
+
+
+__all__ = ["literal", "parameters"]

@@ -1,0 +1,26 @@
+"""``launch_ros.actions``."""
+
+from .node import Node
+from .push_ros_namespace import PushROSNamespace
+from .ros_timer import ROSTimer
+from .set_parameter import SetParameter
+from .set_parameters_from_file import SetParametersFromFile
+from .set_remap import SetRemap
+from .set_ros_log_dir import SetROSLogDir
+from .set_use_sim_time import SetUseSimTime
+
+PushRosNamespace = PushROSNamespace
+RosTimer = ROSTimer
+
+__all__ = [
+    "Node",
+    "PushROSNamespace",
+    "PushRosNamespace",
+    "ROSTimer",
+    "RosTimer",
+    "SetParameter",
+    "SetParametersFromFile",
+    "SetROSLogDir",
+    "SetRemap",
+    "SetUseSimTime",
+]

@@ -1,0 +1,135 @@
+"""``launch_ros.actions.node``."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from launch._texts import optional, template
+from launch.actions import ExecuteProcess
+
+from teleopctl.launch import Node as ModelNode, NodePart, Process
+
+from .._parameters import parameters as model_parameters
+
+if TYPE_CHECKING:
+    from launch.some_substitutions_type import SomeSubstitutionsType
+
+    from ..parameters_type import SomeParameters
+    from ..remap_rule_type import SomeRemapRules
+
+# The spellings of ROS 2 before Foxy.
+_OLD_NAMES = {
+    "node_executable": "executable",
+    "node_name": "name",
+    "node_namespace": "namespace",
+}
+
+
+class Node(ExecuteProcess):
+    """A program of a package, as a ROS node.
+
+    Args:
+        executable: The program's name, or without a package the command to start.
+        package: The package that offers it.
+        name: The node's name in place of that in the source.
+        namespace: The node's namespace, below the pushed ones.
+        exec_name: Its name in the output in place of the program's.
+        parameters: Files, and mappings from names to values, in order.
+        remappings: Pairs from, to.
+        ros_arguments: Further arguments behind ``--ros-args``.
+        arguments: Arguments of the program.
+        kwargs: What `ExecuteProcess` takes.
+
+    Raises:
+        TypeError: There is no executable, or a parameter is none.
+    """
+
+    UNSPECIFIED_NODE_NAME = "<node_name_unspecified>"
+    UNSPECIFIED_NODE_NAMESPACE = "<node_namespace_unspecified>"
+
+    # Any: the words of ExecuteProcess.
+    def __init__(
+        self,
+        *,
+        executable: SomeSubstitutionsType | None = None,
+        package: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
+        namespace: SomeSubstitutionsType | None = None,
+        exec_name: SomeSubstitutionsType | None = None,
+        parameters: SomeParameters | None = None,
+        remappings: SomeRemapRules | None = None,
+        ros_arguments: Iterable[SomeSubstitutionsType] | None = None,
+        arguments: Iterable[SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        old = {new: kwargs.pop(old) for old, new in _OLD_NAMES.items() if _warned(old, kwargs)}
+        executable = old.get("executable", executable)
+        if executable is None:
+            raise TypeError("Node: the keyword argument 'executable' is missing")
+        super().__init__(cmd=[], name=exec_name, **kwargs)
+        self._node_name = optional(old.get("name", name))
+        self._node_namespace = optional(old.get("namespace", namespace))
+        self._part = NodePart(
+            package=optional(package),
+            executable=template(executable),
+            name=self._node_name,
+            namespace=self._node_namespace,
+            parameters=tuple(model_parameters(parameters or [])),
+            remaps=tuple(
+                (template(source), template(target)) for source, target in remappings or ()
+            ),
+            ros_arguments=_words(ros_arguments),
+        )
+        self._arguments = _words(arguments)
+
+    @property
+    def node_package(self) -> Any:
+        """The package that offers the program, or None."""
+        return self._part.package
+
+    @property
+    def node_executable(self) -> Any:
+        """The program's name."""
+        return self._part.executable
+
+    @property
+    def node_name(self) -> str:
+        """The node's full name, with words in angle brackets for what is not known.
+
+        Raises:
+            RuntimeError: It has not been evaluated yet.
+        """
+        if self._plan is None:
+            raise RuntimeError("cannot access 'node_name' before executing action")
+        unknown = f"/{self.UNSPECIFIED_NODE_NAMESPACE}/{self.UNSPECIFIED_NODE_NAME}"
+        return self._plan.node_name or unknown
+
+    def is_node_name_fully_specified(self) -> bool:
+        """Tell whether name and namespace are known."""
+        return self._plan is not None and self._plan.node_name is not None
+
+    def describe(self) -> str:
+        """Return the action in words."""
+        package = f"{self._part.package.source} " if self._part.package is not None else ""
+        return f"{type(self).__name__}({package}{self._part.executable.source})"
+
+    def process(self) -> Process:
+        """Return what is started, as the model has it."""
+        return ModelNode(
+            node=self._part, arguments=self._arguments, origin=self, **self._settings
+        )
+
+
+def _warned(old: str, kwargs: dict[str, Any]) -> bool:
+    if old not in kwargs:
+        return False
+    warnings.warn(
+        f"The parameter '{old}' is deprecated, use '{_OLD_NAMES[old]}' instead", stacklevel=4
+    )
+    return True
+
+
+def _words(given: Iterable[SomeSubstitutionsType] | None) -> Any:
+    return None if given is None else tuple(map(template, given))

@@ -1,0 +1,73 @@
+"""``launch_ros.substitutions.find_package``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from launch._texts import template
+from launch.substitution import Substitution, call
+
+from teleopctl.launch import Template
+
+if TYPE_CHECKING:
+    from launch.launch_context import LaunchContext
+    from launch.some_substitutions_type import SomeSubstitutionsType
+
+
+class FindPackage(Substitution):
+    """A folder of a package; a subclass of one's own brings `find`.
+
+    Args:
+        package: The package.
+    """
+
+    def __init__(self, package: SomeSubstitutionsType) -> None:
+        super().__init__()
+        self._package = template(package)
+
+    @property
+    def package(self) -> Template:
+        """The package."""
+        return self._package
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"{type(self).__name__}(pkg='{self._package.source}')"
+
+    def find(self, package_name: str) -> str:
+        """Return the folder of a package."""
+        raise NotImplementedError(f"{type(self).__name__} has no find")
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the folder."""
+        return self.find(context.text(self._package))
+
+
+class FindPackagePrefix(FindPackage):
+    """The folder that a package is installed in."""
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call("find-pkg-prefix", self._package, source=self.describe())
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the folder."""
+        return Substitution.perform(self, context)
+
+
+class FindPackageShare(FindPackage):
+    """The folder of a package's files."""
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call("find-pkg-share", self._package, source=self.describe())
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the folder."""
+        return Substitution.perform(self, context)
+
+    def __truediv__(self, other: SomeSubstitutionsType) -> Substitution:
+        """Return a path in the folder."""
+        from launch.substitutions import PathJoinSubstitution
+
+        return PathJoinSubstitution([self, other])
