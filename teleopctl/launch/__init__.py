@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.actions.environment import (
         AppendEnvironment as AppendEnvironment,
         SetEnvironment as SetEnvironment,
+        SetRosLogDirectory as SetRosLogDirectory,
         UnsetEnvironment as UnsetEnvironment,
     )
     from teleopctl.launch.actions.messages import (
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         Group as Group,
         Include as Include,
         IncludeSteps as IncludeSteps,
+        RosTimer as RosTimer,
         Timer as Timer,
     )
     from teleopctl.launch.actions.process import (
@@ -37,7 +39,9 @@ if TYPE_CHECKING:
         Let as Let,
         PushNamespace as PushNamespace,
         SetParameter as SetParameter,
+        SetParametersFromFile as SetParametersFromFile,
         SetRemap as SetRemap,
+        SetUseSimTime as SetUseSimTime,
     )
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
@@ -148,11 +152,13 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "actions.environment": "AppendEnvironment SetEnvironment UnsetEnvironment",
+            "actions.environment": "AppendEnvironment SetEnvironment SetRosLogDirectory "
+            "UnsetEnvironment",
             "actions.messages": "Log Shutdown",
-            "actions.nesting": "Group Include IncludeSteps Timer",
+            "actions.nesting": "Group Include IncludeSteps RosTimer Timer",
             "actions.process": "Executable Node",
-            "actions.settings": "DeclareArgument Let PushNamespace SetParameter SetRemap",
+            "actions.settings": "DeclareArgument Let PushNamespace SetParameter "
+            "SetParametersFromFile SetRemap SetUseSimTime",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation Foreseen",

@@ -24,8 +24,9 @@ from teleopctl.launch.model.descriptions import (
 )
 from teleopctl.launch.model.events import SignalRequested
 from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
-from teleopctl.launch.model.template import Template
+from teleopctl.launch.model.template import Template, TemplateError, parse
 from teleopctl.packages import find_executable, resolve_uri
+from teleopctl.text_file import read_text
 
 # Programs that do their work and end: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(
@@ -198,10 +199,29 @@ class ProcessBuilder:
             write_inline()
             path = resolve_uri(self._text(entry.path)).absolute()
             if not path.is_file():
-                raise LaunchError(f"'param.from': there is no parameter file {path}")
+                self._warn(f"Parameter file path is not a file: {path}", process_name)
+                continue
+            if entry.allow_substs:
+                path = self._evaluated_file(path, process_name)
             words.extend(["--params-file", str(path)])
         write_inline()
         return words
+
+    def _evaluated_file(self, path: Path, process_name: str) -> Path:
+        """Evaluate the substitutions in a parameter file, and return where the result will be."""
+        try:
+            text = self._text(parse(read_text(path)))
+        except (TemplateError, TeleopctlError) as error:
+            raise LaunchError(f"parameter file {path}: {error}") from error
+        number = sum(f"{process_name}-{path.stem}" in name for name in self.files)
+        suffix = f"-{number + 1}" if number else ""
+        evaluated = self._context.log_directory / f"{process_name}-{path.stem}{suffix}.yaml"
+        self.files[str(evaluated)] = text
+        return evaluated
+
+    def _warn(self, text: str, process_name: str) -> None:
+        assert self._context.launch is not None
+        self._context.launch.say("WARNING", text, process_name)
 
     def _parameter_value(self, entry: Parameter) -> object:
         try:

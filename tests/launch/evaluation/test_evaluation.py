@@ -303,7 +303,6 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     [
         ("pkg: nope, exec: x", "main.yaml:2: Package 'nope' not found"),
         ("pkg: camera, exec: x", "main.yaml:2: No executable found"),
-        ("pkg: camera, exec: camera, param: [{from: nope.yaml}]", "no parameter file .*nope.yaml"),
         ("pkg: camera, exec: camera, output: loud", "expected screen, log or both, got 'loud'"),
         ("pkg: camera, exec: camera, respawn: maybe", "'respawn': expected true or false"),
         ("pkg: camera, exec: camera, respawn_delay: long", "'respawn_delay': expected a number"),

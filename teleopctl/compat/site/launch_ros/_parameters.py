@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from launch._texts import optional, template
+from launch._texts import template
 from launch.substitution import Substitution
 
 from teleopctl.launch import (
@@ -13,7 +13,6 @@ from teleopctl.launch import (
     ParameterTree,
     Template,
     flag,
-    literal,
 )
 
 from .parameter_descriptions import Parameter, ParameterFile, ParameterValue
@@ -65,7 +64,10 @@ def _parameter(name: Template, value: object) -> ModelParameter:
         if type_name is not None and _is_text(value.value):
             return ModelParameter(name, template(value.value), type_name)
         value = value.value
-    return ModelParameter(name, _tree(value), type_name)
+    try:
+        return ModelParameter(name, _tree(value), type_name)
+    except TypeError as error:
+        raise TypeError(f"parameter '{name.source}': {error}") from error
 
 
 def _is_text(value: object) -> bool:
@@ -83,18 +85,15 @@ def _tree(value: object) -> ParameterTree:
         if _is_text(value) and all(isinstance(item, str | Substitution) for item in value):
             # As in ROS 2: texts beside substitutions are one text.
             return template(value)
-        return [
-            template(item) if isinstance(item, Substitution | Sequence) and not isinstance(item, str)
-            else _tree(item)
-            for item in value
-        ]
-    text = optional(value)  # what is no value at all is told so
-    assert text is not None
-    return text
+        return [_item(item) for item in value]
+    raise TypeError(f"{value!r} is no value of a parameter")
+
+
+def _item(value: object) -> ParameterTree:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return template(value)
+    return _tree(value)
 
 
 def _allows(allow_substs: object) -> bool:
     return allow_substs if isinstance(allow_substs, bool) else flag(template(allow_substs).source)
-
-
-__all__ = ["literal", "parameters"]

@@ -9,16 +9,7 @@ from typing import Any
 from launch._texts import template
 from launch.some_substitutions_type import SomeSubstitutionsType
 
-_TYPES: dict[object, str] = {
-    kind: f"{prefix}{kind_name}"
-    for prefix, wrapped in (("", lambda kind: kind), ("list_of_", lambda kind: list[kind]))
-    for kind_name, kind in (
-        ("int", wrapped(int)),
-        ("float", wrapped(float)),
-        ("bool", wrapped(bool)),
-        ("str", wrapped(str)),
-    )
-}
+_SCALARS = (bool, int, float, str)
 
 
 def type_name(value_type: object) -> str | None:
@@ -29,11 +20,12 @@ def type_name(value_type: object) -> str | None:
     """
     if value_type is None:
         return None
+    scalar: Any  # a type, as the next lines make sure
     arguments = typing.get_args(value_type)
-    known = list[arguments[0]] if arguments else value_type  # type: ignore[valid-type]
-    if known not in _TYPES:
+    scalar = arguments[0] if arguments else value_type
+    if scalar not in _SCALARS:
         raise TypeError(f"value_type={value_type} is none of the types that parameters have")
-    return _TYPES[known]
+    return f"list_of_{scalar.__name__}" if arguments else scalar.__name__
 
 
 class ParameterValue:

@@ -117,9 +117,7 @@ class Node(ExecuteProcess):
 
     def process(self) -> Process:
         """Return what is started, as the model has it."""
-        return ModelNode(
-            node=self._part, arguments=self._arguments, origin=self, **self._settings
-        )
+        return ModelNode(node=self._part, arguments=self._arguments, origin=self, **self._settings)
 
 
 def _warned(old: str, kwargs: dict[str, Any]) -> bool:

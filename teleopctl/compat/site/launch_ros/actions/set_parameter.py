@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from launch.action import Action
 
-from teleopctl.launch import SetParameter as ModelSetParameter
+from teleopctl.launch import Parameter, SetParameter as ModelSetParameter
 
 from .._parameters import parameters
 
@@ -32,4 +32,5 @@ class SetParameter(Action):
     def model_action(self) -> ModelSetParameter:
         """Return what the model does for it."""
         (parameter,) = parameters([{self.name: self.value}])
+        assert isinstance(parameter, Parameter)
         return ModelSetParameter(parameter=parameter)

@@ -21,9 +21,7 @@ class ExecutableInPackage(Substitution):
         package: The package.
     """
 
-    def __init__(
-        self, executable: SomeSubstitutionsType, package: SomeSubstitutionsType
-    ) -> None:
+    def __init__(self, executable: SomeSubstitutionsType, package: SomeSubstitutionsType) -> None:
         super().__init__()
         self._executable = template(executable)
         self._package = template(package)

@@ -65,9 +65,3 @@ class FindPackageShare(FindPackage):
     def perform(self, context: LaunchContext) -> str:
         """Return the folder."""
         return Substitution.perform(self, context)
-
-    def __truediv__(self, other: SomeSubstitutionsType) -> Substitution:
-        """Return a path in the folder."""
-        from launch.substitutions import PathJoinSubstitution
-
-        return PathJoinSubstitution([self, other])
