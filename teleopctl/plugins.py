@@ -263,6 +263,7 @@ DISPLAYS = Kind(
         "AccelStamped": f"{_DISPLAYS}.geometry.screw:AccelStamped",
         "Axes": f"{_DISPLAYS}.geometry.axes:Axes",
         "Camera": f"{_DISPLAYS}.sensors.camera:Camera",
+        "DepthCloud": f"{_DISPLAYS}.sensors.depth_cloud:DepthCloud",
         "Grid": f"{_DISPLAYS}.grid:Grid",
         "GridCells": f"{_DISPLAYS}.geometry.polygon:GridCells",
         "Image": f"{_DISPLAYS}.sensors.image:Image",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.pictures.depth import depths_of as depths_of
     from teleopctl.pictures.grey import GreyRange as GreyRange
     from teleopctl.pictures.messages import (
         COMPRESSED as COMPRESSED,
@@ -19,6 +20,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "depth": "depths_of",
             "grey": "GreyRange",
             "messages": "COMPRESSED RAW image_of picture_of",
             "picture": "Picture PictureError",

@@ -60,7 +60,7 @@ def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
         PictureError: The bytes are no picture of a known format.
     """
     if "compressedDepth" in message.format:
-        return _grey(_depths(message), width, shades)
+        return _grey(depths_inside(message), width, shades)
     return _shown(_opened(bytes(message.data), message.format), message.format, width, shades)
 
 
@@ -72,13 +72,13 @@ def _shown(image: PilImage, name: str, width: int, shades: GreyRange) -> PilImag
 
 
 def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    values = _depths(message)
+    values = depths_inside(message)
     height, whole_width = values.shape
     grey = fitted(_grey(values, width, shades), width)
     return Picture(to_jpeg(grey), "jpeg", whole_width, height, message.format)
 
 
-def _depths(message: Any) -> np.ndarray[Any, Any]:
+def depths_inside(message: Any) -> np.ndarray[Any, Any]:
     """The numbers of a depth picture, (height, width)."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):

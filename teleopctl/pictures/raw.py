@@ -107,7 +107,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
     return rows, step
 
 
-def _array(message: Any, dtype: str, channels: int) -> Array:
+def numbers_of(message: Any, dtype: str, channels: int) -> Array:
     """The numbers of a message, (rows, width, channels), as this machine has them."""
     numbers = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * numbers.itemsize
@@ -124,18 +124,18 @@ def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, 
     coarse = message.width >= 2 * width
     if encoding in _WORDS:
         order = _WORDS[encoding]
-        words = _array(message, "u2", len(order))
+        words = numbers_of(message, "u2", len(order))
         colors = [order.index(color) for color in "rgb"]
         return Image.fromarray((words[..., colors] >> 8).astype(np.uint8)), len(words)
     if found := _BAYER.match(encoding):
-        plane = _array(message, "u1" if found[2] == "8" else "u2", 1)[..., 0]
+        plane = numbers_of(message, "u1" if found[2] == "8" else "u2", 1)[..., 0]
         if min(plane.shape) < 2:
             raise PictureError(f"{message.width} x {len(plane)} pixels are no {encoding}")
         return Image.fromarray(from_bayer(plane, found[1], coarse=coarse)), len(plane)
     if encoding in _YUV422:
         if message.width < 2:
             raise PictureError(f"A picture of one column is no {encoding}")
-        pairs = _array(message, "u1", 2).reshape(-1, 2 * message.width)
+        pairs = numbers_of(message, "u1", 2).reshape(-1, 2 * message.width)
         return Image.fromarray(from_yuv422(pairs, _YUV422[encoding], coarse=coarse)), len(pairs)
     if encoding == "mono16":
         encoding = "16UC1"
@@ -144,7 +144,7 @@ def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, 
     channels = int(plain[3] or 1)
     if not channels:
         raise PictureError(f"The encoding '{message.encoding}' has no channels")
-    numbers = _array(message, f"{_KINDS[plain[2]]}{int(plain[1]) // 8}", channels)
+    numbers = numbers_of(message, f"{_KINDS[plain[2]]}{int(plain[1]) // 8}", channels)
     rows = len(numbers)
     # Numbers are thinned out, since the mean of a depth and another one is neither.
     every = max(message.width // width, 1)

@@ -24,6 +24,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "Enable Transparency": True,
     "Far Plane Distance": 100,
     "Image Rendering": "background and overlay",
+    "Occlusion Compensation": {"Occlusion Time-Out": 30, "Value": False},
     "Line Style": {"Line Width": 0.03, "Value": "Lines"},
     "Overlay Alpha": 0.5,
     "Show Robot Visual": True,
@@ -40,6 +41,7 @@ _BESIDES = frozenset(
         *("Update Interval", "Trajectory Topic", "Planning Group", "Planning Metrics"),
         *("Acceleration_Scaling_Factor", "Velocity_Scaling_Factor", "Use Sim Time"),
         *("Voxel Coloring", "Voxel Rendering", "Scene Display Time", "Show Workspace"),
+        *("Reliability Policy", "Topic Filter"),
         *("Colliding Link Color", "Joint Violation Color", "Interactive Marker Size"),
         *("Show Arrows", "Start State Alpha", "Start State Color"),
     }

@@ -33,11 +33,13 @@ class Cloud:
         points: Where they are in the message's frame, (n, 3), in metres.
         total: How many there were, before some were left out.
         channels: What was measured at each, (n,), by name.
+        spacing: How far neighbours are from each other, in metres; 0 where that is not known.
     """
 
     points: Floats
     total: int
     channels: dict[str, Array] = field(default_factory=dict)
+    spacing: float = 0.0
 
 
 # Any: a PointCloud2 message.
@@ -80,7 +82,7 @@ def read_cloud(message: Any, most: int) -> Cloud:
     with np.errstate(over="ignore"):
         points = np.stack([channels.pop(name) for name in "xyz"], -1).astype(np.float32)
     total = message.width * message.height
-    return _kept(points, total, channels, _near(points))
+    return kept_points(points, total, channels, near(points))
 
 
 # Any: a PointCloud message.
@@ -100,7 +102,7 @@ def read_old_cloud(message: Any, most: int) -> Cloud:
         for one in message.channels
         if len(one.values) == total
     }
-    return _kept(points, total, channels, _near(points))
+    return kept_points(points, total, channels, near(points))
 
 
 # Any: a LaserScan message.
@@ -119,19 +121,27 @@ def read_scan(message: Any, sweep: Transform | None = None) -> Cloud:
         points = ranges[:, None] * across
         if sweep is not None and len(points) > 1:
             points = _swept(points, sweep)
-        hit = (ranges >= message.range_min) & (ranges <= message.range_max) & _near(points)
+        hit = (ranges >= message.range_min) & (ranges <= message.range_max) & near(points)
         points = points.astype(np.float32)
     intensities = np.frombuffer(message.intensities, np.float32)
     channels = {"intensity": intensities} if len(intensities) == len(ranges) else {}
-    return _kept(points, len(ranges), channels, hit)
+    return kept_points(points, len(ranges), channels, hit)
 
 
-def _near(points: Array) -> npt.NDArray[np.bool_]:
+def near(points: Array) -> npt.NDArray[np.bool_]:
     """Which points are somewhere, so that they can be seen."""
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 
-def _kept(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
+def kept_points(points: Floats, total: int, channels: dict[str, Array], kept: Array) -> Cloud:
+    """The points of which something is true.
+
+    Args:
+        points: All, (n, 3).
+        total: How many there were, before some were left out.
+        channels: What was measured at each, (n,), by name.
+        kept: Which stay, (n,).
+    """
     if kept.all():
         return Cloud(points, total, channels)
     return Cloud(points[kept], total, {name: values[kept] for name, values in channels.items()})

@@ -80,6 +80,7 @@ class Drawable:
         colors: Theirs, (n, 3), or one for all, (3,).
         total: How many there were in the message.
         transformer: What gave them their colours.
+        spacing: How far neighbours are from each other; see `Cloud`.
     """
 
     center: tuple[float, float, float]
@@ -87,6 +88,7 @@ class Drawable:
     colors: Colors
     total: int
     transformer: str
+    spacing: float = 0.0
 
 
 @dataclass(slots=True)
@@ -126,6 +128,10 @@ class PointsDisplay(Display):
         """
         raise NotImplementedError
 
+    def size_m(self, drawable: Drawable) -> float:  # noqa: ARG002 -- for those that measure it
+        """The size of a point in metres."""
+        return self.values.number("Size (m)")
+
     def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for those that take their time
         """How long the sensor took to measure it."""
         return 0
@@ -146,10 +152,14 @@ class PointsDisplay(Display):
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- each of them changes all points
         """Draw what is drawn anew."""
-        last = self._drawn_ones[-1].job.message if self._drawn_ones else self._waiting
-        newest = self._newest if self._newest is not None else last
+        newest = self._newest_message()
         self.stopped()
         self._newest, self._due = newest, 0.0
+
+    def _newest_message(self) -> Any:
+        """The message that is to be drawn next, or again; None for none."""
+        last = self._drawn_ones[-1].job.message if self._drawn_ones else self._waiting
+        return self._newest if self._newest is not None else last
 
     def received(self, message: Any) -> None:
         """Keep it for the next picture."""
@@ -224,7 +234,9 @@ class PointsDisplay(Display):
         # Around their middle they need fewer digits.
         center = (cloud.points.min(axis=0) + cloud.points.max(axis=0)) / 2.0
         x, y, z = (float(part) for part in center)
-        return Drawable((x, y, z), cloud.points - center, colors, cloud.total, transformer)
+        return Drawable(
+            (x, y, z), cloud.points - center, colors, cloud.total, transformer, cloud.spacing
+        )
 
     def _done(self, turn: int, job: Job, done: Any) -> None:
         self._busy = False
@@ -260,15 +272,16 @@ class PointsDisplay(Display):
             drawable.points,
             drawable.colors,
             values.text("Style"),
-            values.number("Size (m)"),
+            self.size_m(drawable),
             int(values.number("Size (Pixels)")),
             values.number("Alpha"),
         )
         self._place(drawn, job.pose)
-        self._fares = self._verdict(drawable)
+        self._fares = self.verdict(drawable)
         self.say(*self._fares)
 
-    def _verdict(self, drawable: Drawable) -> tuple[str, str]:
+    def verdict(self, drawable: Drawable) -> tuple[str, str]:
+        """How it fares with points that are drawn: the status, and how many they are."""
         shown, total = len(drawable.points), drawable.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen = self.values.given.get("Color Transformer")

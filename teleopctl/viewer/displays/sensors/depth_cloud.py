@@ -1,0 +1,227 @@
+"""``DepthCloud``: the pixels of a depth camera as points, in the colours of another camera."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from teleopctl.node import qos_profile_sensor_data
+from teleopctl.pictures import COMPRESSED, RAW, GreyRange, PictureError, depths_of, image_of
+from teleopctl.tf import stamp_of
+from teleopctl.viewer.displays.base import OK, WARN
+from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.displays.sensors.cloud import Cloud, CloudError, kept_points, near
+from teleopctl.viewer.displays.sensors.points import (
+    POINT_PROPERTIES,
+    Drawable,
+    Job,
+    PointsDisplay,
+)
+from teleopctl.viewer.pictures.feed import base_topic, camera_info_topic, type_by_name
+
+# Any stands for messages throughout: their classes are made at run time, from definitions.
+
+_INFO = "sensor_msgs/msg/CameraInfo"
+_DEPTH_TOPIC, _COLOR_TOPIC = "Depth Map Topic", "Color Image Topic"
+_DEPTH_HINT, _COLOR_HINT = "Depth Map Transport Hint", "Color Transport Hint"
+_AUTO, _FACTOR = "Auto Size", "Auto Size/Auto Size Factor"
+# As many as RViz keeps to find the one that was taken with a depth image, and how far apart in time
+# the two may be.
+_MOST_COLORS = 5
+_APART_NS = 500_000_000
+# Sizes in steps of a tenth: with another size the browser makes its points anew.
+_STEP = math.log(1.1)
+
+
+class DepthCloud(PointsDisplay):
+    """The points that a depth camera sees."""
+
+    rviz_class = "DepthCloud"
+    message_type = RAW
+    other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
+    topic_key: ClassVar[str] = _DEPTH_TOPIC
+    properties: ClassVar[tuple[Property, ...]] = (
+        Property(_DEPTH_HINT, "raw", hint="raw, or compressedDepth"),
+        Property(_COLOR_TOPIC, "", hint="Images as large as the depth images; empty for none"),
+        Property(_COLOR_HINT, "raw", hint="raw, or compressed"),
+        Property(_AUTO, True, hint="Points are as large as a pixel is at their mean distance"),
+        Property(_FACTOR, 1.0, low=0.0001, high=1000.0),
+        *POINT_PROPERTIES,
+    )
+
+    # Any: what displays are made of.
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        said = self.values.given.get(_DEPTH_TOPIC)
+        if isinstance(said, str):
+            self.topic = _transported(said, self.values.text(_DEPTH_HINT))
+        # The CameraInfo, and the newest images
+        self._info: Any = None
+        self._colors: deque[Any] = deque(maxlen=_MOST_COLORS)
+        self._ends: list[Callable[[], None]] = []
+        self._wrong = ""
+
+    def listen_to(self, topic: str) -> None:
+        """Choose the topic; a file names its transport beside it."""
+        super().listen_to(topic)
+        base = base_topic(topic)
+        self.values.given[_DEPTH_TOPIC] = base
+        self.values.given[_DEPTH_HINT] = topic.removeprefix(base).lstrip("/") or "raw"
+
+    def type_of_topic(self) -> str:
+        """What is published there; while nothing is, what the topic's name says."""
+        return self._type_of(self.topic)
+
+    def started(self) -> None:
+        """Listen to how the camera sees, and to the colours."""
+        if not self.topic:
+            return
+        self._listen_to(camera_info_topic(self.topic), _INFO, self._take_info)
+        color = _transported(self.values.text(_COLOR_TOPIC).strip(), self.values.text(_COLOR_HINT))
+        if color:
+            self._listen_to(color, self._type_of(color), self._colors.append)
+
+    def stopped(self) -> None:
+        """Take the points out of the picture, and listen no more."""
+        super().stopped()
+        while self._ends:
+            self._ends.pop()()
+        self._colors.clear()
+        self._info, self._wrong = None, ""
+
+    def changed(self, name: str) -> None:
+        """Draw anew, or listen elsewhere."""
+        if name == _DEPTH_HINT:
+            self.listen_to(_transported(base_topic(self.topic), self.values.text(name)))
+        elif name in (_COLOR_TOPIC, _COLOR_HINT):
+            self.stopped()
+            self.started()
+        else:
+            newest = self._newest_message()
+            super().stopped()
+            self._newest, self._due = newest, 0.0
+
+    def tick(self) -> None:
+        """Draw what is newest, once it is known how the camera sees."""
+        if self._info is not None:
+            super().tick()
+        elif self.messages:
+            topic = camera_info_topic(self.topic)
+            self.say(WARN, f"Nothing has come from {topic}: where the points are is not known")
+
+    def read(self, job: Job) -> Cloud:
+        """Read the points of a depth image."""
+        self._wrong = ""
+        try:
+            return self._points(job)
+        except PictureError as error:
+            raise CloudError(error.message) from error
+
+    def size_m(self, drawable: Drawable) -> float:
+        """The size of a pixel where the points are, if that is asked for."""
+        size = self.values.number(_FACTOR) * drawable.spacing
+        if not self.values.flag(_AUTO) or not size > 0.0:
+            return super().size_m(drawable)
+        return math.exp(_STEP * round(math.log(size) / _STEP))
+
+    def verdict(self, drawable: Drawable) -> tuple[str, str]:
+        """How many points there are, and what is wrong with their colours."""
+        level, text = super().verdict(drawable)
+        return (WARN, self._wrong) if self._wrong and level == OK else (level, text)
+
+    # --- its own ------------------------------------------------------------------------------
+
+    def _type_of(self, topic: str) -> str:
+        offered = [one.topic_type for one in self.stage.node.get_publishers_info_by_topic(topic)]
+        known = (self.message_type, *self.other_types)
+        return next((name for name in known if name in offered), type_by_name(topic))
+
+    def _listen_to(self, topic: str, kind: str, take: Callable[[Any], object]) -> None:
+        self._ends.append(self.stage.subscribe(topic, kind, take, qos_profile_sensor_data))
+
+    def _take_info(self, info: Any) -> None:
+        self._info = info
+
+    def _points(self, job: Job) -> Cloud:
+        depths, info = depths_of(job.message), self._info
+        rows, width = depths.shape
+        fx, fy, cx, cy = _lens(info, width, rows, camera_info_topic(self.topic))
+        every = 1
+        while -(-rows // every) * -(-width // every) > job.most:
+            every += 1
+        z = depths[::every, ::every]
+        v, u = np.mgrid[0:rows:every, 0:width:every]
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = np.stack([(u - cx) / fx * z, (v - cy) / fy * z, z], -1).astype(np.float32)
+        points = points.reshape(-1, 3)
+        channels = {}
+        if (colors := self._colors_of(job.message, depths.shape)) is not None:
+            channels["rgb"] = colors[::every, ::every].reshape(-1)
+        measured = near(points) & (points[:, 2] > 0.0)
+        cloud = kept_points(points, rows * width, channels, measured)
+        middle = float(np.median(cloud.points[:, 2])) if len(cloud.points) else 0.0
+        return Cloud(cloud.points, cloud.total, cloud.channels, every * middle / fx)
+
+    def _colors_of(self, depth: Any, size: tuple[int, ...]) -> Any:
+        """The colour of each pixel of a depth image as 0x00RRGGBB; None for none."""
+        at = stamp_of(depth.header.stamp)
+        taken = [(abs(stamp_of(one.header.stamp) - at), one) for one in tuple(self._colors)]
+        apart, image = min(taken, key=lambda one: one[0], default=(0, None))
+        if image is None:
+            return None
+        if apart > _APART_NS:
+            self._wrong = f"The newest image of colours is {apart / 1e9:.1f} s from the depths"
+            return None
+        if image.header.frame_id != depth.header.frame_id:
+            self._wrong = (
+                f"The colours are seen from [{image.header.frame_id}], "
+                f"the depths from [{depth.header.frame_id}]"
+            )
+        try:
+            pixels = np.asarray(image_of(image, GreyRange()).convert("RGB")).astype(np.uint32)
+        except PictureError as error:
+            self._wrong = f"The colours are not used: {error.message}"
+            return None
+        if pixels.shape[:2] != size:
+            self._wrong = (
+                f"The colours are not used: {pixels.shape[1]} x {pixels.shape[0]} pixels are not "
+                f"the {size[1]} x {size[0]} of the depths"
+            )
+            return None
+        return pixels[..., 0] << 16 | pixels[..., 1] << 8 | pixels[..., 2]
+
+
+def _transported(topic: str, hint: str) -> str:
+    """The topic of a transport beside the one of images that are not compressed."""
+    hint = hint.strip()
+    return f"{topic}/{hint}" if topic and hint not in ("", "raw") else topic
+
+
+# Any: a CameraInfo.
+def _lens(info: Any, width: int, rows: int, topic: str) -> tuple[float, float, float, float]:
+    """The focal lengths and the principal point of a camera, in pixels of its image.
+
+    Raises:
+        CloudError: It is not known, or is that of other images.
+    """
+    across, down = max(info.binning_x, 1), max(info.binning_y, 1)
+    size = (info.roi.width or info.width) // across, (info.roi.height or info.height) // down
+    if size[0] != width or rows > size[1]:
+        raise CloudError(
+            f"{topic} is of {size[0]} x {size[1]} pixels, the image of {width} x {rows}"
+        )
+    # The projection counts for rectified pictures; drivers often leave it out.
+    for matrix, third in ((info.p, 6), (info.k, 5)):
+        fx, cx, fy, cy = (float(matrix[i]) for i in (0, 2, third - 1, third))
+        if 0.0 < fx < math.inf and 0.0 < fy < math.inf and math.isfinite(cx) and math.isfinite(cy):
+            return (
+                fx / across,
+                fy / down,
+                (cx - info.roi.x_offset) / across,
+                (cy - info.roi.y_offset) / down,
+            )
+    raise CloudError(f"{topic} does not say how the camera sees: it is not calibrated")
