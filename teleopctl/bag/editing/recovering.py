@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from teleopctl.bag.editing.agreement import disagreements
 from teleopctl.bag.editing.copying import Output, Told, copy_bags
 from teleopctl.bag.editing.faults import DATABASE_SUFFIX, faults_of
 from teleopctl.bag.editing.reindexing import reindex
-from teleopctl.bag.mcap_file.file_reader import McapFileReader
+from teleopctl.bag.look.decoding import class_of
+from teleopctl.bag.mcap_file.file_reader import McapFileReader, Salvage
 from teleopctl.bag.mcap_file.file_writer import McapFileWriter
 from teleopctl.bag.mcap_file.inspection import Fault
 from teleopctl.bag.mcap_file.repair import finish_file
 from teleopctl.bag.mcap_file.scan import MAGIC_BYTES, scan
 from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata
+from teleopctl.bag.records import BagMessage, BagTopic
 from teleopctl.bag.storage.bag import bag_files, open_bag
 from teleopctl.bag.storage.packed import SUFFIX
-from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
+from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError, TeleopctlError
+from teleopctl.interfaces import deserialize
 
 
 class Recovery(NamedTuple):
@@ -116,7 +120,11 @@ def _in_place(path: Path, files: list[Path]) -> Recovery:
 def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told) -> Recovery:
     damage = [f"{file}: {fault.what}" for file, fault in faults]
     lost = [f"{file}: {fault.what}" for file, fault in faults if fault.loses]
-    with open_bag(path) as bag:
+    classes: dict[str, type[Any] | None] = {}
+    done = [f"{output}: what can be read of {path}"]
+    salvage = Salvage(lambda message: _can_be_decoded(message, classes), done.append)
+    with open_bag(path, salvage=salvage) as bag:
+        classes.update((topic.name, _class_of(topic)) for topic, _ in bag.metadata.topics)
         (counts,) = copy_bags([bag], [Output(output)], told, left_out=lambda _: None)
         said = {topic.name: count for topic, count in bag.metadata.topics}
         old = _old_metadata(path)
@@ -126,8 +134,25 @@ def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told
             missing = count - counts.get(name, 0)
             if missing > 0:
                 lost.append(f"{name}: {missing} of {count} messages")
-    done = [f"{output}: what can be read of {path}"]
     return Recovery(output, sum(counts.values()), done, damage, lost)
+
+
+# Any, here and below: classes made from the bag's definitions.
+def _class_of(topic: BagTopic) -> type[Any] | None:
+    with contextlib.suppress(TeleopctlError):
+        return class_of(topic)
+    return None
+
+
+def _can_be_decoded(message: BagMessage, classes: Mapping[str, type[Any] | None]) -> bool:
+    """Whether its bytes are a message of its type, as far as the type is known."""
+    message_class = classes.get(message.topic)
+    if message_class is not None:
+        try:
+            deserialize(message.data, message_class)
+        except TeleopctlError:
+            return False
+    return True
 
 
 def _has_no_header(file: Path) -> bool:

@@ -42,24 +42,21 @@ BROKEN = (
 _Record = TypeVar("_Record", Schema, Channel, MessageIndex)
 
 
-def read_chunk(
-    stream: BinaryIO, index: ChunkIndex, *, checked: bool = True
-) -> list[Schema | Channel | Message]:
+def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | Message]:
     """Return the records of a chunk.
 
     Args:
         stream: The file; it is left somewhere.
         index: Where the chunk is.
-        checked: Whether to compare the checksum.
 
     Raises:
         Exception: One of `BROKEN`: the chunk is not what its index says.
     """
-    data = _content(stream, index, checked=checked)
+    data = read_content(stream, index)
     found: list[Schema | Channel | Message] = []
-    for opcode, start, end in _records(data):
+    for opcode, start, end in records_of(data):
         if opcode == Opcode.MESSAGE:
-            found.append(_message(data, start, end))
+            found.append(read_message(data, start, end))
         elif opcode == Opcode.SCHEMA:
             found.append(read_record(Schema, data[start:end]))
         elif opcode == Opcode.CHANNEL:
@@ -89,14 +86,14 @@ def read_latest(
             entries += [entry for entry in records if entry[0] < end_ns]
     if not entries:
         return []
-    data = _content(stream, index, checked=True)
+    data = read_content(stream, index)
     found = []
     for _, offset in sorted(entries)[-most:]:
         opcode, length = HEAD.unpack_from(data, offset)
         start = offset + HEAD.size
         if opcode != Opcode.MESSAGE or length < MESSAGE_HEAD.size or start + length > len(data):
             raise ValueError("its index does not lead to a message")
-        found.append(_message(data, start, start + length))
+        found.append(read_message(data, start, start + length))
     return found
 
 
@@ -125,9 +122,9 @@ def message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
     Raises:
         Exception: One of `BROKEN`: the chunk is not what its index says.
     """
-    data = _content(stream, index, checked=True)
+    data = read_content(stream, index)
     entries: dict[int, list[tuple[int, int]]] = {}
-    for opcode, start, _ in _records(data):
+    for opcode, start, _ in records_of(data):
         if opcode == Opcode.MESSAGE:
             channel, _, log_ns, _ = MESSAGE_HEAD.unpack_from(data, start)
             entries.setdefault(channel, []).append((log_ns, start - HEAD.size))
@@ -147,13 +144,18 @@ def read_record(kind: type[_Record], data: bytes) -> _Record:
     return record
 
 
-def _message(data: bytes, start: int, end: int) -> Message:
+def read_message(data: bytes, start: int, end: int) -> Message:
+    """Read the message whose content stands there."""
     channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(data, start)
     return Message(channel, log_ns, data[start + MESSAGE_HEAD.size : end], publish_ns, sequence)
 
 
-def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """What each record is, and where its content begins and ends."""
+def records_of(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield of each record of a chunk's content what it is, and where its own begins and ends.
+
+    Raises:
+        ValueError: The chain of records is broken; so does `struct.error` tell.
+    """
     offset = 0
     while offset < len(data):
         opcode, length = HEAD.unpack_from(data, offset)
@@ -166,7 +168,17 @@ def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
         yield opcode, start, offset
 
 
-def _content(stream: BinaryIO, index: ChunkIndex, *, checked: bool) -> bytes:
+def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -> bytes:
+    """Return the records of a chunk as bytes.
+
+    Args:
+        stream: The file; it is left somewhere.
+        index: Where the chunk is.
+        checked: Whether to compare the checksum.
+
+    Raises:
+        Exception: One of `BROKEN`: the chunk is not what its index says.
+    """
     offset = index.chunk_start_offset
     stream.seek(offset)
     opcode, length = HEAD.unpack(stream.read(HEAD.size))

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -16,6 +16,7 @@ from mcap.records import Attachment, Channel, ChunkIndex, Message, Metadata
 
 from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
 from teleopctl.bag.mcap_file.loose import loose_messages
+from teleopctl.bag.mcap_file.salvage import salvage_chunk
 from teleopctl.bag.mcap_file.scan import scan
 from teleopctl.bag.mcap_file.summary import has_end, read_summary
 from teleopctl.bag.metadata import MCAP, BagFile
@@ -37,11 +38,24 @@ if TYPE_CHECKING:
 _log_time_ns = attrgetter("log_time_ns")
 
 
+class Salvage(NamedTuple):
+    """How messages of a broken chunk are taken over, where its broken part is not the whole.
+
+    Attributes:
+        takes: Whether a message is taken: what it says may have changed.
+        told: Called with a sentence for each such chunk.
+    """
+
+    takes: Callable[[BagMessage], bool]
+    told: Callable[[str], object]
+
+
 class McapFileReader:
     """One MCAP file.
 
     Args:
         path: The file.
+        salvage: How messages of broken chunks are taken over; they are not if None.
 
     Attributes:
         topics: Its topics by name, each with its number of messages.
@@ -56,8 +70,9 @@ class McapFileReader:
     distribution = ""
     """The ROS 2 distribution stands in a record, if at all."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, salvage: Salvage | None = None) -> None:
         self.path = path
+        self._salvage = salvage
         self.remarks: list[str] = []
         try:
             self._stream = path.open("rb")
@@ -259,8 +274,29 @@ class McapFileReader:
                     what, hint=f"teleopctl bag recover {self.path} saves the others."
                 ) from error
             left_out(what)
-            return iter(())
+            return iter(self._salvaged(chunk))
         return (record for record in records if isinstance(record, Message))
+
+    def _salvaged(self, chunk: ChunkIndex) -> list[Message]:
+        if self._salvage is None:
+            return []
+        try:
+            found = salvage_chunk(self._stream, chunk)
+        except BROKEN:
+            return []
+        channels = self._channels(None)
+        taken = [
+            message
+            for message in found.messages
+            for read in _chosen((message,), channels, 0, NO_TIME_NS)
+            if self._salvage.takes(read)
+        ]
+        self._salvage.told(
+            f"{self.path}: {len(taken)} of {found.message_count} messages of the chunk at byte"
+            f" {chunk.chunk_start_offset} are saved; its checksum is wrong, so what they say may"
+            " have changed"
+        )
+        return taken
 
     def _latest_in(
         self, chunk: ChunkIndex, channels: Mapping[int, str], end_ns: int, most: int

@@ -13,7 +13,7 @@ import mmap
 import os
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -43,6 +43,7 @@ from teleopctl.bag.mcap_file.chunk import (
     read_compression,
     read_record,
 )
+from teleopctl.bag.mcap_file.salvage import salvage_chunk
 from teleopctl.errors import InvalidFileError
 
 _ATTACHMENT_TIMES = struct.Struct("<QQ")
@@ -281,11 +282,18 @@ class _Walk:
         while found.channel_id not in self._scan.summary.channels and self._unopened:
             # Channels that have no message yet stand in an earlier chunk.
             with contextlib.suppress(*BROKEN):
-                for record in read_chunk(self._stream, self._unopened.pop()):
-                    if isinstance(record, Schema | Channel):
-                        self._add(record)
+                for record in self._descriptions(self._unopened.pop()):
+                    self._add(record)
         times = [time_ns for time_ns, _ in found.records]
         _note(self._times[chunk.chunk_start_offset], found.channel_id, times)
+
+    def _descriptions(self, chunk: ChunkIndex) -> Sequence[Schema | Channel]:
+        """Schemas and channels of a chunk; of a broken one those that can be read."""
+        try:
+            records = read_chunk(self._stream, chunk)
+        except BROKEN:
+            return salvage_chunk(self._stream, chunk).descriptions
+        return [record for record in records if isinstance(record, Schema | Channel)]
 
     def _open_chunks_without_index(self) -> None:
         """Look into chunks that have no index, and the last one of an unfinished file."""

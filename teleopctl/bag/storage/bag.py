@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Protocol, Self
 
-from teleopctl.bag.mcap_file.file_reader import McapFileReader
+from teleopctl.bag.mcap_file.file_reader import McapFileReader, Salvage
 from teleopctl.bag.metadata import (
     MCAP,
     METADATA_FILE,
@@ -89,7 +89,7 @@ class Bag(Protocol):
     def __exit__(self, *_: object) -> None: ...
 
 
-def open_bag(path: Path, storage: str | None = None) -> Bag:
+def open_bag(path: Path, storage: str | None = None, salvage: Salvage | None = None) -> Bag:
     """Open a bag.
 
     A folder without ``metadata.yaml`` is read too, and so is a file that was never finished.
@@ -97,6 +97,7 @@ def open_bag(path: Path, storage: str | None = None) -> Bag:
     Args:
         path: The folder, or one of its files.
         storage: ``mcap`` or ``sqlite3``, where the path does not tell.
+        salvage: How messages of broken chunks of MCAP files are taken over; they are not if None.
 
     Raises:
         NotFoundError: Nothing is there, or no bag.
@@ -116,13 +117,17 @@ def open_bag(path: Path, storage: str | None = None) -> Bag:
 
         return Ros1Bag(files[0])
     metadata, remark = _metadata(path)
-    bag = open_files(path, files, metadata, storage)
+    bag = open_files(path, files, metadata, storage, salvage)
     bag.remarks += remark
     return bag
 
 
 def open_files(
-    path: Path, files: list[Path], metadata: BagMetadata | None, storage: str | None = None
+    path: Path,
+    files: list[Path],
+    metadata: BagMetadata | None,
+    storage: str | None = None,
+    salvage: Salvage | None = None,
 ) -> Bag:
     """Open MCAP files or databases as one bag.
 
@@ -131,12 +136,13 @@ def open_files(
         files: The files.
         metadata: What ``metadata.yaml`` says, which the files complete and correct.
         storage: As for `open_bag`.
+        salvage: As for `open_bag`.
 
     Raises:
         InvalidFileError: None of them can be read.
         UnsupportedError: They are compressed in a way that is not known.
     """
-    return _FilesBag(path, files, metadata, storage)
+    return _FilesBag(path, files, metadata, storage, salvage)
 
 
 def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
@@ -185,7 +191,9 @@ def _suffix(file: Path) -> str:
     return Path(file.name.removesuffix(SUFFIX)).suffix
 
 
-def _open_file(file: Path, storage: str | None) -> McapFileReader | SqliteFileReader:
+def _open_file(
+    file: Path, storage: str | None, salvage: Salvage | None
+) -> McapFileReader | SqliteFileReader:
     suffix = file.suffix
     if suffix not in _SUFFIXES:
         suffix = _SUFFIX_OF_STORAGE.get(storage or "", "")
@@ -193,7 +201,7 @@ def _open_file(file: Path, storage: str | None) -> McapFileReader | SqliteFileRe
         from teleopctl.bag.storage.sqlite_file import SqliteFileReader
 
         return SqliteFileReader(file)
-    return McapFileReader(file)
+    return McapFileReader(file, salvage)
 
 
 def _begins_with(file: Path, magic: bytes) -> bool:
@@ -206,9 +214,15 @@ class _FilesBag:
     """A bag of MCAP files or databases; see `Bag`."""
 
     def __init__(
-        self, path: Path, files: list[Path], metadata: BagMetadata | None, storage: str | None
+        self,
+        path: Path,
+        files: list[Path],
+        metadata: BagMetadata | None,
+        storage: str | None,
+        salvage: Salvage | None,
     ) -> None:
         self.path = path
+        self._salvage = salvage
         self.remarks: list[str] = []
         self._readers: list[McapFileReader | SqliteFileReader] = []
         self._descriptions: list[BagFile] = []
@@ -295,7 +309,7 @@ class _FilesBag:
 
     def _open(self, file: Path, storage: str | None, *, alone: bool) -> None:
         try:
-            reader = _open_file(self._plain(file), storage)
+            reader = _open_file(self._plain(file), storage, self._salvage)
         except InvalidFileError as error:
             if alone:
                 raise
