@@ -23,8 +23,12 @@ if TYPE_CHECKING:
         save_picture as save_picture,
     )
     from teleopctl.bag.look.tables import ExportedFile as ExportedFile, TableExport as TableExport
+    from teleopctl.bag.mcap_file.chunk_builder import (
+        ChunkSettings as ChunkSettings,
+        Compression as Compression,
+        CompressionLevel as CompressionLevel,
+    )
     from teleopctl.bag.mcap_file.file_reader import McapFileReader as McapFileReader
-    from teleopctl.bag.mcap_file.file_writer import Compression as Compression
     from teleopctl.bag.mcap_file.repair import Repair as Repair, finish_file as finish_file
     from teleopctl.bag.metadata import (
         METADATA_FILE as METADATA_FILE,
@@ -88,7 +92,7 @@ else:
             "editing.copying": "Output copy_bags",
             "editing.output_file": "read_outputs",
             "mcap_file.file_reader": "McapFileReader",
-            "mcap_file.file_writer": "Compression",
+            "mcap_file.chunk_builder": "ChunkSettings Compression CompressionLevel",
             "mcap_file.repair": "Repair finish_file",
             "metadata": "METADATA_FILE BagFile BagMetadata format_metadata read_metadata",
             "player.options": "PlayOptions",

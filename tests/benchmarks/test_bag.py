@@ -16,7 +16,7 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from teleopctl.bag import BagMessage, BagWriter, Compression, WriterOptions, keep_large_blocks
-from teleopctl.bag.mcap_file.file_writer import CHUNK_BYTES
+from teleopctl.bag.mcap_file.chunk_builder import CHUNK_BYTES
 from teleopctl.bag.recorder.message_queue import MessageQueue
 from teleopctl.bag.recorder.writing import WritingThread
 from tests.bag.bags import topic

@@ -14,7 +14,7 @@ import yaml
 
 from teleopctl import ros_yaml
 from teleopctl.bag.editing.copying import Output
-from teleopctl.bag.mcap_file.file_writer import Compression
+from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression
 from teleopctl.bag.recorder.selection import Selection
 from teleopctl.bag.records import NO_TIME_NS, BagTopic
 from teleopctl.bag.storage.bag_writer import WriterOptions
@@ -152,7 +152,7 @@ class _Entry:
             self._refuse("storage_id", "bags are written as mcap only")
         selection = self._selection()
         end_ns = values.get("end_time_ns", -1)
-        compression, chunk_bytes = self._chunk_settings()
+        chunks = self._chunk_settings()
         return Output(
             Path(values["uri"]),
             chooses=lambda topic: _chooses(selection, topic),
@@ -160,8 +160,7 @@ class _Entry:
             # rosbag2 takes a message at that time too.
             end_ns=end_ns + 1 if end_ns >= 0 else NO_TIME_NS,
             options=WriterOptions(
-                compression=compression,
-                chunk_bytes=chunk_bytes,
+                **chunks._asdict(),
                 split_bytes=values.get("max_bagfile_size", 0),
                 split_duration_ns=values.get("max_bagfile_duration", 0) * NANOSECONDS_PER_SECOND,
                 custom_data=self._custom_data(),
@@ -203,8 +202,8 @@ class _Entry:
             self.remarks.append(f"{place}: nothing is chosen (all: true chooses everything)")
         return selection
 
-    def _chunk_settings(self) -> tuple[Compression, int]:
-        """How chunks are compressed, and how large they are."""
+    def _chunk_settings(self) -> ChunkSettings:
+        """How chunks are made."""
         values = self._values
         preset, config = (values.get(f"storage_{k}") for k in ("preset_profile", "config_uri"))
         try:
@@ -222,9 +221,9 @@ class _Entry:
             place = f"{self._path}:{self._lines['compression_mode']}"
             self.remarks.append(f"{place}: MCAP files are compressed by chunks")
         if form and mode != "none":
-            return Compression(form), settings[1]
+            return settings._replace(compression=Compression(form))
         if mode == "none" and not (preset or config):
-            return Compression.NONE, settings[1]
+            return settings._replace(compression=Compression.NONE)
         return settings
 
     def _custom_data(self) -> Mapping[str, str]:

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import enum
 import io
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
+from mcap.summary import Summary
 from mcap.well_known import Profile
-from mcap.writer import CompressionType, Writer
 
 from teleopctl import __version__
+from teleopctl.bag.mcap_file.chunk import MAGIC
+from teleopctl.bag.mcap_file.chunk_builder import ChunkBuilder, ChunkSettings
+from teleopctl.bag.mcap_file.file_end import record_bytes, write_end
 from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.metadata import BagFile
 from teleopctl.bag.qos_text import format_offers
@@ -25,27 +37,9 @@ if TYPE_CHECKING:
 LIBRARY = f"teleopctl {__version__}"
 """What the header of the files says that they were written by."""
 
-CHUNK_BYTES = 2**20
-"""How many bytes of messages are compressed and indexed together."""
-
-# The writer of the library writes many small records around large ones.
+# There are many small records around large ones.
 _BUFFER_BYTES = 2**20
 _SEQUENCE_MASK = 2**32 - 1
-
-
-class Compression(enum.Enum):
-    """How chunks are compressed: most room for ``none``, most time for ``zstd``."""
-
-    NONE = "none"
-    LZ4 = "lz4"
-    ZSTD = "zstd"
-
-
-_COMPRESSIONS = {
-    Compression.NONE: CompressionType.NONE,
-    Compression.LZ4: CompressionType.LZ4,
-    Compression.ZSTD: CompressionType.ZSTD,
-}
 
 
 class McapFileWriter:
@@ -56,21 +50,18 @@ class McapFileWriter:
 
     Args:
         path: Where it is to be; nothing may be there.
-        compression: Of the chunks.
-        chunk_bytes: The size at which a chunk ends, uncompressed.
+        chunks: How its chunks are made; by default with zstd, each of 1 MiB.
 
     Raises:
         SystemFailureError: It cannot be made. The methods raise it where it cannot be written:
             then the file ends behind the last whole record, see `abandon`.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        compression: Compression = Compression.ZSTD,
-        chunk_bytes: int = CHUNK_BYTES,
-    ) -> None:
+    def __init__(self, path: Path, chunks: ChunkSettings | None = None) -> None:
+        chunks = chunks or ChunkSettings()
         self.path = path
+        # What the file ends with.
+        self._summary = Summary()
         self._channels: dict[str, int] = {}
         self._schemas: dict[tuple[str, str], int] = {}
         self._message_counts: dict[str, int] = {}
@@ -82,15 +73,17 @@ class McapFileWriter:
             raise _failure(path, error) from error
         hold(self._raw)
         self._stream = io.BufferedWriter(self._raw, _BUFFER_BYTES)
-        self._writer = Writer(self._stream, chunk_bytes, _COMPRESSIONS[compression])
-        self._try(lambda: self._writer.start(profile=Profile.ROS2, library=LIBRARY))
+        self._chunk_bytes = chunks.chunk_bytes
+        self._chunk = ChunkBuilder(chunks)
+        self._size = 0
+        self._put(MAGIC, record_bytes(Header(Profile.ROS2, LIBRARY)))
         # It is an MCAP file from its first moment on.
         self._try(self._stream.flush)
 
     @property
     def size(self) -> int:
         """Bytes written so far, but for the chunk that has not ended yet."""
-        return self._stream.tell()
+        return self._size
 
     @property
     def is_empty(self) -> bool:
@@ -124,19 +117,24 @@ class McapFileWriter:
         definition = topic.definition
         schema = (topic.type_name, definition.text)
         if schema not in self._schemas:
-            self._schemas[schema] = self._writer.register_schema(
-                topic.type_name, definition.encoding, definition.text.encode()
+            id_ = self._schemas[schema] = len(self._schemas) + 1
+            self._summary.schemas[id_] = record = Schema(
+                id_, definition.text.encode(), definition.encoding, topic.type_name
             )
-        self._channels[topic.name] = self._writer.register_channel(
-            topic.name,
-            topic.serialization_format,
-            self._schemas[schema],
-            {
+            self._chunk.add_record(record_bytes(record))
+        id_ = self._channels[topic.name] = len(self._channels) + 1
+        self._summary.channels[id_] = channel = Channel(
+            id=id_,
+            topic=topic.name,
+            message_encoding=topic.serialization_format,
+            metadata={
                 "offered_qos_profiles": format_offers(topic.qos),
                 "topic_type_hash": topic.type_hash,
                 **(COUNTED if topic.is_counted else {}),
             },
+            schema_id=self._schemas[schema],
         )
+        self._chunk.add_record(record_bytes(channel))
 
     def write(self, message: BagMessage) -> None:
         """Write a message of a topic that was added."""
@@ -146,36 +144,43 @@ class McapFileWriter:
         if time_ns > self._last_ns:
             self._last_ns = time_ns
         self._message_counts[message.topic] += 1
-        try:
-            self._writer.add_message(
-                self._channels[message.topic],
-                time_ns,
-                message.data,
-                message.publish_time_ns,
-                message.sequence & _SEQUENCE_MASK,
-            )
-        except OSError as error:
-            raise _failure(self.path, error) from error
+        self._chunk.add_message(
+            self._channels[message.topic],
+            message.sequence & _SEQUENCE_MASK,
+            time_ns,
+            message.publish_time_ns,
+            message.data,
+        )
+        if self._chunk.size > self._chunk_bytes:
+            self._end_chunk()
 
     def attach(self, attachment: BagAttachment) -> None:
         """Add a file inside the file."""
-        self._try(
-            lambda: self._writer.add_attachment(
+        name, media_type, data, log_ns = attachment
+        record = record_bytes(Attachment(0, log_ns, name, media_type, data))
+        self._summary.attachment_indexes.append(
+            AttachmentIndex(
+                offset=self._size,
+                length=len(record),
                 create_time=0,
-                log_time=attachment.log_time_ns,
-                name=attachment.name,
-                media_type=attachment.media_type,
-                data=attachment.data,
+                log_time=log_ns,
+                data_size=len(data),
+                name=name,
+                media_type=media_type,
             )
         )
+        self._put(record)
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
         """Add a record of metadata."""
-        self._try(lambda: self._writer.add_metadata(name, dict(values)))
+        record = record_bytes(Metadata(name, dict(values)))
+        self._summary.metadata_indexes.append(MetadataIndex(self._size, len(record), name))
+        self._put(record)
 
     def flush(self) -> None:
         """End the present chunk and hand all that was written over to the operating system."""
-        self._try(self._writer.flush)
+        self._end_chunk()
+        self._try(self._stream.flush)
 
     def sync(self) -> None:
         """Have the operating system write to the disk what it was handed over, and wait for it.
@@ -188,13 +193,43 @@ class McapFileWriter:
 
     def close(self) -> None:
         """Write indexes, statistics and the end, and close the file."""
-        self._try(self._writer.finish)
+        self._end_chunk()
+        self._summary.statistics = self._statistics()
+        self._try(lambda: write_end(self._stream, self._size, self._summary))
         self._try(self._stream.close)
 
     def abandon(self) -> None:
         """Close the file without an end, after it could not be written."""
         # The buffer would try again to write what found no room.
         self._raw.close()
+
+    def _end_chunk(self) -> None:
+        if self._chunk.has_messages:
+            parts, index = self._chunk.take(self._size)
+            self._summary.chunk_indexes.append(index)
+            self._put(*parts)
+
+    def _statistics(self) -> Statistics:
+        counts = {self._channels[name]: count for name, count in self._message_counts.items()}
+        return Statistics(
+            attachment_count=len(self._summary.attachment_indexes),
+            channel_count=len(self._summary.channels),
+            channel_message_counts={id_: count for id_, count in counts.items() if count},
+            chunk_count=len(self._summary.chunk_indexes),
+            message_count=sum(counts.values()),
+            message_end_time=self._last_ns,
+            message_start_time=self._first_ns or 0,
+            metadata_count=len(self._summary.metadata_indexes),
+            schema_count=len(self._summary.schemas),
+        )
+
+    def _put(self, *parts: bytes) -> None:
+        try:
+            for part in parts:
+                self._stream.write(part)
+                self._size += len(part)
+        except OSError as error:
+            raise _failure(self.path, error) from error
 
     def _try(self, write: Callable[[], object]) -> None:
         try:

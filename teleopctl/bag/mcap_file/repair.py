@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import zlib
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
-from mcap.records import DataEnd, Footer, McapRecord, SummaryOffset
 
-from teleopctl.bag.mcap_file.chunk import MAGIC
+from teleopctl.bag.mcap_file.file_end import taken, write_end
 from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.mcap_file.scan import Scan, scan
 from teleopctl.bag.mcap_file.summary import has_end
@@ -61,7 +58,7 @@ def finish_file(path: Path) -> Repair:
             stream.truncate(found.end)
             stream.seek(found.end)
             _write_missing_indexes(stream, found)
-            _write_end(stream, found)
+            write_end(stream, stream.tell(), found.summary)
     except OSError as error:
         raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
     return Repair(statistics.message_count, found.bytes_beyond)
@@ -77,49 +74,4 @@ def _write_missing_indexes(stream: BinaryIO, found: Scan) -> None:
         chunk.message_index_offsets[index.channel_id] = found.end + builder.count
         index.write(builder)
     chunk.message_index_length = builder.count
-    stream.write(_taken(builder))
-
-
-def _write_end(stream: BinaryIO, found: Scan) -> None:
-    """Write the data's end, the summary and the footer.
-
-    The order and the checksum are those of the specification: of the summary with the footer up to
-    the checksum itself.
-    """
-    data_end = RecordBuilder()
-    DataEnd(0).write(data_end)
-    stream.write(_taken(data_end))
-    start = stream.tell()
-    summary = found.summary
-    assert summary.statistics is not None
-    groups: list[tuple[Opcode, list[McapRecord]]] = [
-        (Opcode.SCHEMA, [*summary.schemas.values()]),
-        (Opcode.CHANNEL, [*summary.channels.values()]),
-        (Opcode.STATISTICS, [summary.statistics]),
-        (Opcode.CHUNK_INDEX, [*summary.chunk_indexes]),
-        (Opcode.ATTACHMENT_INDEX, [*summary.attachment_indexes]),
-        (Opcode.METADATA_INDEX, [*summary.metadata_indexes]),
-    ]
-    builder = RecordBuilder()
-    offsets = []
-    for opcode, records in groups:
-        group_start = builder.count
-        for record in records:
-            record.write(builder)
-        if records:
-            offsets.append(SummaryOffset(opcode, start + group_start, builder.count - group_start))
-    offsets_start = start + builder.count
-    for offset in offsets:
-        offset.write(builder)
-    content = _taken(builder)
-    footer = RecordBuilder()
-    Footer(start, offsets_start, 0).write(footer)
-    checksum = zlib.crc32(_taken(footer)[:-4], zlib.crc32(content))
-    Footer(start, offsets_start, checksum).write(footer)
-    stream.write(content + _taken(footer) + MAGIC)
-
-
-def _taken(builder: RecordBuilder) -> bytes:
-    """Take out what was built."""
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]  # the library's own gap
-    return data
+    stream.write(taken(builder))

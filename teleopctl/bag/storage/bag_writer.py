@@ -12,7 +12,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self
 
-from teleopctl.bag.mcap_file.file_writer import CHUNK_BYTES, Compression, McapFileWriter
+from teleopctl.bag.mcap_file.chunk_builder import (
+    CHUNK_BYTES,
+    ChunkSettings,
+    Compression,
+    CompressionLevel,
+)
+from teleopctl.bag.mcap_file.file_writer import McapFileWriter
 from teleopctl.bag.mcap_file.repair import finish_file
 from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, format_metadata, write_metadata
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
@@ -30,6 +36,9 @@ class WriterOptions:
     Attributes:
         compression: Of the chunks.
         chunk_bytes: Uncompressed size at which a chunk ends.
+        compression_level: How much time the compression may take.
+        forces_compression: Whether chunks are compressed that are not made smaller by it.
+        chunk_checksums: Whether damage to chunks can be found later.
         split_bytes: Size at which a new file begins; 0 for never.
         split_duration_ns: Log time after which a new file begins, in nanoseconds; 0 for never.
         most_files: How many files are kept: with one more the oldest is removed; 0 for all.
@@ -41,12 +50,26 @@ class WriterOptions:
 
     compression: Compression = Compression.ZSTD
     chunk_bytes: int = CHUNK_BYTES
+    compression_level: CompressionLevel = CompressionLevel.DEFAULT
+    forces_compression: bool = False
+    chunk_checksums: bool = True
     split_bytes: int = 0
     split_duration_ns: int = 0
     most_files: int = 0
     repeat_latched: bool = True
     distribution: str = ""
     custom_data: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def chunks(self) -> ChunkSettings:
+        """How chunks are made."""
+        return ChunkSettings(
+            self.compression,
+            self.chunk_bytes,
+            self.compression_level,
+            self.forces_compression,
+            self.chunk_checksums,
+        )
 
 
 class BagWriter:
@@ -193,7 +216,7 @@ class BagWriter:
     def _new_file(self) -> McapFileWriter:
         path = self.folder / f"{self.folder.name}_{self._file_number}.mcap"
         self._file_number += 1
-        file = McapFileWriter(path, self._options.compression, self._options.chunk_bytes)
+        file = McapFileWriter(path, self._options.chunks)
         for topic in self._topics.values():
             file.add_topic(topic)
         for attachment in self._attachments:

@@ -3,29 +3,56 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
-from teleopctl.bag.mcap_file.file_writer import CHUNK_BYTES, Compression
-from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError
+from teleopctl import ros_yaml
+from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression, CompressionLevel
+from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did_you_mean
+from teleopctl.text_file import read_text
 
 PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
 """Storage preset profiles of rosbag2's MCAP plug-in."""
 
-# The files keep their chunks and indexes in any case: they are what a crash leaves readable.
+# rosbag2's fastwrite has no chunks, and its zstd_fast no checksums. Ours keep both, and indexes:
+# they are what a crash leaves readable, and where damage shows.
 _OF_PRESETS = {
-    "": Compression.ZSTD,
-    "none": Compression.NONE,
-    "fastwrite": Compression.NONE,
-    "zstd_fast": Compression.ZSTD,
-    "zstd_small": Compression.ZSTD,
+    "": ChunkSettings(),
+    "none": ChunkSettings(Compression.NONE),
+    "fastwrite": ChunkSettings(Compression.NONE),
+    "zstd_fast": ChunkSettings(compression_level=CompressionLevel.FASTEST),
+    "zstd_small": ChunkSettings(chunk_bytes=4 * 2**20, compression_level=CompressionLevel.SLOWEST),
 }
-_NAMES = {compression.value: compression for compression in Compression}
+_COMPRESSIONS = {"None": Compression.NONE, "Lz4": Compression.LZ4, "Zstd": Compression.ZSTD}
+_LEVELS = {level.value: level for level in CompressionLevel}
+
+# Our files have all of these, so that they cannot be asked to leave them out.
+_NEVER_LEFT_OUT = {
+    "noAttachmentCRC": "checksums of attachments",
+    "noAttachmentIndex": "an index of attachments",
+    "noChunkIndex": "an index of chunks",
+    "noChunking": "chunks, which a crash leaves readable",
+    "noMessageIndex": "indexes of messages, by which rosbag2 plays them in order",
+    "noMetadataIndex": "an index of metadata",
+    "noRepeatedChannels": "all channels in the summary",
+    "noRepeatedSchemas": "all schemas in the summary",
+    "noStatistics": "statistics",
+    "noSummary": "a summary",
+    "noSummaryCRC": "a checksum of the summary",
+    "noSummaryOffsets": "offsets of the summary",
+}
+_DATA_CHECKSUM = "enableDataCRC"
+_KEYS = (
+    *("compression", "compressionLevel", "chunkSize", "forceCompression", "noChunkCRC"),
+    *(*_NEVER_LEFT_OUT, _DATA_CHECKSUM),
+)
+
+_Choice = TypeVar("_Choice")
 
 
-def chunk_settings(preset: str = "", config_file: Path | None = None) -> tuple[Compression, int]:
-    """Compression and size of the chunks, in bytes.
+def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSettings:
+    """Return how chunks are made.
 
     Args:
         preset: One of `PRESETS`; empty for zstd.
@@ -33,37 +60,84 @@ def chunk_settings(preset: str = "", config_file: Path | None = None) -> tuple[C
 
     Raises:
         UsageError: There is no such preset.
-        UnsupportedError: The file asks for something that our files never lack.
-        InvalidFileError: The file cannot be read.
+        UnsupportedError: The file asks for something that our files do not do; with its line.
+        InvalidFileError: The file cannot be read, or a value is none of its key; with its line.
     """
     if preset not in _OF_PRESETS:
         raise UsageError(
             f"unknown MCAP storage preset profile '{preset}'",
             hint=f"There are {', '.join(PRESETS)}.",
         )
-    compression, chunk_bytes = _OF_PRESETS[preset], CHUNK_BYTES
-    for key, value in _read(config_file).items() if config_file else ():
-        if key == "compression" and str(value).lower() in _NAMES:
-            compression = _NAMES[str(value).lower()]
-        elif key == "chunkSize" and isinstance(value, int) and value > 0:
-            chunk_bytes = value
-        elif key not in ("compressionLevel", "forceCompression") and value is not False:
-            # A switch that is off asks for what is done anyway.
-            raise UnsupportedError(
-                f"{config_file}: '{key}: {value}' is not supported",
-                hint="There are compression (None, Lz4 or Zstd) and chunkSize (bytes).",
-            )
-    return compression, chunk_bytes
+    settings = _OF_PRESETS[preset]
+    for key, place, value in _read(config_file) if config_file else ():
+        settings = _changed(settings, key, place, value)
+    return settings
 
 
-# Any: YAML's values.
-def _read(file: Path) -> dict[str, Any]:
+# Any, here and below: YAML's values.
+def _changed(settings: ChunkSettings, key: str, place: str, value: Any) -> ChunkSettings:
+    match key:
+        case "compression":
+            compression = _choice(key, place, value, _COMPRESSIONS)
+            return settings._replace(compression=compression)
+        case "compressionLevel":
+            return settings._replace(compression_level=_choice(key, place, value, _LEVELS))
+        case "chunkSize":
+            if not isinstance(value, int) or isinstance(value, bool) or value <= 0:
+                raise InvalidFileError(f"{place}: '{key}' is a number of bytes, not {value!r}")
+            return settings._replace(chunk_bytes=value)
+    if key not in _KEYS:
+        raise InvalidFileError(f"{place}: '{key}' is not known", hint=did_you_mean(key, _KEYS))
+    if not isinstance(value, bool):
+        raise InvalidFileError(f"{place}: '{key}' is true or false, not {value!r}")
+    if key == "forceCompression":
+        return settings._replace(forces_compression=value)
+    if key == "noChunkCRC":
+        return settings._replace(chunk_checksums=not value)
+    if value and key == _DATA_CHECKSUM:
+        raise UnsupportedError(
+            f"{place}: '{key}' is not supported",
+            hint="Chunks, attachments and the summary have a checksum each.",
+        )
+    if value:
+        raise UnsupportedError(
+            f"{place}: '{key}' is not supported: files always have {_NEVER_LEFT_OUT[key]}"
+        )
+    return settings
+
+
+def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _Choice:
+    for name, choice in choices.items():
+        if isinstance(value, str) and value.lower() == name.lower():
+            return choice
+    raise InvalidFileError(
+        f"{place}: '{key}' is {', '.join(choices)}, not {value!r}",
+        hint=did_you_mean(str(value), choices),
+    )
+
+
+def _read(file: Path) -> list[tuple[str, str, Any]]:
+    """Keys with their places and values."""
     try:
-        document = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidFileError(f"Cannot read {file}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InvalidFileError(f"{file} is no YAML: {error}") from error
-    if not isinstance(document or {}, dict):
-        raise InvalidFileError(f"{file} is no mapping of settings")
-    return document or {}
+        loader = ros_yaml.RosLoader(read_text(file))
+        try:
+            root = loader.get_single_node()
+            if root is None:
+                return []
+            if not isinstance(root, yaml.MappingNode):
+                raise InvalidFileError(f"{file} is no mapping of settings")
+            return [
+                (
+                    str(key.value),
+                    f"{file}:{key.start_mark.line + 1}",
+                    loader.construct_object(value, deep=True),
+                )
+                for key, value in root.value
+            ]
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise InvalidFileError(f"{file}:{line}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise InvalidFileError(f"{file}: not YAML: {error}") from error

@@ -151,7 +151,7 @@ def record(
     storage_config_file: Annotated[
         str | None,
         Option(
-            "--storage-config-file", help="YAML with compression and chunkSize.", metavar="FILE"
+            "--storage-config-file", help="YAML with rosbag2's settings of MCAP.", metavar="FILE"
         ),
     ] = None,
     compression_mode: Annotated[
@@ -238,14 +238,13 @@ def record(
         )
     if max_bag_files and not (max_bag_size or max_bag_duration):
         raise RefusedError("--max-bag-files requires --max-bag-size or --max-bag-duration")
-    compression, chunk_bytes = recording.chunks(
+    chunks = recording.chunks(
         storage_preset_profile, storage_config_file, compressed=compression_mode != "none"
     )
     options = RecorderOptions(
         selection=selection,
         writer=WriterOptions(
-            compression=compression,
-            chunk_bytes=chunk_bytes,
+            **chunks._asdict(),
             split_bytes=max_bag_size,
             split_duration_ns=max_bag_duration * NANOSECONDS_PER_SECOND,
             most_files=max_bag_files,

@@ -16,7 +16,7 @@ from teleopctl.cli.verbs.bag.keyboard import SPACE, Keyboard, keys_can_be_read
 from teleopctl.errors import RefusedError
 
 if TYPE_CHECKING:
-    from teleopctl.bag import Compression, Recorder, RecorderOptions, Selection
+    from teleopctl.bag import ChunkSettings, Recorder, RecorderOptions, Selection
     from teleopctl.node import QoSProfile
 
 _SNAPSHOT_KEYS = ("s", "S")
@@ -81,23 +81,19 @@ def check_selection(selection: Selection) -> None:
         console.warn("--all, --all-topics, --all-services or --all-actions will override --regex")
 
 
-def chunks(
-    preset: str | None, config_file: str | None, *, compressed: bool
-) -> tuple[Compression, int]:
-    """Compression and size of the chunks, from rosbag2's words for them.
+def chunks(preset: str | None, config_file: str | None, *, compressed: bool) -> ChunkSettings:
+    """How chunks are made, from rosbag2's words for it.
 
     Raises:
         TeleopctlError: There is no such preset, or the file asks for what there is not.
     """
     from teleopctl.bag import Compression, chunk_settings
 
-    compression, chunk_bytes = chunk_settings(
-        preset or "", Path(config_file) if config_file else None
-    )
+    settings = chunk_settings(preset or "", Path(config_file) if config_file else None)
     if compressed:
         console.note("MCAP has its compression in chunks: they are compressed with zstd.")
-        compression = Compression.ZSTD
-    return compression, chunk_bytes
+        settings = settings._replace(compression=Compression.ZSTD)
+    return settings
 
 
 def overrides(file: str | None) -> Mapping[str, QoSProfile]:
