@@ -55,9 +55,7 @@ def free_root(model: mujoco.MjModel, body: int) -> int:
         model: The ``mujoco.MjModel``.
         body: Number of the body.
     """
-    while body:
-        first, count = model.body_jntadr[body], model.body_jntnum[body]
-        if count and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
-            return body
-        body = int(model.body_parentid[body])
-    return 0
+    # MuJoCo takes a free joint below the world only.
+    root = int(model.body_rootid[body])
+    first, count = model.body_jntadr[root], model.body_jntnum[root]
+    return root if count and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE else 0
