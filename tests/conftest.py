@@ -40,6 +40,12 @@ with contextlib.suppress(TeleopctlError):
     choose_backend()
 
 
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Share out the whole folder; what is named in it starts no workers for itself."""
+    named = [config.invocation_params.dir / argument for argument in config.args]
+    return None if any(Path(__file__).parent.is_relative_to(path) for path in named) else 0
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Let no test reach the user's files, processes and nodes, with a fixture or without.
 
