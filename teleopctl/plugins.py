@@ -66,6 +66,7 @@ COMPLETIONS = Kind(
         "controllers": "teleopctl.cli.verbs.control.candidates:controllers",
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
         "launch_words": f"{_CANDIDATES}:launch_words",
+        "licenses": "teleopctl.cli.verbs.pkg.candidates:licenses",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
         "manifest_tags": "teleopctl.cli.verbs.pkg.candidates:manifest_tags",
         "message_types": f"{_CANDIDATES}:message_types",

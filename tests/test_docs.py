@@ -11,6 +11,7 @@ import typer
 from teleopctl.cli.typer_app import command_tree, spread_lists
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
+from teleopctl.packages import NewPackage, create_package
 from tests import ROOT
 
 README = ROOT / "README.md"
@@ -186,6 +187,10 @@ def test_the_launch_files_of_the_nodes_page_plan_the_processes_that_it_shows(tmp
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    made = NewPackage("greeter", "ament_python", 3, "", "", "", "", node_name="talker")
+    create_package(made, str(tmp_path / "made"), lambda _: None)
+    for file in ("package.xml", "setup.py"):
+        (tmp_path / "made/greeter" / file).rename(tmp_path / "greeter" / file)
     launch_files = [*tmp_path.rglob("launch/*.yaml"), *tmp_path.rglob("launch/*.xml")]
     assert len(launch_files) == 2
     plans = []

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
         installed_module_roots as installed_module_roots,
         source_module_root as source_module_root,
     )
+    from teleopctl.packages.new import (
+        BUILD_TYPES as BUILD_TYPES,
+        NewPackage as NewPackage,
+        create_package as create_package,
+        license_names as license_names,
+    )
     from teleopctl.packages.own import builtin_package as builtin_package
     from teleopctl.packages.prefixes import search_paths as search_paths
     from teleopctl.packages.programs import (
@@ -37,6 +43,7 @@ else:
             "finding": "PACKAGE_PATH_VARIABLE faults_of_search find_package include_package_of "
             "list_packages lookup_package package_layers package_names package_share resolve_uri",
             "modules": "installed_module_roots source_module_root",
+            "new": "BUILD_TYPES NewPackage create_package license_names",
             "own": "builtin_package",
             "prefixes": "search_paths",
             "programs": "find_executable is_path",

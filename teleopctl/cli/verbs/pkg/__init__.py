@@ -3,8 +3,16 @@
 from teleopctl.cli.verb import Group, Verb
 
 GROUP = Group(
-    "Find packages.",
+    "Find and create packages.",
     {
+        "create": Verb(
+            f"{__name__}.create:create",
+            "Create a new package.",
+            examples=(
+                "teleopctl pkg create --build-type ament_python --node-name talker greeter",
+                "teleopctl pkg create greeter --dependencies rclpy std_msgs",
+            ),
+        ),
         "executables": Verb(f"{__name__}.queries:executables", "List the programs of packages."),
         "list": Verb(f"{__name__}.queries:list_packages", "List the packages."),
         "prefix": Verb(

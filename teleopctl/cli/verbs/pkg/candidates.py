@@ -23,3 +23,10 @@ def manifest_tags(context: typer.Context, incomplete: str) -> list[str]:
     return sorted(
         {tag for tag in map(str, (each.tag for each in root)) if tag.startswith(incomplete)}
     )
+
+
+def licenses(incomplete: str) -> list[str]:
+    """Names of licenses whose text is known."""
+    from teleopctl.packages import license_names
+
+    return [name for name in license_names() if name.startswith(incomplete)]

@@ -1,0 +1,75 @@
+"""Makes a new package, as ``ros2 pkg create`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from datetime import date
+from pathlib import Path
+
+from teleopctl.errors import RefusedError, SystemFailureError
+from teleopctl.packages.new.cmake_files import cmake_files
+from teleopctl.packages.new.cpp_files import cpp_files
+from teleopctl.packages.new.licenses import license_text
+from teleopctl.packages.new.manifest import package_xml
+from teleopctl.packages.new.package import AMENT_PYTHON, NewPackage, check
+from teleopctl.packages.new.python_files import python_files
+from teleopctl.packages.new.steps import File, Folder, Note, Step, joined
+
+
+def create_package(package: NewPackage, folder: str, tell: Callable[[str], object]) -> None:
+    """Make a package's folder and its files.
+
+    Args:
+        package: What it is to be.
+        folder: The folder in which its own is made.
+        tell: Called with a line for each file and folder, before it is made.
+
+    Raises:
+        UsageError: A name cannot be used.
+        RefusedError: There is a folder of that name.
+        SystemFailureError: The files cannot be written.
+    """
+    check(package)
+    place = joined(folder, package.name)
+    if Path(place).exists():
+        raise RefusedError(
+            f"Aborted! The directory already exists: {place}",
+            hint="Either remove the directory or choose a different destination directory or "
+            "package name.",
+        )
+    try:
+        for step in _steps(package, place):
+            _take(step, tell)
+    except OSError as error:
+        raise SystemFailureError(f"{error.filename}: {error.strerror}") from error
+
+
+def _steps(package: NewPackage, place: str) -> Iterator[Step]:
+    yield Folder(place)
+    yield File(joined(place, "package.xml"), package_xml(package))
+    if package.build_type == AMENT_PYTHON:
+        yield from python_files(package, place)
+    else:
+        source, include = joined(place, "src"), joined(place, "include", package.name)
+        yield Note("creating source and include folder")
+        yield Folder(source)
+        yield Folder(include)
+        yield from cmake_files(package, place)
+        yield from cpp_files(package, source, include)
+    text = license_text(package.license, package.maintainer_name, date.today().year)
+    if text is not None:
+        yield File(joined(place, "LICENSE"), text, is_told=False)
+
+
+def _take(step: Step, tell: Callable[[str], object]) -> None:
+    match step:
+        case Note(text):
+            tell(text)
+        case Folder(path):
+            tell(f"creating folder {path}")
+            Path(path).mkdir(parents=True, exist_ok=True)
+        case File(path, text, is_told):
+            if is_told:
+                tell(f"creating {path}")
+            with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+                file.write(text)

@@ -1,0 +1,40 @@
+"""What is done to make a package, in order."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+
+class Note(NamedTuple):
+    """A line that is told."""
+
+    text: str
+
+
+class Folder(NamedTuple):
+    """A folder that is made, by its path."""
+
+    path: str
+
+
+class File(NamedTuple):
+    """A file that is written.
+
+    Attributes:
+        path: Its path.
+        text: What it holds.
+        is_told: Whether its path is told.
+    """
+
+    path: str
+    text: str
+    is_told: bool = True
+
+
+Step = Note | Folder | File
+
+
+def joined(*parts: str) -> str:
+    """Join the parts of a path, which is printed as it was given: ``./arm/package.xml``."""
+    return os.path.join(*parts)  # noqa: PTH118 -- a Path would drop the ./
