@@ -24,7 +24,7 @@ import yaml
 
 from teleopctl import ros_yaml
 from teleopctl.bag.qos_text import format_offers, parse_offers
-from teleopctl.bag.records import CDR, BagTopic
+from teleopctl.bag.records import CDR, BagTopic, whole_type_name
 from teleopctl.errors import InvalidFileError, SystemFailureError
 from teleopctl.text_file import read_text
 
@@ -270,7 +270,7 @@ def _parse_file(item: _Yaml) -> BagFile:
 def _parse_topic(item: _Yaml) -> BagTopic:
     return BagTopic(
         str(item["name"]),
-        str(item["type"]),
+        whole_type_name(str(item["type"])),
         str(item.get("type_description_hash") or ""),
         qos=parse_offers(item.get("offered_qos_profiles")),
         serialization_format=str(item.get("serialization_format") or CDR),

@@ -20,6 +20,11 @@ NO_TIME_NS = 2**63 - 1
 """Later than any message, in nanoseconds since the epoch."""
 
 
+def whole_type_name(name: str) -> str:
+    """Return a type's name of three parts; Crystal's, and some writers', have two."""
+    return name.replace("/", "/msg/") if name.count("/") == 1 else name
+
+
 class TypeText(NamedTuple):
     """The text that defines a message type.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution
-from teleopctl.interfaces.typenames import KINDS, split
+from teleopctl.interfaces.typenames import KINDS, normalize, split
 
 _BUILT_IN = Path(__file__).with_name("definitions")
 
@@ -186,7 +186,7 @@ class Catalog:
         if (standard := self._standard.find(type_name)) is not None:
             self._definitions[type_name] = standard
             return standard
-        package, kind, name = split(type_name)
+        package, kind, name = split(normalize(type_name))
         stem = name if kind == "msg" else name.split("_", 1)[0]
         path = self._file(package, kind, f"{stem}.{kind}")
         if path is None:

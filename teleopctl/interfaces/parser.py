@@ -24,7 +24,7 @@ _FIELD = re.compile(
     r"(?P<array>\[(?P<bounded><=)?(?P<size>\d+)?\])?"
     r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)\Z"
 )
-_SEPARATOR = re.compile(r"^---[ \t]*$", re.MULTILINE)
+SEPARATOR = re.compile(r"^---[ \t]*$", re.MULTILINE)
 _ALIASES = {
     "Header": "std_msgs/msg/Header",
     "time": "builtin_interfaces/msg/Time",
@@ -48,7 +48,7 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
     Raises:
         InvalidDefinitionError: The number of sections is not that of the kind.
     """
-    parts = [text] if kind == "msg" else _SEPARATOR.split(text)
+    parts = [text] if kind == "msg" else SEPARATOR.split(text)
     if len(parts) != _SECTIONS[kind]:
         raise InvalidDefinitionError(
             f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
-from teleopctl.interfaces.parser import parse, sections
+from teleopctl.interfaces.parser import SEPARATOR, parse, sections
 from teleopctl.interfaces.typenames import split
 
 _UUID = Field("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
@@ -42,6 +42,20 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
     if kind == "srv":
         return [*parsed, *_service_types(type_name, text)]
     return [*parsed, *_action_types(type_name, text)]
+
+
+def service_of_event(type_name: str, text: str) -> str | None:
+    """Return the service whose definition stands where that of its events should, or None.
+
+    rosbag2 writes the ``.srv`` file of a service as the definition of its events.
+
+    Args:
+        type_name: ``package/srv/Name_Event``.
+        text: What should define it.
+    """
+    service = type_name.removesuffix("_Event")
+    is_event = service != type_name and split(type_name)[1] == "srv"
+    return service if is_event and SEPARATOR.search(text) else None
 
 
 def _service_types(name: str, text: str | None = None) -> list[Definition]:

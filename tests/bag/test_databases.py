@@ -63,6 +63,17 @@ def test_messages_of_a_type_that_nobody_knows_are_bytes_all_the_same(tmp_path):
     assert read(tmp_path / "x.db3") == stored(written)
 
 
+def test_types_as_old_and_foreign_writers_name_them(tmp_path):
+    first, other = tmp_path / "x.db3", tmp_path / "y.db3"
+    write_database(first, "std_msgs/String", count=1)
+    write_database(other, "String", count=1)
+    for file, type_name in ((first, STRING), (other, "String")):
+        with open_bag(file) as bag:
+            assert bag.metadata.topics[0][0].type_name == type_name
+    assert not list(check(first))
+    assert any("not the name of an interface type" in what for _, what in check(other))
+
+
 def test_a_folder_without_metadata_or_with_that_of_another_name_is_read(tmp_path):
     written = write_database(tmp_path / "x_0.db3")
     assert read(tmp_path) == stored(written)

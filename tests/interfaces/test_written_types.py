@@ -7,9 +7,11 @@ from teleopctl.interfaces import (
     complete_definition_text,
     deserialize,
     get_message,
+    hash_of_text,
     list_types,
     message_of_text,
     serialize,
+    type_hash,
 )
 
 PART = "=" * 80
@@ -98,3 +100,13 @@ def test_a_type_that_contains_itself_is_refused_when_bytes_are_read():
     loop = message_of_text("my_robot/msg/Loop", "my_robot/Loop[] loops")
     with pytest.raises(InvalidMessageError, match="contains itself"):
         deserialize(b"\0\1\0\0\0\0\0\0", loop)
+
+
+def test_the_file_of_a_service_defines_its_events_as_rosbag2_writes_it():
+    here = "example_interfaces/srv/AddTwoInts_Event"
+    text = "int64 a\nint64 b\n---\nint64 sum\n"
+    assert message_of_text(here, text) is get_message(here)
+    assert hash_of_text(here, text) == type_hash(here)
+    nested = f"my_robot/Finger finger\n---\nbool done\n{PART}\nMSG: my_robot/Finger\nfloat64 angle"
+    event = message_of_text("my_robot/srv/Grip_Event", nested)
+    assert deserialize(serialize(event()), event) == event()

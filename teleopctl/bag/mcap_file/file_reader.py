@@ -28,6 +28,7 @@ from teleopctl.bag.records import (
     BagMessage,
     BagTopic,
     TypeText,
+    whole_type_name,
 )
 from teleopctl.errors import InvalidFileError
 from teleopctl.wire import EndpointQos
@@ -216,7 +217,7 @@ class McapFileReader:
             schema = self._summary.schemas.get(channel.schema_id)
             topic = BagTopic(
                 channel.topic,
-                schema.name if schema else "",
+                whole_type_name(schema.name) if schema else "",
                 channel.metadata.get("topic_type_hash", ""),
                 TypeText(schema.encoding, schema.data.decode(errors="replace"))
                 if schema

@@ -24,9 +24,11 @@ def learn_types(topic: BagTopic) -> None:
     event = topic.type_name
     if "/srv/" in event and event.endswith(_EVENT):
         service = event.removesuffix(_EVENT)
-        parts = [texts.pop(f"{service}_{part}", "") for part in ("Request", "Response")]
-        del texts[event]
-        texts[service] = "\n---\n".join(parts)
+        names = [f"{service}_{part}" for part in ("Request", "Response")]
+        # rosbag2 writes the .srv file of the service; others a part for each message.
+        own = texts.pop(event)
+        parts = [texts.pop(name, "") for name in names]
+        texts[service] = "\n---\n".join(parts) if any(parts) else own
     for type_name, text in texts.items():
         if known_types().find(type_name) is None:
             add_definition_text(type_name, text)

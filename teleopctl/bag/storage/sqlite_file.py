@@ -22,7 +22,16 @@ from urllib.parse import quote
 from teleopctl.bag.known_definition import known_definition
 from teleopctl.bag.metadata import SQLITE3, BagFile
 from teleopctl.bag.qos_text import parse_offers
-from teleopctl.bag.records import CDR, NO_TIME_NS, BagAttachment, BagMessage, BagTopic, TypeText
+from teleopctl.bag.records import (
+    CDR,
+    NO_TIME_NS,
+    BagAttachment,
+    BagMessage,
+    BagTopic,
+    TypeText,
+    whole_type_name,
+)
+from teleopctl.bag.service_events import is_service_event, service_of
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import type_hash
 
@@ -55,7 +64,10 @@ class SqliteFileReader:
         self.remarks: list[str] = []
         self.is_finished = True
         try:
+            path.open("rb").close()
             self._database = _connect(path)
+        except OSError as error:
+            raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
         except sqlite3.Error as error:
             raise InvalidFileError(f"Cannot read {path}: {error}") from error
         try:
@@ -201,14 +213,16 @@ class SqliteFileReader:
 
     # Any: a row has numbers and texts.
     def _topic(self, row: dict[str, Any], definitions: dict[str, TypeText]) -> BagTopic:
-        name, type_name = row["name"], _whole_name(row["type"])
+        name, type_name = row["name"], whole_type_name(row["type"])
         try:
             offers = tuple(dict.fromkeys(parse_offers(row.get("offered_qos_profiles"))))
         except InvalidFileError as error:
             self.remarks.append(f"{self.path}, topic {name}: {error.message}")
             offers = ()
         version = str(row.get("type_description_hash") or "")
-        definition = definitions.get(row["type"], TypeText())
+        # rosbag2 keeps the definition of a service, and not that of its events.
+        service = service_of(name, type_name)[1] if is_service_event(name, type_name) else ""
+        definition = definitions.get(row["type"]) or definitions.get(service) or TypeText()
         if not definition.text.strip() or not definition.encoding:
             definition = known_definition(type_name, version) or TypeText()
             if definition.text:
@@ -313,8 +327,3 @@ def _is_whole(row: tuple[object, ...]) -> bool:
 
 def _among(ids: Collection[int]) -> str:
     return f"topic_id IN ({', '.join(map(str, ids))})"
-
-
-def _whole_name(type_name: str) -> str:
-    """A type's name of three parts; Crystal's had two."""
-    return type_name.replace("/", "/msg/") if type_name.count("/") == 1 else type_name

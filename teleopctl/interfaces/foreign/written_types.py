@@ -19,6 +19,7 @@ from teleopctl.interfaces.cdr.serialization import use_codecs
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.parser import parse
+from teleopctl.interfaces.services import service_of_event, split_definition
 from teleopctl.interfaces.standard import definition_of
 from teleopctl.interfaces.store import get_message, known_types
 from teleopctl.interfaces.typenames import normalize, split
@@ -121,6 +122,8 @@ def _definitions(type_name: str, text: str, encoding: str) -> dict[str, Definiti
     for name, part in parts:
         if encoding == ROS2IDL:
             found.update(_from_idl(name, part))
+        elif (service := service_of_event(name, part)) is not None:
+            found.update({each.type_name: each for each in split_definition(part, service, name)})
         else:
             found[name] = parse(part, name, split(name)[0])
     if type_name not in found:
