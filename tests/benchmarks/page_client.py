@@ -6,6 +6,7 @@ keeps up, so it is what the page costs at most.
 
 from __future__ import annotations
 
+import re
 import struct
 import threading
 from collections import Counter
@@ -24,8 +25,7 @@ from teleopctl.testing import LONGEST_WAIT_S
 # What stands before the messages: how long they are, unpacked and packed.
 _LENGTHS = struct.Struct("<QQ")
 
-# viser counts a client as there once it has said from where it looks.
-_CAMERA = {
+CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
     "position": (2.0, -2.0, 1.5),
@@ -37,6 +37,9 @@ _CAMERA = {
     "image_height": 640,
     "image_width": 900,
 }
+"""viser counts a client as there once it has said from where it looks."""
+
+PLOTS = 10
 
 
 class PageClient:
@@ -62,7 +65,7 @@ class PageClient:
         )
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
-        self._send(_CAMERA)
+        self._send(CAMERA)
 
     def close(self) -> None:
         """Close the browser."""
@@ -133,3 +136,18 @@ class PageClient:
                 "type": kind,
                 "uuid": name,
             }
+
+
+def show_everything(client: PageClient) -> None:
+    """Switch the camera on, and plot ten numbers."""
+    client.put(client.find("Show", "Checkbox"), value=True)
+    topic = client.find("Topic", "Dropdown", option="/joint_states")
+    client.put(topic, "/joint_states")
+    field = client.find("Field", "Dropdown")
+    client.wait_for(lambda: len(field["options"]) > PLOTS)
+    numbers = [name for name in field["options"] if re.match(r"(position|velocity)\[", name)]
+    for number, name in enumerate(numbers[:PLOTS], 1):
+        client.put(field, name)
+        client.put(client.find("Where", "Dropdown"), "New plot")
+        client.put(client.find("Add", "Button"), value=True)
+        client.wait_for_parts("Uplot", number)

@@ -22,11 +22,10 @@ from playwright.sync_api import Browser
 from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, expand_xacro
 from teleopctl.testing import RosGraph
-from tests.benchmarks.page_client import PageClient
+from tests.benchmarks.page_client import PageClient, show_everything
 from tests.system.browser import browser
 
 ROUNDS = 3
-PLOTS = 10
 WINDOW_S = 20.0
 ROOT = Path(__file__).parents[2]
 ADDRESS = r"http://localhost:\d+/"
@@ -99,21 +98,6 @@ def test_from_the_command_to_the_robot_in_the_browser(ros: RosGraph, urdf: Path,
                 f"{name + ':':21}{address_s:5.2f} s to the address, {loaded_s:5.2f} s to the "
                 f"loaded page, {drawn_s:5.2f} s to the robot"
             )
-
-
-def show_everything(client: PageClient) -> None:
-    """Switch the camera on, and plot ten numbers."""
-    client.put(client.find("Show", "Checkbox"), value=True)
-    topic = client.find("Topic", "Dropdown", option="/joint_states")
-    client.put(topic, "/joint_states")
-    field = client.find("Field", "Dropdown")
-    client.wait_for(lambda: len(field["options"]) > PLOTS)
-    numbers = [name for name in field["options"] if re.match(r"(position|velocity)\[", name)]
-    for number, name in enumerate(numbers[:PLOTS], 1):
-        client.put(field, name)
-        client.put(client.find("Where", "Dropdown"), "New plot")
-        client.put(client.find("Add", "Button"), value=True)
-        client.wait_for_parts("Uplot", number)
 
 
 @pytest.mark.timeout(180)
