@@ -196,8 +196,8 @@ class Viewer(Node):
         now_ns = self.get_clock().now().nanoseconds
         jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
         with self.server.atomic():
-            self.frames.update()
-            self.picture.tick(jumped_back=jumped_back)
+            self._do(self.frames.update)
+            self._do(lambda: self.picture.tick(jumped_back=jumped_back))
         if self._pictures % _PICTURES_PER_PANEL_TICK == 0:
             for panel in self.panels:
                 self._do(panel.tick)

@@ -1,9 +1,12 @@
 """The page's server, asked over real sockets."""
 
+import asyncio
 import contextlib
+import gc
 import http.client
 import socket
 import threading
+import weakref
 from typing import Any
 
 import numpy as np
@@ -136,13 +139,23 @@ def browser_that_stopped(server):
 def test_a_browser_that_takes_nothing_is_let_go(monkeypatch):
     monkeypatch.setattr(page_server, "_SILENT_MS", 1_000)
     server = open_server(port=0)
+    below = server._websock_server
     gone = threading.Event()
-    server._websock_server.on_client_disconnect(lambda _client: gone.set())
+    below.on_client_disconnect(lambda _client: gone.set())
     try:
-        with browser_that_stopped(server):
+        with browser_that_stopped(server) as client:
+            connection = weakref.ref(below._live_connections[client.client_id])
             # more than any buffer between the two holds
             server.scene.add_point_cloud("/many", np.zeros((3_000_000, 3)), (0, 0, 0))
             assert gone.wait(LONGEST_WAIT_S)
+        del client
+        assert not below._broadcast_buffer.generator_cursors
+
+        def nothing_waits_for_it():
+            gc.collect()
+            return connection() is None
+
+        eventually(nothing_waits_for_it)
     finally:
         server.stop()
 
@@ -173,3 +186,24 @@ def test_what_a_browser_has_not_taken_is_replaced_by_what_is_newer():
             assert len(queue.message_from_id) == kept
     finally:
         server.stop()
+
+
+def test_what_is_drawn_wakes_nobody_outside_of_the_servers_thread(monkeypatch):
+    threads = set()
+    wake = asyncio.Event.set
+
+    def note(event):
+        threads.add(threading.current_thread())
+        wake(event)
+
+    server = open_server(port=0)
+    try:
+        with browser_that_stopped(server) as client:
+            monkeypatch.setattr(asyncio.Event, "set", note)
+            server.scene.add_frame("/frame")
+            client.queue_message(viser._messages.RemoveSceneNodeMessage("/frame"))
+            eventually(lambda: threads)
+    finally:
+        monkeypatch.undo()
+        server.stop()
+    assert threads == {server._websock_server._server_thread}

@@ -46,3 +46,22 @@ def test_a_panel_that_raises_does_not_end_the_page(ros, monkeypatch):
         while Careless.heard != ["one", "two"]:
             executor.spin_once(LONGEST_WAIT_S)
         executor.shutdown()
+
+
+def test_a_picture_that_cannot_be_drawn_does_not_end_the_page(ros, monkeypatch):
+    del ros  # this process is in it
+    drawn = []
+
+    def fail():
+        drawn.append(True)
+        raise RuntimeError("drawn")
+
+    with init(args=[]), Viewer(open_server(port=0), panels=["log"]) as node:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        assert isinstance(node, Viewer)
+        monkeypatch.setattr(node.frames, "update", fail)
+        node._timer.reset()
+        while len(drawn) < 2:
+            executor.spin_once(LONGEST_WAIT_S)
+        executor.shutdown()

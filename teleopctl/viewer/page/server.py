@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.page.access import Access, is_loopback
+from teleopctl.viewer.page.waking import wake_in_its_thread
 
 if TYPE_CHECKING:
     import viser
@@ -56,6 +57,7 @@ def open_server(
 
     with _guarded(access), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host, port, verbose=False)
+    wake_in_its_thread(server)
     server.gui.configure_theme(
         show_logo=False,
         show_share_button=False,

@@ -37,7 +37,9 @@ class Tidying:
 
     def tidy(self) -> None:
         """Free what nobody needs."""
-        self._server._run_garbage_collector()  # noqa: SLF001 -- by itself it waits for a browser
+        below = self._server
+        # By itself it waits for a browser; in another thread it would meet those who come.
+        below._event_loop.call_soon_threadsafe(below._run_garbage_collector)  # noqa: SLF001
         if self._rounds:
             self._rounds -= 1
             gc.collect()
