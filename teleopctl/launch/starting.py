@@ -49,8 +49,7 @@ def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, 
         read_launch_file(file),
         request.arguments,
         log_directory,
-        show_all_output=request.show_all_output,
-        prefix=request.prefix,
+        request,
     )
     if request.record_into is not None:
         plan = recorded(plan, Path(request.record_into), file, request.arguments)
@@ -78,8 +77,8 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     outlive_output()
     with _findable_if_killed(plan.log_directory):
         if not on_terminal:
-            return Supervisor(plan, evaluation).run()
-        return _run_on_terminal(plan, evaluation, coloured=coloured)
+            return Supervisor(plan, evaluation, debug=request.debug).run()
+        return _run_on_terminal(plan, evaluation, coloured=coloured, debug=request.debug)
 
 
 def run_in_background(request_file: Path) -> int:
@@ -92,22 +91,25 @@ def run_in_background(request_file: Path) -> int:
 
     folder = request_file.parent
     try:
-        plan, evaluation = evaluated(load_request(request_file), folder)
+        request = load_request(request_file)
+        plan, evaluation = evaluated(request, folder)
         _write(folder, plan.write_files)
     except TeleopctlError as error:
         status.write_refusal(folder, error)
         raise
     status.write_warnings(folder, plan.warnings)
-    return Supervisor(plan, evaluation, in_background=True).run()
+    return Supervisor(plan, evaluation, in_background=True, debug=request.debug).run()
 
 
-def _run_on_terminal(plan: LaunchPlan, evaluation: Evaluation, *, coloured: bool) -> int:
+def _run_on_terminal(
+    plan: LaunchPlan, evaluation: Evaluation, *, coloured: bool, debug: bool
+) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.launch.execution.terminal import Terminal
 
     terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
-    supervisor = Supervisor(plan, evaluation, terminal=terminal)
+    supervisor = Supervisor(plan, evaluation, terminal=terminal, debug=debug)
     with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
         return supervisor.run()
 

@@ -54,6 +54,22 @@ def launch(
         str | None,
         Option("--launch-prefix", help="Words to put before each command line."),
     ] = None,
+    launch_prefix_filter: Annotated[
+        str | None,
+        Option(
+            "--launch-prefix-filter",
+            help="Only programs that this pattern fits get the words of --launch-prefix.",
+        ),
+    ] = None,
+    skip_missing: Annotated[
+        bool,
+        Option(
+            "--skip-missing", help="Go on without packages and programs that are found nowhere."
+        ),
+    ] = False,
+    debug: Annotated[
+        bool, Option("--debug", help="Say what happens inside the launch; ROS 2's -d.")
+    ] = False,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
     open_page: Annotated[
         bool, Option("--open", help="Open the page of the robot in the browser.")
@@ -78,6 +94,8 @@ def launch(
         undeclared_arguments,
     )
 
+    if launch_prefix_filter is not None and launch_prefix is None:
+        raise UsageError("--launch-prefix must be specified if --launch-prefix-filter is provided")
     package, name, arguments = split(words)
     file = find_launch_file(package, name)
     if show_args:
@@ -93,6 +111,9 @@ def launch(
         # whole.
         show_all_output=show_all or detach,
         prefix=launch_prefix,
+        prefix_filter=launch_prefix_filter,
+        skip_missing=skip_missing,
+        debug=debug,
         record_into=None if folder is None else str(folder),
     )
     try:

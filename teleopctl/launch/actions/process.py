@@ -13,7 +13,7 @@ from teleopctl.launch.model.template import Template, literal
 _PROCESS_KEYS = (
     "args",
     "cwd",
-    "emulate_tty",  # output reaches us unbuffered with and without it
+    "emulate_tty",
     "env",
     "launch-prefix",
     "on_exit",
@@ -56,6 +56,7 @@ class StartProcess(Process, Action):
             environment=entity.pairs("env", "name", "value"),
             prefix=entity.optional("launch-prefix"),
             output=entity.optional("output"),
+            emulate_tty=entity.optional("emulate_tty"),
             respawn=entity.optional("respawn"),
             respawn_delay=entity.optional("respawn_delay"),
             respawn_max_retries=entity.optional("respawn_max_retries"),

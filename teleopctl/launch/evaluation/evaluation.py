@@ -23,6 +23,7 @@ from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition, Place, Process
 from teleopctl.launch.model.events import ShutdownBegan, SignalRequested
 from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
+from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -33,9 +34,7 @@ def evaluate(
     file: LaunchFile,
     arguments: Mapping[str, str],
     log_directory: Path,
-    *,
-    show_all_output: bool = False,
-    prefix: str | None = None,
+    request: LaunchRequest | None = None,
 ) -> tuple[LaunchPlan, Evaluation]:
     """Evaluate a launch file.
 
@@ -43,8 +42,7 @@ def evaluate(
         file: The parsed file.
         arguments: Launch arguments by name.
         log_directory: The launch's folder for logs and parameter files.
-        show_all_output: Whether stdout of every process appears on the screen.
-        prefix: Words put before the command line of every process, or None.
+        request: How it is to be launched; by default as a request has it.
 
     Returns:
         What the launch does of itself, and what is to be asked when something happens.
@@ -53,8 +51,9 @@ def evaluate(
         TeleopctlError: When anything in it cannot be evaluated; the message has file and line.
     """
     context = LaunchContext(arguments, log_directory)
-    builder = ProcessBuilder(context, show_all_output=show_all_output, prefix=prefix)
-    evaluation = Evaluation(context, builder)
+    request = request or LaunchRequest(file=str(file.path))
+    evaluation = Evaluation(context, ProcessBuilder(context, request))
+    evaluation.skips_missing = request.skip_missing
     evaluation.run_file(file)
     start = evaluation.take()
     if start.shutdown is not None:
@@ -147,6 +146,7 @@ class Evaluation:
         context: What substitutions look at.
         is_trial: Whether this is a look ahead, which is to have no effects outside.
         is_ending: Whether the launch ends: nothing is started any more.
+        skips_missing: Whether to go on without what is found nowhere.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
@@ -155,6 +155,7 @@ class Evaluation:
         self._builder = builder
         self._depth = 0
         self.is_trial = False
+        self.skips_missing = False
         self.is_ending = False
         self._handlers: list[_Registered] = []
         self._further = Further()
@@ -190,9 +191,14 @@ class Evaluation:
     def run(self, steps: tuple[Step, ...]) -> None:
         """Evaluate further steps."""
         for step in steps:
-            with located(step.place):
-                if all(self._holds(condition) for condition in step.conditions):
-                    self.perform(step.action)
+            try:
+                with located(step.place):
+                    if all(self._holds(condition) for condition in step.conditions):
+                        self.perform(step.action)
+            except NotFoundError as error:
+                if not self.skips_missing:
+                    raise
+                self.say("WARNING", f"left out: {error.message}", "launch")
 
     def _holds(self, condition: Condition) -> bool:
         text = self.text(condition.text)
@@ -329,6 +335,7 @@ class Evaluation:
         context = self.context.copy()
         trial = Evaluation(context, self._builder.copy(context))
         trial.is_trial = True
+        trial.skips_missing = self.skips_missing
         error = None
         with context.at(Moment(moment.scope.copy(), moment.file)):
             try:

@@ -23,7 +23,9 @@ from teleopctl.launch.model.descriptions import (
     Words,
 )
 from teleopctl.launch.model.events import SignalRequested
+from teleopctl.launch.model.output import BOTH, Output, OutputTable, alias, table
 from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
+from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.template import Template, TemplateError, parse
 from teleopctl.packages import find_executable, resolve_uri
 from teleopctl.text_file import read_text
@@ -32,7 +34,6 @@ from teleopctl.text_file import read_text
 _PROGRAMS_THAT_END = frozenset(
     {("controller_manager", "spawner"), ("controller_manager", "unspawner")}
 )
-_OUTPUTS = ("screen", "log", "both", "own_log", "full")
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")
@@ -43,27 +44,23 @@ class ProcessBuilder:
 
     Args:
         context: What substitutions look at.
-        show_all_output: Whether stdout of every process appears on the screen.
-        prefix: Words put before every command line, or None.
+        request: How it is to be launched.
 
     Attributes:
         actions: What each process so far was made from, by its name.
         files: Parameter files to write, as path and content.
     """
 
-    def __init__(
-        self, context: LaunchContext, *, show_all_output: bool, prefix: str | None
-    ) -> None:
+    def __init__(self, context: LaunchContext, request: LaunchRequest) -> None:
         self.actions: dict[str, Process] = {}
         self.files: dict[str, str] = {}
         self._plans: dict[str, ProcessPlan] = {}
         self._context = context
-        self._show_all_output = show_all_output
-        self._prefix = prefix
+        self._request = request
 
     def copy(self, context: LaunchContext) -> ProcessBuilder:
         """Return one that goes on from here with another context."""
-        other = ProcessBuilder(context, show_all_output=self._show_all_output, prefix=self._prefix)
+        other = ProcessBuilder(context, self._request)
         other.actions.update(self.actions)
         return other
 
@@ -79,6 +76,7 @@ class ProcessBuilder:
         if action.arguments is not None:
             words = self._words(action.arguments, "args", shell=shell)
             command = [" ".join([*command, *words])] if shell else [*command, *words]
+        stdout, stderr = self._outputs(action.output)
         name = self._optional(action.process_name) or program
         name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"
         node_name = None
@@ -96,7 +94,9 @@ class ProcessBuilder:
             environment=environment,
             working_directory=self._optional(action.working_directory),
             shell=shell,
-            show_stdout=self._shows_stdout(action.output),
+            stdout=stdout,
+            stderr=stderr,
+            emulate_tty=self._emulates_tty(action.emulate_tty),
             is_node=action.node is not None,
             node_name=node_name,
             ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
@@ -236,16 +236,38 @@ class ProcessBuilder:
     def _with_prefix(
         self, command: list[str], prefix: Template | None, *, shell: bool
     ) -> list[str]:
-        text = self._optional(prefix) or self._prefix
+        text = self._optional(prefix)
+        if not text and self._request.prefix and self._fits_filter(command):
+            text = self._request.prefix
         if not text:
             return command
         return [f"{text} {command[0]}"] if shell else [*_words(text, "launch-prefix"), *command]
 
-    def _shows_stdout(self, output: Template | None) -> bool:
-        text = self._optional(output) or "log"
-        if text not in _OUTPUTS:
-            raise LaunchError(f"'output': expected screen, log or both, got '{text}'")
-        return self._show_all_output or text not in ("log", "own_log")
+    def _fits_filter(self, command: list[str]) -> bool:
+        pattern = self._request.prefix_filter
+        if pattern is None:
+            return True
+        # Our programs are started by way of Python: their name stands behind the package's.
+        words = command[: command.index("--ros-args")] if "--ros-args" in command else command
+        return any(re.fullmatch(f"(?:.*/)?(?:{pattern})", word) for word in words)
+
+    def _outputs(self, output: Template | OutputTable | None) -> tuple[Output, Output]:
+        """Return where stdout and stderr go."""
+        if self._request.show_all_output:
+            return BOTH, BOTH
+        overridden = self._context.environment_value("OVERRIDE_LAUNCH_PROCESS_OUTPUT")
+        if overridden:
+            return alias(overridden)
+        if isinstance(output, dict):
+            return table({key: frozenset(map(self._text, to)) for key, to in output.items()})
+        return alias(self._optional(output) or "log")
+
+    def _emulates_tty(self, text: Template | None) -> bool:
+        configured = self._context.scope.variables.get("emulate_tty")
+        if configured is not None:
+            with values.at_key("emulate_tty"):
+                return values.flag(configured)
+        return self._value(text, "emulate_tty", values.flag, default=False)
 
     def _words(self, words: Words, key: str, *, shell: bool = False) -> list[str]:
         if isinstance(words, tuple):

@@ -16,13 +16,12 @@ from typing import IO, Any
 
 from teleopctl import progress
 from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.output import LOG_FILE, LogFile
 
 # How long to go on reading what a process left behind when a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
-# A process that writes no line ends must not fill the memory.
-_LONGEST_LINE = 1 << 16
 # Exit statuses of a process that ended because it was asked to.
 _ENDED_BY_INTERRUPT = frozenset({128 + signal.SIGINT, -signal.SIGINT, 0xC000013A})
 _ENDED_BY_TERMINATION = frozenset({128 + signal.SIGTERM, -signal.SIGTERM})
@@ -59,6 +58,7 @@ class Child:
         self._process: subprocess.Popen[bytes] | None = None
         self._log: LogFile | None = None
         self._signals_sent: set[int] = set()
+        self._pipes: tuple[IO[bytes], IO[bytes]]
 
     @property
     def pid(self) -> int | None:
@@ -111,19 +111,25 @@ class Child:
         # What its predecessor has said is not true of it.
         progress.file_of(self.log_file).unlink(missing_ok=True)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
-        with _interrupts_kept_back() if runs_our_main else contextlib.nullcontext():
+        emulate = plan.emulate_tty and sys.platform != "win32"
+        with (
+            _interrupts_kept_back() if runs_our_main else contextlib.nullcontext(),
+            stream(as_terminal=emulate) as out,
+            stream(as_terminal=emulate) as err,
+        ):
             self._process = subprocess.Popen(
                 plan.command[0] if plan.shell else plan.command,
                 shell=plan.shell,
                 cwd=plan.working_directory,
                 env=_environment(plan, self.log_file),
                 stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
+                stdout=out.written,
+                stderr=err.written,
                 # A node is not to die of SIGPIPE at its next line when this process is killed.
                 restore_signals=not plan.is_node,
                 **_own_group(),
             )
+            self._pipes = (out.read(), err.read())
         self._log = LogFile(self.log_file, partial(self._screen.say, "WARNING", "launch"))
 
     def attend(self) -> None:
@@ -151,12 +157,10 @@ class Child:
                 os.killpg(process.pid, number)
 
     def _attend(self, process: subprocess.Popen[bytes], log: LogFile) -> None:
-        assert process.stdout is not None
-        assert process.stderr is not None
         with contextlib.closing(log):
             readers = [
                 threading.Thread(target=self._relay, args=(pipe, log, is_stdout), daemon=True)
-                for pipe, is_stdout in ((process.stdout, True), (process.stderr, False))
+                for pipe, is_stdout in zip(self._pipes, (True, False), strict=True)
             ]
             for reader in readers:
                 reader.start()
@@ -167,13 +171,18 @@ class Child:
         self._on_exit(self)
 
     def _relay(self, pipe: IO[bytes], log: LogFile, is_stdout: bool) -> None:
-        shown = self.plan.show_stdout or not is_stdout
-        with pipe:
-            while line := pipe.readline(_LONGEST_LINE):
+        output = self.plan.stdout if is_stdout else self.plan.stderr
+        own = self._own_log("stdout" if is_stdout else "stderr") if output.own_log else None
+        with pipe, contextlib.closing(own) if own is not None else contextlib.nullcontext():
+            for line in lines(pipe):
                 log.write(line)
+                if own is not None:
+                    own.write(line)
                 self._on_output(self, line, is_stdout)
-                if shown:
-                    self._screen.relay(self.plan.name, line)
+                self._screen.relay(self.plan.name, line, shown=output.screen, kept=output.log)
+
+    def _own_log(self, stream: str) -> LogFile:
+        return LogFile(self.log_file.with_name(f"{self.plan.name}-{stream}.log"))
 
 
 def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:

@@ -32,13 +32,23 @@ class Screen:
             self._log.write(line)
         self._write(line if self._terminal is None else self._terminal.own(level, name, text))
 
-    def relay(self, name: str, line: bytes) -> None:
-        """Write a line of a process, whichever stream it came from, as ROS 2's launch does."""
+    def relay(self, name: str, line: bytes, *, shown: bool, kept: bool) -> None:
+        """Write a line of a process, whichever stream it came from, as ROS 2's launch does.
+
+        Args:
+            name: The process.
+            line: The line.
+            shown: Whether it appears on the screen.
+            kept: Whether it stands in the log file.
+        """
+        if kept and self._log is not None:
+            self._log.write(_prefixed(name, line))
+        if not shown:
+            return
         if self._terminal is not None:
             self._write(self._terminal.relayed(name, line))
             return
-        ending = b"" if line.endswith(b"\n") else b"\n"
-        self._write(b"[" + name.encode() + b"] " + line + ending)
+        self._write(_prefixed(name, line))
 
     def close(self) -> None:
         """Close the log file."""
@@ -49,3 +59,8 @@ class Screen:
         with self._lock:
             sys.stdout.buffer.write(data)
             sys.stdout.buffer.flush()
+
+
+def _prefixed(name: str, line: bytes) -> bytes:
+    ending = b"" if line.endswith(b"\n") else b"\n"
+    return b"[" + name.encode() + b"] " + line + ending

@@ -18,6 +18,7 @@ from teleopctl.background import Start, start_of
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.ending import STEPS, Ending
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.execution.screen import Screen
@@ -45,7 +46,6 @@ _SAME_REQUEST_S = 1.0
 _SOON_S = 30.0
 # A process says in a file that it is ready.
 _LOOK_EVERY_S = 0.02
-_STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
 class Supervisor:
@@ -57,6 +57,7 @@ class Supervisor:
         in_background: Whether the launch's own lines go to the log of the background process
             alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
+        debug: Whether to say which events come.
     """
 
     def __init__(
@@ -66,7 +67,9 @@ class Supervisor:
         *,
         in_background: bool = False,
         terminal: Terminal | None = None,
+        debug: bool = False,
     ) -> None:
+        self._debug = debug
         self._plan = plan
         self._respondent = respondent
         self._loop = EventLoop()
@@ -74,6 +77,7 @@ class Supervisor:
         self._timer_numbers = itertools.count()
         log_file = None if in_background else plan.log_directory / "launch.log"
         self._screen = Screen(log_file, terminal)
+        self._ending = Ending(self._loop, self._screen)
         self._children: list[Child] = []
         # Those of which something is still to come, and of these those whose process was started.
         self._expected: set[int] = set()
@@ -130,7 +134,7 @@ class Supervisor:
         except BaseException:
             # Nobody else would end them.
             for child in self._children:
-                child.signal(_STEPS[-1])
+                child.signal(STEPS[-1])
             raise
         finally:
             for number, handler in previous.items():
@@ -142,7 +146,8 @@ class Supervisor:
 
     def _start(self) -> None:
         self._say("INFO", f"All log files can be found below {self._plan.log_directory}")
-        self._say("INFO", "Default logging verbosity is set to INFO")
+        verbosity = "DEBUG" if self._debug else "INFO"
+        self._say("INFO", f"Default logging verbosity is set to {verbosity}")
         for warning in self._plan.warnings:
             self._say("WARNING", warning)
         self._show(self._plan.start)
@@ -222,6 +227,8 @@ class Supervisor:
             self._loop.put(lambda: self._respond(event))
 
     def _respond(self, event: object) -> None:
+        if self._debug:
+            self._say("DEBUG", f"processing event: '{event}'")
         if self._respondent is not None:
             self._take_further(partial(self._respondent.answer, event))
 
@@ -275,7 +282,7 @@ class Supervisor:
         for child in self._children:
             if child.plan.name == request.process and child.is_running:
                 if request.number is None:
-                    self._ask_to_end(child)
+                    self._ending.ask(child)
                 else:
                     number = signal.Signals(request.number)
                     self._screen.say(
@@ -322,7 +329,7 @@ class Supervisor:
         """Ask those that accompany the others to end, once there is nobody left to accompany."""
         if self._expected <= self._companions and not self._due:
             for index in sorted(self._companions & self._live):
-                self._ask_to_end(self._children[index])
+                self._ending.ask(self._children[index])
 
     def _respawns(self, child: Child) -> bool:
         plan = child.plan
@@ -353,12 +360,12 @@ class Supervisor:
             self._shut_down(reason, by_interrupt=self._interrupted)
         elif now - self._asked_at < _SAME_REQUEST_S:
             return
-        elif self._step + 1 < len(_STEPS):
+        elif self._step + 1 < len(STEPS):
             # Whoever asks again does not want to wait for the deadlines.
             self._step += 1
-            self._say("WARNING", f"{reason} again, sending {_STEPS[self._step].name}")
+            self._say("WARNING", f"{reason} again, sending {STEPS[self._step].name}")
             for child in self._children:
-                child.signal(_STEPS[self._step])
+                child.signal(STEPS[self._step])
 
     def _shut_down(self, reason: str, *, by_interrupt: bool = False) -> None:
         """Ask every process to end, and arrange for harder ways."""
@@ -370,28 +377,9 @@ class Supervisor:
         # What waits for its start, or for its next one, is not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
-            self._ask_to_end(self._children[index])
+            self._ending.ask(self._children[index])
         self._end_companions()
         self._publish_status()
-
-    def _ask_to_end(self, child: Child) -> None:
-        if not child.was_signalled:
-            child.signal(_STEPS[0])
-            self._loop.after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
-
-    def _escalate(self, child: Child, step: int) -> None:
-        if not child.is_running:
-            return
-        waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
-        self._screen.say(
-            "ERROR",
-            child.plan.name,
-            f"process[{child.plan.name}] failed to terminate '{waited:g}' seconds after receiving "
-            f"'{_STEPS[step - 1].name}', escalating to '{_STEPS[step].name}'",
-        )
-        child.signal(_STEPS[step])
-        if step + 1 < len(_STEPS):
-            self._loop.after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
 
     def _say(self, level: str, text: str) -> None:
         self._screen.say(level, _LAUNCH, text)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from teleopctl.launch.model.output import OutputTable
 from teleopctl.launch.model.template import Template
 
 
@@ -107,7 +108,9 @@ class Process:
         working_directory: Folder to start in, or None for the current one.
         environment: Variables added for this process.
         prefix: Words put before the command line.
-        output: ``screen``, ``log`` or ``both``; ``log`` still shows stderr, as in ROS 2.
+        output: ``screen``, ``log``, ``both``, ``own_log`` or ``full``, or a table of where each
+            stream goes; ``log`` still shows stderr, as in ROS 2.
+        emulate_tty: Whether it is to think that it writes to a terminal.
         shell: Whether a shell reads the command line.
         respawn: Whether to start it again when it ends.
         respawn_delay: Seconds to wait before that.
@@ -125,7 +128,8 @@ class Process:
     working_directory: Template | None = None
     environment: tuple[tuple[Template, Template], ...] = ()
     prefix: Template | None = None
-    output: Template | None = None
+    output: Template | OutputTable | None = None
+    emulate_tty: Template | None = None
     shell: Template | None = None
     respawn: Template | None = None
     respawn_delay: Template | None = None

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from teleopctl.launch.model.output import BOTH, LOG, Output
+
 REQUIRED = "process[{name}] was required: shutting down launched system"
 """What is said when the end of a process ends the launch."""
 
@@ -24,7 +26,9 @@ class ProcessPlan:
         environment: Variables that differ from the launch's own; None removes one.
         working_directory: Folder to start in, or None for the current one.
         shell: Whether a shell reads the command.
-        show_stdout: Whether stdout appears on the screen; stderr always does.
+        stdout: Where stdout goes.
+        stderr: Where stderr goes.
+        emulate_tty: Whether it is to think that it writes to a terminal.
         is_node: Whether it is a ROS node, that is whether it becomes visible in the graph.
         node_name: Full name of the node where the launch file gives it, or None.
         ends_by_itself: Whether it does its work and ends, as a spawner does.
@@ -43,7 +47,9 @@ class ProcessPlan:
     environment: dict[str, str | None] = field(default_factory=dict)
     working_directory: str | None = None
     shell: bool = False
-    show_stdout: bool = False
+    stdout: Output = LOG
+    stderr: Output = BOTH
+    emulate_tty: bool = False
     is_node: bool = False
     node_name: str | None = None
     ends_by_itself: bool = False

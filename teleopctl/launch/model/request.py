@@ -16,6 +16,10 @@ class LaunchRequest:
         arguments: Launch arguments by name.
         show_all_output: Whether stdout of every process appears on the screen.
         prefix: Words put before the command line of every process, or None.
+        prefix_filter: Pattern of the programs that get these words, at the end of whose path it
+            has to fit; None for all.
+        skip_missing: Whether to go on without what is found nowhere: packages, programs, files.
+        debug: Whether to say what happens inside the launch.
         record_into: Folder of a bag to record the launch into, or None.
     """
 
@@ -23,6 +27,9 @@ class LaunchRequest:
     arguments: dict[str, str] = field(default_factory=dict)
     show_all_output: bool = False
     prefix: str | None = None
+    prefix_filter: str | None = None
+    skip_missing: bool = False
+    debug: bool = False
     record_into: str | None = None
 
     def save(self, path: Path) -> None:

@@ -19,11 +19,15 @@ ARM = '<robot name="arm"><link name="base"/></robot>'
 def evaluated(tmp_path):
     def evaluated(text, **arguments):
         settings = {
-            key: arguments.pop(key) for key in ("show_all_output", "prefix") if key in arguments
+            key: arguments.pop(key)
+            for key in ("show_all_output", "prefix", "prefix_filter", "skip_missing")
+            if key in arguments
         }
         path = tmp_path / "main.yaml"
         path.write_text(text, encoding="utf-8")
-        return evaluate(parse_file(path), arguments, tmp_path / "log", **settings)
+        return evaluate(
+            parse_file(path), arguments, tmp_path / "log", LaunchRequest(file=str(path), **settings)
+        )
 
     return evaluated
 
@@ -275,7 +279,7 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     first, second = result.start.files
     assert process.name == "simple_publisher-1"
     assert process.node_name == "/fleet/robot/talker"
-    assert process.show_stdout
+    assert process.stdout.screen
     assert process.command == [
         *[sys.executable, "-P", "-m", "teleopctl.nodes", "teleop_py_pkg", "simple_publisher"],
         *["--loud", "two words", "--ros-args", "-r", "__node:=talker", "-r", "__ns:=/fleet/robot"],
@@ -303,7 +307,10 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     [
         ("pkg: nope, exec: x", "main.yaml:2: Package 'nope' not found"),
         ("pkg: camera, exec: x", "main.yaml:2: No executable found"),
-        ("pkg: camera, exec: camera, output: loud", "expected screen, log or both, got 'loud'"),
+        (
+            "pkg: camera, exec: camera, output: loud",
+            "expected one of .*full, got 'loud'",
+        ),
         ("pkg: camera, exec: camera, respawn: maybe", "'respawn': expected true or false"),
         ("pkg: camera, exec: camera, respawn_delay: long", "'respawn_delay': expected a number"),
         (
@@ -349,6 +356,22 @@ def test_prefixes_and_shells(plan):
         "time",
         "-p",
     ]
+
+
+def test_a_prefix_stands_before_the_programs_that_its_filter_fits(plan):
+    text = "launch:\n- node: {pkg: camera, exec: camera}\n" + echo("a")
+    first, second = plan(text, prefix="time", prefix_filter="cam.*").processes
+    assert first.command[0] == "time"
+    assert second.command[0] == "echo"
+
+
+def test_what_is_found_nowhere_can_be_left_out(plan):
+    text = "launch:\n- node: {pkg: nowhere, exec: x}\n" + echo("a")
+    result = plan(text, skip_missing=True)
+    assert words(result) == ["a"]
+    ((level, _, message),) = result.start.messages
+    assert level == "WARNING"
+    assert re.fullmatch(r"left out: .*main\.yaml:2: Package 'nowhere' not found", message)
 
 
 def test_what_stands_in_a_timer_is_evaluated_when_its_time_has_come(evaluated):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from teleopctl.launch.execution.supervisor import Supervisor
+from teleopctl.launch.model.output import BOTH, alias
 from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
 from teleopctl.testing import eventually
 
@@ -45,7 +46,7 @@ def test_a_process_whose_log_cannot_be_written_runs_and_the_launch_says_so_once(
 
 def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, capfd):
     code = "import os; [os.write(1, b'x' * 10_000) for _ in range(100)]"
-    endless = replace(WORKS, command=[sys.executable, "-c", code], show_stdout=True)
+    endless = replace(WORKS, command=[sys.executable, "-c", code], stdout=BOTH)
     assert Supervisor(planned(tmp_path, [endless])).run() == 0
     assert (tmp_path / "works-1.log").read_bytes() == b"x" * 1_000_000
     lines = capfd.readouterr().out.splitlines()
@@ -112,6 +113,7 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
     (tmp_path / "carry_out.py").write_text(
         "from pathlib import Path\n"
         "from teleopctl.launch.execution.supervisor import Supervisor\n"
+        "from teleopctl.launch.model.output import Output\n"
         "from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan\n"
         "from teleopctl.output import outlive_output\n"
         "outlive_output()\n"
@@ -132,3 +134,37 @@ def test_a_node_outlives_the_supervisor_that_reads_its_output(tmp_path, program)
     eventually((tmp_path / "done").exists, what="the end of the node's work")
     if program == "python":
         assert log.read_text() == "up\none\ntwo\nof a child\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such terminals")
+def test_a_process_can_be_made_to_think_that_it_writes_to_a_terminal(tmp_path):
+    code = "import sys; print(sys.stdout.isatty()); print(sys.stderr.isatty(), file=sys.stderr)"
+    asks = replace(WORKS, command=[sys.executable, "-c", code], emulate_tty=True)
+    pipes = replace(asks, name="pipes-2", emulate_tty=False)
+    assert Supervisor(planned(tmp_path, [asks, pipes])).run() == 0
+    assert (tmp_path / "works-1.log").read_text() == "True\nTrue\n"
+    assert (tmp_path / "pipes-2.log").read_text() == "False\nFalse\n"
+
+
+def test_each_stream_goes_where_the_words_of_ros2_send_it(tmp_path, capfd):
+    code = "import sys; print('out'); sys.stdout.flush(); print('err', file=sys.stderr)"
+    names = ("screen", "log", "both", "own_log", "full")
+    processes = []
+    for name in names:
+        stdout, stderr = alias(name)
+        command = [sys.executable, "-c", code]
+        processes.append(ProcessPlan(name=name, command=command, stdout=stdout, stderr=stderr))
+    assert Supervisor(planned(tmp_path, processes)).run() == 0
+    shown, kept = capfd.readouterr().out, (tmp_path / "launch.log").read_text()
+    found = {
+        name: tuple(f"[{name}] {word}" in text for text in (shown, kept) for word in ("out", "err"))
+        + (tmp_path / f"{name}-stdout.log").exists() * ("own",)
+        for name in names
+    }
+    assert found == {
+        "screen": (True, True, False, False),
+        "log": (False, True, True, True),
+        "both": (True, True, True, True),
+        "own_log": (False, False, False, False, "own"),
+        "full": (True, True, True, True, "own"),
+    }

@@ -10,7 +10,14 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-from teleopctl.launch import Evaluation, Launch, LaunchContext as State, ProcessBuilder, Template
+from teleopctl.launch import (
+    Evaluation,
+    Launch,
+    LaunchContext as State,
+    LaunchRequest,
+    ProcessBuilder,
+    Template,
+)
 
 if TYPE_CHECKING:
     from .event import Event
@@ -32,7 +39,7 @@ class LaunchContext:
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
         state = State({}, Path())
-        builder = ProcessBuilder(state, show_all_output=False, prefix=None)
+        builder = ProcessBuilder(state, LaunchRequest(file=""))
         self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
 
     def begin(self, launch: Evaluation, argv: list[str], noninteractive: bool) -> None:

@@ -1,0 +1,46 @@
+"""How processes are made to end: SIGINT, then SIGTERM, then SIGKILL."""
+
+from __future__ import annotations
+
+import signal
+from functools import partial
+
+from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.event_loop import EventLoop
+from teleopctl.launch.execution.screen import Screen
+
+STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
+"""The signals, each harder than the one before."""
+
+
+class Ending:
+    """Makes processes end.
+
+    Args:
+        loop: The loop on which this is called.
+        screen: Where it is said that harder ways are needed.
+    """
+
+    def __init__(self, loop: EventLoop, screen: Screen) -> None:
+        self._loop = loop
+        self._screen = screen
+
+    def ask(self, child: Child) -> None:
+        """Ask a process to end, and arrange for harder ways; one that was asked is left alone."""
+        if not child.was_signalled:
+            child.signal(STEPS[0])
+            self._loop.after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
+
+    def _escalate(self, child: Child, step: int) -> None:
+        if not child.is_running:
+            return
+        waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
+        self._screen.say(
+            "ERROR",
+            child.plan.name,
+            f"process[{child.plan.name}] failed to terminate '{waited:g}' seconds after receiving "
+            f"'{STEPS[step - 1].name}', escalating to '{STEPS[step].name}'",
+        )
+        child.signal(STEPS[step])
+        if step + 1 < len(STEPS):
+            self._loop.after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
