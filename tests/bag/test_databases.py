@@ -12,6 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from teleopctl.bag import BagMessage, check, open_bag, recover, reindex
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import complete_definition_text, type_hash
 from tests.bag.bags import START_NS, STRING, message
 
 
@@ -167,3 +168,32 @@ def test_damaged_databases_raise_nothing_but_our_errors(tmp_path_factory, mutati
         list(check(file))
     with contextlib.suppress(TeleopctlError):
         assert len(read(recover(file).path)) <= len(written)
+
+
+def test_a_database_of_chars_has_the_hash_that_ros_2_gives_them(tmp_path):
+    name = "std_msgs/msg/Char"
+    with contextlib.closing(sqlite3.connect(tmp_path / "x.db3")) as database, database:
+        database.executescript(
+            """
+            CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+            CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
+                serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,
+                type_description_hash TEXT NOT NULL);
+            CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL,
+                encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL,
+                type_description_hash TEXT NOT NULL);
+            CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,
+                timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+            INSERT INTO schema VALUES (4, 'jazzy');
+            """
+        )
+        version, text = type_hash(name), complete_definition_text(name)
+        database.execute("INSERT INTO topics VALUES (1, '/key', ?, 'cdr', '', ?)", (name, version))
+        database.execute(
+            "INSERT INTO message_definitions VALUES (1, ?, 'ros2msg', ?, ?)", (name, text, version)
+        )
+        database.execute("INSERT INTO messages VALUES (1, 1, 5, ?)", (b"\0\1\0\0A",))
+    with open_bag(tmp_path / "x.db3") as bag:
+        assert [topic.type_hash for topic, _ in bag.metadata.topics] == [version]
+        assert [m.data for m in bag.messages()] == [b"\0\1\0\0A"]
+    assert list(check(tmp_path / "x.db3")) == []

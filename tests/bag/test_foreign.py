@@ -150,3 +150,17 @@ def test_a_type_that_changed_since_ros_1_is_taken_over_by_names(tmp_path):
         (found,) = bag.messages()
     read = deserialize(found.data, get_message(name))
     assert (read.width, list(read.k)) == (640, list(range(9)))
+
+
+def test_a_char_of_ros_1_has_the_hash_that_ros_2_gives_it(tmp_path):
+    name = "std_msgs/msg/Char"
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with Ros1Writer(tmp_path / "old.bag") as writer:
+        connection = writer.add_connection("/key", name, typestore=types)
+        sent = types.types[name](data=65)
+        writer.write(connection, START_NS, types.serialize_ros1(sent, name))
+    with open_bag(tmp_path / "old.bag") as bag:
+        ((found_topic, _),) = bag.metadata.topics
+        (found,) = bag.messages()
+    assert found_topic.type_hash == type_hash(name)
+    assert deserialize(found.data, get_message(name)).data == 65

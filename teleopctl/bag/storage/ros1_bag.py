@@ -18,6 +18,7 @@ from teleopctl.bag.records import (
     TypeText,
 )
 from teleopctl.errors import InvalidFileError
+from teleopctl.interfaces import hash_of_text
 from teleopctl.wire import EndpointQos
 
 if TYPE_CHECKING:
@@ -120,7 +121,8 @@ class Ros1Bag:
         type_name = _ros2_name(connection.msgtype)
         self._tell_of_change(connection.topic, connection.msgtype, type_name)
         text, _ = self._types.generate_msgdef(type_name, ros_version=2)
-        digest = self._types.hash_rihs01(type_name)
+        # rosbags takes a char for another type than rosidl does, which makes a uint8 of it.
+        digest = hash_of_text(type_name, text)
         return BagTopic(connection.topic, type_name, digest, TypeText(ROS2MSG, text), offers)
 
     def _tell_of_change(self, topic: str, old: str, new: str) -> None:
