@@ -23,7 +23,15 @@ from teleopctl.node import (
     undecoded,
 )
 from teleopctl.testing import eventually
-from tests.system.recording import String, call, contents, say, select, wait_for_count
+from tests.system.recording import (
+    String,
+    call,
+    contents,
+    record,
+    say,
+    select,
+    wait_for_count,
+)
 
 
 def test_a_type_that_nobody_explains_is_recorded_without_definition_and_said_once(ros, caplog):
@@ -274,6 +282,37 @@ def test_the_bag_holds_what_is_needed_to_understand_it(ros, monkeypatch, tmp_pat
     assert f"{name}:\n  ros__parameters:\n    gain:\n      p: 2.5\n" in attached["parameters.yaml"]
     assert records["teleopctl"]["python"]
     assert records["teleopctl.launch"] == {"file": str(launch), "argument.sim": "true"}
+
+
+def test_a_recording_that_ends_at_once_has_what_was_known(ros):
+    ros.node.declare_parameter("gain", 2.5)
+    description = ros.node.create_publisher(String, "/robot_description", qos_profile_latched)
+    description.publish(String(data="<robot/>"))
+    with Recorder(ros.folder / "bag", RecorderOptions(Selection(topics=["/chatter"]))):
+        pass
+    with open_bag(ros.folder / "bag") as bag:
+        attached = {attachment.name: attachment.data.decode() for attachment in bag.attachments()}
+        assert dict(bag.records())["teleopctl"]["python"]
+    assert attached["robot_description.urdf"] == "<robot/>"
+    assert "gain: 2.5" in attached["parameters.yaml"]
+
+
+def test_a_killed_recording_has_the_parameters_though_the_graph_never_rested(ros):
+    ros.node.declare_parameter("gain", 2.5)
+    process = record(ros, "-o", "bag", "--topics", "/chatter")
+
+    def is_written(name):
+        ros.node.destroy_publisher(ros.node.create_publisher(String, "/restless", 10))
+        return name in _attached(ros.folder / "bag")
+
+    eventually(lambda: is_written("parameters.yaml"))
+    ros.spawn("run teleop_robot_py_pkg simple_parameter")
+    eventually(lambda: is_written("parameters_2.yaml"))
+    process.kill()
+    with open_bag(ros.folder / "bag") as bag:
+        attached = {attachment.name: attachment.data.decode() for attachment in bag.attachments()}
+    assert "gain: 2.5" in attached["parameters.yaml"]
+    assert attached["parameters_2.yaml"].startswith("/simple_parameter:")
 
 
 def _attached(folder):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import sys
 import threading
-from collections.abc import Callable, Iterable, Mapping
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,9 +41,13 @@ LAUNCH_RECORD_NAME = "teleopctl.launch"
 _DESCRIPTION = "/robot_description"
 _DESCRIPTION_TYPE = "std_msgs/msg/String"
 
-# While nodes start, they come one after the other; their parameters are asked for together.
-_QUIET_S = 1.0
+# A node declares its parameters while it starts, and is asked once more this long after it came.
+_SETTLED_S = 1.0
+# Nodes of a launch come one after the other; those of such a time are asked together.
+_TOGETHER_S = 0.5
 _LONGEST_ANSWER_S = 3.0
+# What the end of a recording may wait for, where a node or a description does not answer.
+_LONGEST_END_S = 1.0
 
 # Of what may be installed: what a simulation, a picture or a controller may depend on.
 _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
@@ -49,6 +55,9 @@ _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 class Circumstances:
     """Gathers versions, the launch, robot descriptions and parameters, on a thread of its own.
+
+    What is there is written at once, since a recorder may be killed; what comes later, and what a
+    node has otherwise once it has settled, when that is so, and at the latest at the end.
 
     Args:
         node: Who looks at the graph.
@@ -68,8 +77,13 @@ class Circumstances:
         self._attach = attach
         self._add_record = add_record
         self._now_ns = now_ns
-        self._descriptions: set[str] = set()
-        self._asked: set[str] = set()
+        # Whether something has come, by the topics of descriptions.
+        self._descriptions: dict[str, threading.Event] = {}
+        # When each node is to be asked for its parameters: by its name, until it has settled.
+        self._due_s: dict[str, float] = {}
+        self._seen: set[str] = set()
+        # Any: YAML's values.
+        self._documents: dict[str, Any] = {}
         self._parameter_files = 0
         self._changed = threading.Event()
         self._is_over = threading.Event()
@@ -79,9 +93,10 @@ class Circumstances:
         self._thread.start()
 
     def close(self) -> None:
-        """Gather nothing more; questions that were sent may still wait for answers."""
+        """Gather what is missing, in bounded time; it is written then, or never."""
         self._is_over.set()
         self._changed.set()
+        self._thread.join(_LONGEST_END_S)
 
     def join(self) -> None:
         """Wait until nothing is asked any more, after `close`."""
@@ -91,21 +106,36 @@ class Circumstances:
         try:
             self._tell_versions()
             self._tell_launch()
+            self._see(self._node.graph(), time.monotonic())
+            self._gather_parameters(self._seen)
             while not self._is_over.is_set():
-                self._changed.wait()
-                self._gather()
+                next_s = min(self._due_s.values(), default=None)
+                longest_s = None if next_s is None else max(0.0, next_s - time.monotonic())
+                self._changed.wait(longest_s)
+                self._changed.clear()
+                now_s = time.monotonic()
+                self._see(self._node.graph(), now_s)
+                self._gather_parameters([n for n, due_s in self._due_s.items() if due_s <= now_s])
+            self._end()
         except (TeleopctlError, ShutdownException, NotInitializedException) as error:
             if not self._is_over.is_set():
                 self._node.get_logger().warning(f"The bag lacks parameters of nodes: {error}")
 
-    def _gather(self) -> None:
-        # Once the graph has been quiet for a while.
-        while not self._is_over.is_set() and self._changed.is_set():
-            self._changed.clear()
-            self._follow_descriptions(self._node.graph())
-            self._changed.wait(_QUIET_S)
-        if not self._is_over.is_set():
-            self._gather_parameters(self._node.graph())
+    def _end(self) -> None:
+        deadline_s = time.monotonic() + _LONGEST_END_S
+        self._see(self._node.graph(), deadline_s)
+        self._gather_parameters([*self._due_s], _LONGEST_END_S / 2)
+        for has_come in self._descriptions.values():
+            has_come.wait(deadline_s - time.monotonic())
+
+    def _see(self, graph: Graph, now_s: float) -> None:
+        """Take note of what has appeared."""
+        self._follow_descriptions(graph)
+        together_s = math.ceil((now_s + _SETTLED_S) / _TOGETHER_S) * _TOGETHER_S
+        for name in graph.node_names():
+            if name not in self._seen and graph.servers(f"{name}/list_parameters"):
+                self._seen.add(name)
+                self._due_s[name] = together_s
 
     def _tell_versions(self) -> None:
         from importlib import metadata
@@ -151,11 +181,11 @@ class Circumstances:
                 and topic not in self._descriptions
                 and graph.publishers(topic, _DESCRIPTION_TYPE)
             ):
-                self._descriptions.add(topic)
                 self._take_description(topic)
 
     def _take_description(self, topic: str) -> None:
         string = get_message(_DESCRIPTION_TYPE)
+        has_come = self._descriptions[topic] = threading.Event()
         known: set[str] = set()
 
         def receive(data: bytes) -> None:
@@ -166,20 +196,19 @@ class Circumstances:
                 number = f"_{len(known)}" if len(known) > 1 else ""
                 name = f"{topic.lstrip('/')}{number}.urdf"
                 self._add_file(name, "application/xml", text.encode())
+            has_come.set()
 
         self._node.create_subscription(
             string, topic, receive, qos_profile_latched, raw=True, immediate=True
         )
 
-    def _gather_parameters(self, graph: Graph) -> None:
-        names = [
-            name
-            for name in dict.fromkeys(graph.node_names())
-            if name not in self._asked and graph.servers(f"{name}/list_parameters")
-        ]
-        self._asked.update(names)
+    def _gather_parameters(
+        self, names: Collection[str], longest_s: float = _LONGEST_ANSWER_S
+    ) -> None:
+        """Write the parameters of nodes, but for those that are as they were."""
         if not names:
             return
+        now_s = time.monotonic()
         # Its clients are in the graph only while it asks, and hidden.
         with Node(
             f"_{self._node.get_name()}_questions",
@@ -188,14 +217,23 @@ class Circumstances:
             start_parameter_services=False,
             use_global_arguments=False,
         ) as questions:
-            documents = read_parameters(questions, names)
-        if not documents:
+            documents = read_parameters(questions, names, longest_s)
+        for name in names:
+            if self._due_s[name] <= now_s:
+                del self._due_s[name]
+        changed = {
+            name: document
+            for name, document in documents.items()
+            if self._documents.get(name) != document
+        }
+        if not changed:
             return
+        self._documents |= changed
         import yaml
 
         self._parameter_files += 1
         number = f"_{self._parameter_files}" if self._parameter_files > 1 else ""
-        text = yaml.safe_dump(documents, allow_unicode=True)
+        text = yaml.safe_dump(changed, allow_unicode=True)
         self._add_file(f"parameters{number}.yaml", "application/yaml", text.encode())
 
     def _add_file(self, name: str, media_type: str, data: bytes) -> None:
@@ -203,7 +241,9 @@ class Circumstances:
 
 
 # Any, here and below: YAML's values.
-def read_parameters(node: Node, names: Iterable[str]) -> dict[str, Any]:
+def read_parameters(
+    node: Node, names: Iterable[str], longest_s: float = _LONGEST_ANSWER_S
+) -> dict[str, Any]:
     """Ask nodes for all of their parameters, and return them as parameter files have them.
 
     Nodes that do not answer are left out.
@@ -211,8 +251,9 @@ def read_parameters(node: Node, names: Iterable[str]) -> dict[str, Any]:
     Args:
         node: Who asks; it needs no executor for this.
         names: Full names of the nodes.
+        longest_s: How long each of the two questions may take, for all nodes together, in seconds.
     """
-    lists = ask_nodes(node, names, lambda remote: remote.list_parameters(), _LONGEST_ANSWER_S)
+    lists = ask_nodes(node, names, lambda remote: remote.list_parameters(), longest_s)
     wanted = {
         name: sorted(answer.result.names)
         for name, answer in lists.items()
@@ -222,7 +263,7 @@ def read_parameters(node: Node, names: Iterable[str]) -> dict[str, Any]:
         node,
         wanted,
         lambda remote: remote.get_parameters(wanted[remote.remote_node_name]),
-        _LONGEST_ANSWER_S,
+        longest_s,
     )
     documents: dict[str, Any] = {}
     for name, answer in values.items():

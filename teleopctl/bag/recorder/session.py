@@ -133,9 +133,9 @@ class Session:
         self._is_over.set()
         self._changed.set()
         self._node.get_clock().forget_on_jump(self._clock_moved)
+        self._thread.join()
         if self._circumstances is not None:
             self._circumstances.close()
-        self._thread.join()
         self.topics.close()
         if self._early is not None:
             self._early.close()
