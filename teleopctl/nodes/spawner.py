@@ -140,7 +140,9 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Re
             options.inactive,
             list(options.controller_ros_args),
         )
-        for name in options.controller_names
+        # Names have no blanks: a launch argument gives several of them as one word.
+        for word in options.controller_names
+        for name in word.split()
     ]
     for group in groups[1:]:
         given = own.parse_args(group)

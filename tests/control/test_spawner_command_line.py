@@ -28,3 +28,8 @@ def test_controllers_with_options_of_their_own():
 def test_controllers_do_not_inherit_the_name_of_the_managers_node():
     words = ["--ros-args", "-r", "__node:=cm", "-r", "a:=b", "--params-file", "f.yaml"]
     assert without_node_name(words) == ["--ros-args", "-r", "a:=b", "--params-file", "f.yaml"]
+
+
+def test_one_word_may_hold_several_names_as_a_launch_argument_gives_them():
+    _, requests = read_command_line(["a b", "c"])
+    assert [request.name for request in requests] == ["a", "b", "c"]

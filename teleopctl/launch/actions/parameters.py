@@ -44,15 +44,27 @@ def parameters(element: Element | None, prefix: str = "") -> Iterator[Parameter 
     if element is None:
         return
     for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):
-        entity = Entity(item, ("name", "value", "type", "param", "from"))
+        entity = Entity(item, ("name", "value", "type", "param", "from", "allow_substs"))
         if entity.element("from") is not None:
-            yield ParameterFile(entity.required("from"))
-        elif entity.element("param") is not None:
+            _refuse_together(entity, "from", "name", "value", "type", "param")
+            yield ParameterFile(entity.required("from"), entity.optional("allow_substs") or False)
+            continue
+        _refuse_together(entity, "param", "value", "type")
+        _refuse_together(entity, "allow_substs", "name")
+        if entity.element("param") is not None:
             yield from parameters(
                 entity.element("param"), f"{prefix}{entity.required_text('name')}."
             )
         else:
             yield parameter(entity, prefix)
+
+
+def _refuse_together(entity: Entity, key: str, *others: str) -> None:
+    if entity.element(key) is None:
+        return
+    for other in others:
+        if (element := entity.element(other)) is not None:
+            raise element.error(f"'{key}' and '{other}' exclude each other")
 
 
 def _value(element: Element, type_name: str | None) -> Element:

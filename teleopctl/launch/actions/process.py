@@ -100,7 +100,7 @@ class Node(StartProcess):
     def parse(cls, entity: Entity) -> Self:
         """Read a ``node``."""
         node = NodePart(
-            package=entity.required("pkg"),
+            package=entity.optional("pkg"),
             executable=entity.required("exec"),
             name=entity.optional("name"),
             namespace=entity.optional("namespace"),

@@ -8,6 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+import yaml
+
+from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.context import LaunchContext
@@ -15,6 +18,7 @@ from teleopctl.launch.evaluation.parameters import parameter_file, parameter_val
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
+from teleopctl.launch.model.command_line import split
 from teleopctl.launch.model.descriptions import (
     NodePart,
     Parameter,
@@ -201,17 +205,23 @@ class ProcessBuilder:
             if not path.is_file():
                 self._warn(f"Parameter file path is not a file: {path}", process_name)
                 continue
-            if entry.allow_substs:
+            if self._allows_substitutions(entry):
                 path = self._evaluated_file(path, process_name)
             words.extend(["--params-file", str(path)])
         write_inline()
         return words
 
+    def _allows_substitutions(self, file: ParameterFile) -> bool:
+        if isinstance(file.allow_substs, bool):
+            return file.allow_substs
+        return self._value(file.allow_substs, "allow_substs", values.boolean, default=False)
+
     def _evaluated_file(self, path: Path, process_name: str) -> Path:
         """Evaluate the substitutions in a parameter file, and return where the result will be."""
         try:
             text = self._text(parse(read_text(path)))
-        except (TemplateError, TeleopctlError) as error:
+            ros_yaml.load(text)
+        except (TemplateError, TeleopctlError, yaml.YAMLError) as error:
             raise LaunchError(f"parameter file {path}: {error}") from error
         number = sum(f"{process_name}-{path.stem}" in name for name in self.files)
         suffix = f"-{number + 1}" if number else ""
@@ -241,7 +251,10 @@ class ProcessBuilder:
             text = self._request.prefix
         if not text:
             return command
-        return [f"{text} {command[0]}"] if shell else [*_words(text, "launch-prefix"), *command]
+        if shell:
+            return [f"{text} {command[0]}"]
+        with values.at_key("launch-prefix"):
+            return [*values.words(text), *command]
 
     def _fits_filter(self, command: list[str]) -> bool:
         pattern = self._request.prefix_filter
@@ -270,10 +283,12 @@ class ProcessBuilder:
         return self._value(text, "emulate_tty", values.flag, default=False)
 
     def _words(self, words: Words, key: str, *, shell: bool = False) -> list[str]:
-        if isinstance(words, tuple):
-            return [self._text(word) for word in words]
-        text = self._text(words)
-        return [text] if shell else _words(text, key)
+        if isinstance(words, Template):
+            if shell:
+                return [self._text(words)]
+            with values.at_key(key):
+                words = split(words)
+        return [self._text(word) for word in words]
 
     def _text(self, text: Template) -> str:
         return render(text, self._context)
@@ -290,8 +305,3 @@ class ProcessBuilder:
             evaluated = self._text(text)
             with self._context.reading(text):
                 return read(evaluated)
-
-
-def _words(text: str, key: str) -> list[str]:
-    with values.at_key(key):
-        return values.words(text)

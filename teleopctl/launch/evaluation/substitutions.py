@@ -90,18 +90,13 @@ def _find_pkg_share(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _find_pkg_prefix(arguments: Sequence[str], _: LaunchContext) -> str:
-    return str(find_package(arguments[0]).folder)
+    return str(find_package(arguments[0]).prefix)
 
 
 def _executable_in_package(arguments: Sequence[str], _: LaunchContext) -> str:
     name, package = arguments
-    executable = find_executable(package, name)
-    if executable.file is None:
-        raise LaunchError(
-            f"executable '{name}' of package '{package}' is a function and no file",
-            hint=f"Start it by 'node' with pkg {package} and exec {name}.",
-        )
-    return str(executable.file)
+    find_executable(package, name)
+    return str(find_package(package).prefix / "lib" / package / name)
 
 
 def _find_exec(arguments: Sequence[str], context: LaunchContext) -> str:

@@ -66,7 +66,7 @@ class ParameterFile:
     """
 
     path: Template
-    allow_substs: bool = False
+    allow_substs: Template | bool = False
 
 
 # Words of a command line: a text that is split as a shell splits it, or one text for each word.

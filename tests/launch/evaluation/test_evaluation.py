@@ -227,7 +227,7 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
     )
     text = "launch:\n- include: {file: spawn_controllers.yaml}"
     (spawner,) = plan(text, controllers_file=str(mine)).processes
-    assert spawner.command[6:11] == ["spawner", "states", "wrist", "hand", "--param-file"]
+    assert spawner.command[6:9] == ["spawner", "states wrist hand", "--param-file"]
     mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
     with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
@@ -432,7 +432,7 @@ def test_the_logical_substitutions(plan):
 
 
 def test_commands_give_their_output_or_the_reason_of_their_failure(plan):
-    assert words(plan("launch:\n" + echo('$(command "echo hello")'))) == ["hello"]
+    assert words(plan("launch:\n" + echo('$(command "echo hello")'))) == ["hello\n"]
     with pytest.raises(TeleopctlError, match="ended with status 1"):
         plan("launch:\n" + echo("$(command false)"))
     with pytest.raises(TeleopctlError, match="nosuchprogram"):

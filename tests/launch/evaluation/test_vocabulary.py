@@ -2,6 +2,7 @@
 
 import os
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 import yaml
@@ -247,7 +248,6 @@ def test_substitutions(value, text, expected):
         ("$(for-var a)", "no loop around gives 'a'"),
         ("$(file-content nope.txt)", r"Cannot read .*nope\.txt"),
         ("$(exec-in-pkg nope camera)", "No executable found"),
-        ("$(exec-in-pkg camera camera)", "is a function and no file"),
         ("$(eval '1' 'os')", "module 'os' is not at hand, only math"),
         ("$(not maybe)", "expected true or false, got 'maybe'"),
     ],
@@ -257,11 +257,64 @@ def test_a_substitution_that_cannot_be_made_is_told_with_file_and_line(plan, tex
         plan(f'<log message="{text}"/>')
 
 
-def test_the_files_of_a_package(value, tmp_path, monkeypatch):
+def test_the_files_and_programs_of_a_package(value, tmp_path, monkeypatch):
     folder = tmp_path / "packages" / "arm"
-    (folder / "scripts").mkdir(parents=True)
+    folder.mkdir(parents=True)
     (folder / "package.xml").write_text("<package><name>arm</name></package>")
     (folder / "note.txt").write_text("a note")
     monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(folder.parent))
-    assert value("$(find-pkg-prefix arm)") == str(folder)
     assert value("$(file-content $(find-pkg-share arm)/note.txt)") == "a note"
+    assert value("$(file-content $(find-pkg-prefix arm)/share/arm/note.txt)") == "a note"
+    assert Path(value("$(exec-in-pkg camera camera)")).is_file()
+
+
+def test_what_a_substitution_gives_is_a_part_of_one_word_of_a_command_line(plan):
+    evaluated = plan(
+        """
+        <let name="x" value="my 'file"/>
+        <let name="none" value=""/>
+        <executable cmd="echo  $(var x) a$(var x)b '-f $(var x)' $(var x)$(var x) $(var none)"/>
+        <node pkg="camera" exec="camera" args="$(var x) two" ros_args="--remap a:=$(var x)"/>
+        <executable cmd="echo '$(var x)" shell="true" args="$(var none) a"/>
+        """
+    )
+    x = "my 'file"
+    echo, camera, shell = (process.command for process in evaluated.processes)
+    assert echo == ["echo", x, f"a{x}b", f"-f {x}", x + x, ""]
+    assert camera[camera.index("camera") + 2 :] == [x, "two", "--ros-args", "--remap", f"a:={x}"]
+    assert shell == [f"echo '{x}  a"]
+
+
+def test_an_open_quotation_is_refused_before_anything_starts(plan):
+    with pytest.raises(TeleopctlError, match=r":2: 'args': No closing quotation"):
+        plan('<node pkg="camera" exec="camera" args="it\'s"/>')
+
+
+def test_a_node_of_no_package_is_a_command(plan):
+    text = '<node exec="my_program" name="me" args="-v"><param name="p" value="1"/></node>'
+    (process,) = plan(text).processes
+    assert process.command[:5] == ["my_program", "-v", "--ros-args", "-r", "__node:=me"]
+    assert process.is_node
+    assert process.name == "my_program-1"
+
+
+def test_a_parameter_file_may_have_substitutions(plan, tmp_path):
+    file = tmp_path / "p.yaml"
+    file.write_text("/**: {ros__parameters: {p: $(var x), q: '$(dirname)'}}")
+    node = '<node pkg="camera" exec="camera"><param from="{}" allow_substs="{}"/></node>'
+    evaluated = plan('<let name="x" value="1"/>' + node.format(file, "true"))
+    assert parameters(evaluated) == [{"p": 1, "q": str(tmp_path)}]
+    assert not plan(node.format(file, "$(not true)")).start.files
+    with pytest.raises(TeleopctlError, match="launch configuration 'x' does not exist"):
+        plan(node.format(file, "1"))
+    file.write_text("a: $(env NOT_SET ']')")
+    with pytest.raises(TeleopctlError, match=r"parameter file .*p\.yaml: "):
+        plan(node.format(file, "true"))
+
+
+@pytest.mark.parametrize(
+    "attributes", ["from='a' name='b'", "name='a' allow_substs='true'", "from='a' value='1'"]
+)
+def test_a_parameter_is_a_file_or_a_value(plan, attributes):
+    with pytest.raises(TeleopctlError, match="exclude each other"):
+        plan(f'<node pkg="camera" exec="camera"><param {attributes}/></node>')
