@@ -8,15 +8,9 @@ from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot import Geometry, Mesh, RobotDescription
-from teleopctl.viewer.scene.drawing import Rgba
-from teleopctl.viewer.scene.mesh_files import (
-    MeshFile,
-    file_of,
-    load_mesh,
-    packed,
-    stamp_of_file,
-)
+from teleopctl.viewer.scene.mesh_files import MeshFile, load_mesh, packed, stamp_of_file
 from teleopctl.viewer.scene.shapes import mesh_uris, undrawable
+from teleopctl.viewer.scene.texture_files import Texture, load_texture
 
 # Meshes of so many links are sent as glTF, of which viser compresses equal ones to one.
 _MANY_USES = 4
@@ -28,12 +22,12 @@ class Parts:
 
     Attributes:
         meshes: Meshes by URI.
-        textures: The mean colours of the URDF's textures by URI.
+        textures: The URDF's textures by URI.
         faults: What cannot be shown, one sentence each.
     """
 
     meshes: dict[str, MeshFile] = field(default_factory=dict)
-    textures: dict[str, Rgba] = field(default_factory=dict)
+    textures: dict[str, Texture] = field(default_factory=dict)
     faults: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
@@ -58,7 +52,7 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
         folder: Where the description is from, for paths that are relative to it.
     """
     meshes: dict[str, MeshFile] = {}
-    textures: dict[str, Rgba] = {}
+    textures: dict[str, Texture] = {}
     faults: list[str] = []
     shapes = shapes_of(description)
     uses = Counter(shape.uri for shape in shapes if isinstance(shape, Mesh))
@@ -76,10 +70,14 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
             meshes[uri] = packed(meshes[uri])
         faults += meshes[uri].faults
     for uri in _texture_uris(description):
+        before = known.textures.get(uri)
+        if before is not None and _is_unchanged(before):
+            textures[uri] = before
+            continue
         try:
-            textures[uri] = _mean_color(file_of(uri, folder))
-        except (TeleopctlError, OSError, ValueError) as error:
-            faults.append(f"Texture '{uri}' cannot be read: {error}")
+            textures[uri] = load_texture(uri, folder)
+        except TeleopctlError as error:
+            faults.append(error.message)
     if strange := _links_with_undrawable_shapes(description):
         more = f" and {len(strange) - 1} more links" if len(strange) > 1 else ""
         faults.append(
@@ -89,9 +87,9 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
     return Parts(meshes, textures, tuple(dict.fromkeys(faults)))
 
 
-def _is_unchanged(mesh: MeshFile) -> bool:
+def _is_unchanged(file: MeshFile | Texture) -> bool:
     try:
-        return stamp_of_file(mesh.path) == mesh.stamp
+        return file.path is not None and stamp_of_file(file.path) == file.stamp
     except OSError:
         return False
 
@@ -120,20 +118,3 @@ def _texture_uris(description: RobotDescription) -> list[str]:
             if visual.material is not None and visual.material.texture is not None:
                 found[visual.material.texture] = None
     return list(found)
-
-
-def _mean_color(path: Path) -> Rgba:
-    """The colour of a texture as a whole: shapes of a URDF say not where a picture goes.
-
-    Raises:
-        OSError: It cannot be read.
-        ValueError: It is too large.
-    """
-    from PIL import Image
-
-    from teleopctl.viewer.scene.textures import fit_texture
-
-    with Image.open(path) as image:
-        pixel = fit_texture(image).convert("RGBA").resize((1, 1), Image.Resampling.BOX)
-    red, green, blue, opacity = pixel.tobytes()
-    return red / 255, green / 255, blue / 255, opacity / 255

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from teleopctl.robot import Box, Capsule, Cylinder, Geometry, Material, Mesh, Pose, Sphere
 from teleopctl.tf import Vector3, quaternion_from_rpy
 from teleopctl.viewer.scene.drawing import Rgba, is_drawable
 from teleopctl.viewer.scene.glb import dressed
+from teleopctl.viewer.scene.surface_glb import surface_glb
+from teleopctl.viewer.scene.textured_shapes import mapped_shape
 
 if TYPE_CHECKING:
     import viser
 
     from teleopctl.viewer.scene.mesh_files import MeshFile
+    from teleopctl.viewer.scene.texture_files import Texture
 
 # What RViz gives to a link without a material is red; an even grey tells shapes apart better.
 _DEFAULT_RGBA: Rgba = (0.7, 0.7, 0.72, 1.0)
@@ -25,19 +30,20 @@ class Shapes:
     Args:
         scene: Where to draw.
         meshes: The files of meshes by URI.
-        textures: The mean colours of textures by URI.
+        textures: The textures by URI.
     """
 
     def __init__(
         self,
         scene: viser.SceneApi,
         meshes: Mapping[str, MeshFile],
-        textures: Mapping[str, Rgba] | None = None,
+        textures: Mapping[str, Texture] | None = None,
     ) -> None:
         self._scene = scene
         self._meshes = meshes
-        self._textures: Mapping[str, Rgba] = textures or {}
+        self._textures: Mapping[str, Texture] = textures or {}
         self._dressed: dict[tuple[str, Rgba, float], bytes] = {}
+        self._papered: dict[tuple[str, str | None, float], bytes] = {}
 
     def draw(
         self,
@@ -90,6 +96,9 @@ class Shapes:
                 wxyz=wxyz,
                 position=position,
             )
+        if (texture := self._texture(material)) is not None and not isinstance(shape, Capsule):
+            glb, size = self._paper(shape, material, texture, alpha)
+            return scene.add_glb(path, glb, scale=size, wxyz=wxyz, position=position)
         if isinstance(shape, Box):
             return scene.add_box(
                 path, color, shape.size, opacity=see_through, wxyz=wxyz, position=position
@@ -126,13 +135,41 @@ class Shapes:
     def _rgba(self, material: Material | None) -> Rgba:
         if material is None:
             return _DEFAULT_RGBA
-        rgba = material.rgba
-        if rgba is None and material.texture is not None:
-            rgba = self._textures.get(material.texture)
+        # As in RViz, a texture counts more than a colour.
+        texture = self._texture(material)
+        rgba = material.rgba if texture is None else texture.mean
         if rgba is None:
             return _DEFAULT_RGBA
         red, green, blue, opacity = (min(max(part, 0.0), 1.0) for part in rgba)
         return red, green, blue, opacity
+
+    def _texture(self, material: Material | None) -> Texture | None:
+        if material is None or material.texture is None:
+            return None
+        return self._textures.get(material.texture)
+
+    def _paper(
+        self,
+        shape: Box | Cylinder | Sphere,
+        material: Material | None,
+        texture: Texture,
+        alpha: float,
+    ) -> tuple[bytes, Vector3]:
+        """A shape of size 1 with a picture on it, and its size; equal ones share their bytes."""
+        match shape:
+            case Box(size):
+                name = "box"
+            case Cylinder(radius, length):
+                name, size = "cylinder", (2 * radius, 2 * radius, length)
+            case Sphere(radius):
+                name, size = "sphere", (2 * radius,) * 3
+        key = (name, material.texture if material is not None else None, alpha)
+        glb = self._papered.get(key)
+        if glb is None:
+            corners, normals, uv = mapped_shape(name)
+            white = np.array((1.0, 1.0, 1.0, alpha))
+            glb = self._papered[key] = surface_glb(corners, white, uv, texture, normals)
+        return glb, size
 
     def _dress(self, uri: str, mesh: MeshFile, rgba: Rgba, alpha: float) -> bytes:
         """A mesh in its colours; links that share them share its bytes."""

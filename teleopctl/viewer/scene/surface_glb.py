@@ -25,7 +25,11 @@ _JSON, _NUMBERS = 0x4E4F534A, 0x004E4942
 
 
 def surface_glb(
-    corners: Floats, colors: Floats, uv: Floats | None = None, texture: Texture | None = None
+    corners: Floats,
+    colors: Floats,
+    uv: Floats | None = None,
+    texture: Texture | None = None,
+    normals: Floats | None = None,
 ) -> bytes:
     """Write triangles that are seen from both sides.
 
@@ -38,6 +42,7 @@ def surface_glb(
         colors: Red, green, blue and opacity from 0 to 1, shape (3 n, 4), or (4,) for all.
         uv: Where each corner is in the texture, from its upper left, shape (3 n, 2).
         texture: The picture.
+        normals: Where each corner looks, shape (3 n, 3); without them triangles are flat.
     """
     shades = np.clip(colors, 0.0, 1.0)
     # Colours of glTF are amounts of light.
@@ -52,6 +57,8 @@ def surface_glb(
     }
     file = _File()
     attributes = {"POSITION": file.add(np.asarray(corners, np.float32), _FLOAT)}
+    if normals is not None:
+        attributes["NORMAL"] = file.add(np.asarray(normals, np.float32), _FLOAT)
     if linear.ndim == 2:
         painted = np.rint(linear * 65535.0).astype(np.uint16)
         attributes["COLOR_0"] = file.add(painted, _SHORT)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.viewer.scene.drawing import Rgba
 from teleopctl.viewer.scene.mesh_files import file_of, stamp_of_file
 
 
@@ -21,6 +22,7 @@ class Texture:
         data: What its file would hold.
         mime_type: ``image/png`` or ``image/jpeg``.
         see_through: Whether parts of it may be.
+        mean: Its colour as a whole.
         path: Its file, for one that was read from there.
         stamp: That file's size and time when it was read; see `stamp_of_file`.
     """
@@ -28,6 +30,7 @@ class Texture:
     data: bytes
     mime_type: str
     see_through: bool = False
+    mean: Rgba = (1.0, 1.0, 1.0, 1.0)
     path: Path | None = None
     stamp: tuple[int, int] = (0, 0)
 
@@ -75,9 +78,9 @@ def _read(name: str, content: bytes, path: Path | None, stamp: tuple[int, int]) 
     from teleopctl.viewer.scene.textures import picture_for_browsers
 
     try:
-        data, mime_type, see_through = picture_for_browsers(content)
+        picture = picture_for_browsers(content)
     except Exception as error:
         # Pillow's readers raise whatever their formats are broken by.
         reason = " ".join(str(error).split())[:200]
         raise TextureError(f"Texture '{name}' cannot be read: {reason}") from error
-    return Texture(data, mime_type, see_through, path, stamp)
+    return Texture(*picture, path=path, stamp=stamp)

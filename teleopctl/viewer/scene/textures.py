@@ -14,11 +14,13 @@ from trimesh.resolvers import Resolver
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import resolve_uri
+from teleopctl.viewer.scene.drawing import Rgba
 
 # Phones refuse larger textures, and they are sent whole.
 _LARGEST_SIDE = 2048
 _MOST_PIXELS = 64_000_000
 MOST_BYTES = 100_000_000
+_MEAN = Image.Resampling.BOX
 _PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 _SLOTS = (
     "image",
@@ -162,14 +164,14 @@ def _stored_smaller(image: Image.Image) -> bytes | None:
     return stored.getvalue()
 
 
-def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool]:
+def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool, Rgba]:
     """What a picture's file holds, such that a browser shows it.
 
     Args:
         content: In any format that Pillow reads; PNG and JPEG of a fair size stay as they are.
 
     Returns:
-        The file, its media type, and whether it may be seen through.
+        The file, its media type, whether it may be seen through, and its mean colour.
 
     Raises:
         OSError: It cannot be read.
@@ -181,7 +183,9 @@ def picture_for_browsers(content: bytes) -> tuple[bytes, str, bool]:
     stored = _stored_smaller(image)
     is_jpeg = stored is None and image.format == "JPEG"
     mime_type = "image/jpeg" if is_jpeg else "image/png"
-    return stored or content, mime_type, _is_see_through(image)
+    red, green, blue, opacity = image.convert("RGBA").resize((1, 1), _MEAN).tobytes()
+    mean = (red / 255, green / 255, blue / 255, opacity / 255)
+    return stored or content, mime_type, _is_see_through(image), mean
 
 
 def _is_see_through(image: Image.Image) -> bool:

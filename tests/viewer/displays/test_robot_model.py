@@ -106,16 +106,46 @@ def test_a_material_is_what_its_name_says_wherever_it_was_defined(model, stage):
     assert shown["visual1"].opacity is None
 
 
-def test_a_shape_with_a_texture_has_its_mean_colour(model, stage, tmp_path):
+@pytest.mark.parametrize(
+    ("shape", "size"),
+    [
+        ('<box size="1 2 3"/>', (1, 2, 3)),
+        ('<cylinder radius="1" length="3"/>', (2, 2, 3)),
+        ('<sphere radius="2"/>', (4, 4, 4)),
+    ],
+)
+def test_a_shape_has_its_texture_as_large_as_it_is(model, stage, tmp_path, shape, size):
     Image.new("RGB", (8, 8), (10, 20, 30)).save(tmp_path / "skin.png")
-    model(
-        robot(
-            link(
-                "a", box(f'<material name=""><texture filename="{tmp_path}/skin.png"/></material>')
-            )
-        )
+    skin = f'<texture filename="{tmp_path}/skin.png"/>'
+    # RViz has the texture where there is a colour too
+    material = f'<material name=""><color rgba="1 0 0 1"/>{skin}</material>'
+    model(robot(link("a", visual(shape, material))), Alpha=0.5)
+    node = nodes(stage)["visual0"]
+    assert (tmp_path / "skin.png").read_bytes() in node.glb_data
+    scene = trimesh.load_scene(trimesh.util.wrap_as_stream(node.glb_data), file_type="glb")
+    np.testing.assert_allclose(scene.extents * node.scale, size, rtol=5e-3)
+    (mesh,) = scene.geometry.values()
+    assert mesh.visual.material.alphaMode == "BLEND"
+    assert mesh.visual.material.baseColorFactor.tolist() == [255, 255, 255, 128]
+
+
+def test_what_has_no_place_for_a_texture_has_its_mean_colour(model, stage, tmp_path):
+    Image.new("RGB", (8, 8), (10, 20, 30)).save(tmp_path / "skin.png")
+    material = f'<material name=""><texture filename="{tmp_path}/skin.png"/></material>'
+    part = f'<mesh filename="{stl(tmp_path)}"/>'
+    capsule = '<capsule radius="1" length="3"/>'
+    model(robot(link("a", visual(part, material), visual(capsule, material))))
+    shown = nodes(stage)
+    assert color(shown["visual0"]) == color(shown["visual1"]) == (10, 20, 30)
+
+
+def test_a_texture_that_is_not_there_leaves_the_colour(model, stage):
+    material = (
+        '<material name=""><color rgba="1 0 0 1"/><texture filename="/no/such.png"/></material>'
     )
-    assert color(nodes(stage)["visual0"]) == (10, 20, 30)
+    display = model(robot(link("a", box(material))))
+    assert color(nodes(stage)["visual0"]) == (255, 0, 0)
+    assert "/no/such.png" in display.status[1]
 
 
 def test_collision_geometry_is_shown_when_asked_for(model, stage):
