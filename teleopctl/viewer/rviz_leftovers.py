@@ -30,8 +30,6 @@ _DEFAULTS: Mapping[str, Any] = {
     "Show Robot Visual": True,
     "Zoom Factor": 1,
 }
-# Lists of what RViz has seen, in which only what is switched off asks for something.
-_LISTS = frozenset({"Frames", "Visibility"})
 # What is done in another way, belongs to RViz's windows, or sets up MoveIt's own window.
 _BESIDES = frozenset(
     {
@@ -43,7 +41,7 @@ _BESIDES = frozenset(
         *("Voxel Coloring", "Voxel Rendering", "Scene Display Time", "Show Workspace"),
         *("Reliability Policy", "Topic Filter"),
         *("Colliding Link Color", "Joint Violation Color", "Interactive Marker Size"),
-        *("Show Arrows", "Start State Alpha", "Start State Color"),
+        *("Show Arrows", "Start State Alpha", "Start State Color", "Frames"),
     }
 )
 _MOVEIT_WINDOW = ("MoveIt_", "JointsTab_")
@@ -116,7 +114,8 @@ def _asked_for(
 
 def _asks(key: str, value: Any) -> bool:
     """Whether a property has another value than RViz gives it."""
-    if key in _LISTS:
+    if key == "Visibility":
+        # A list of what RViz has seen, in which only what is switched off asks for something.
         return _has_false(value)
     if key in _DEFAULTS:
         return not _same(value, _DEFAULTS[key])

@@ -77,8 +77,6 @@ def test_of_a_file_in_which_nothing_is_set_nothing_is_told(told: Told) -> None:
     [
         ("Offset: {X: 0", "Offset: {X: 2", "Offset of 'Grid' (line 14)"),
         ("Value: Lines}", "Value: Billboards}", "Line Style of 'Grid' (line 11)"),
-        ('(blacklist): ""', "(blacklist): ba.*", "Filter (blacklist) of 'TF' (line 22)"),
-        ("base: {Value: true}", "base: {Value: false}", "Frames of 'TF' (line 23)"),
         ("Mass: false", "Mass: true", "Mass Properties of 'RobotModel' (line 18)"),
         (
             "Query Start State: false",

@@ -128,6 +128,7 @@ class Display:
         self.in_shown_group = True
         self._drawn = False
         self._logged = ""
+        self._prepare()
 
     # --- what the viewer calls ----------------------------------------------------------------
 
@@ -190,6 +191,9 @@ class Display:
             self._guarded(lambda: self.changed(name))
 
     # --- what a kind of display defines -------------------------------------------------------
+
+    def _prepare(self) -> None:
+        """Make what the display keeps besides; called once, at the end of the constructor."""
 
     def started(self) -> None:
         """Draw what is there without a message."""

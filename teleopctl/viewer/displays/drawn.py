@@ -16,8 +16,8 @@ from teleopctl.viewer.scene.drawing import Drawing, merged
 class DrawnDisplay(StampedDisplay):
     """Draws what `drawing` makes of each message, once for each picture at most."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self.canvas = Canvas(self.stage.scene, self.root)
         self._drawings: deque[Drawing] = deque()
         self._stale = False

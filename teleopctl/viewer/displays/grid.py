@@ -24,9 +24,7 @@ class Grid(Display):
         Property("Alpha", 0.5, low=0.0, high=1.0),
     )
 
-    # Any: the base class checks its own.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self._node: Any = None
 
     def started(self) -> None:

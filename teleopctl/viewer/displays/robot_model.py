@@ -14,6 +14,8 @@ from teleopctl.viewer.displays.robot_parts import Parts, load_parts
 from teleopctl.viewer.scene.mesh_files import MeshFile
 from teleopctl.viewer.scene.shapes import Shapes
 
+# Any stands for messages and for viser's nodes.
+
 # A collision shape is seen through, since it lies around the visual one.
 _COLLISION_ALPHA = 0.5
 # Of many faults the status names the first.
@@ -37,9 +39,7 @@ class RobotModel(Display):
         Property("TF Prefix", "", hint="What stands before the links' names in tf"),
     )
 
-    # Any, here and below: the base class checks its own; messages are of its topic's type.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         # ROS 1's files name the parameter, which ROS 2 has as a topic.
         said = self.values.given.get("Robot Description")
         if not self.topic and isinstance(said, str):

@@ -30,8 +30,7 @@ class StampedDisplay(Display):
         keeps: How many messages are drawn.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self._waiting: deque[Any] = deque(maxlen=_WAITING)
         self._placed: deque[Any] = deque()
         self._fixed = ""

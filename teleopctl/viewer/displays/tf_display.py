@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+import re
+from typing import Any, ClassVar, TypeGuard
 
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.scene.frame_buffer import MOST_FRAMES, SILENT_S
+
+# Any stands for what YAML holds.
+
+_ONLY, _WITHOUT = "Filter (whitelist)", "Filter (blacklist)"
+# RViz's switch for the frames that it has not seen yet.
+_ALL = "All Enabled"
+# More frames than these is no list that anybody reads.
+_MOST_LISTED = 100
 
 
 class TfDisplay(Display):
@@ -24,15 +33,27 @@ class TfDisplay(Display):
             high=1e6,
             hint="Seconds until a frame that is silent while others are not loses its axes",
         ),
+        Property(_ONLY, "", hint="A regular expression: only frames that it finds are shown"),
+        Property(_WITHOUT, "", hint="A regular expression: frames that it finds are not shown"),
     )
+    parts_title: ClassVar[str] = "Frames"
+
+    def _prepare(self) -> None:
+        self._wrong = ""
+        self._only: re.Pattern[str] | None = None
+        self._without: re.Pattern[str] | None = None
+        self._switches = self._said_of_frames()
 
     def started(self) -> None:
         """Show axes and names as the properties say."""
+        self._wrong = ""
+        self._only, self._without = self._expression(_ONLY), self._expression(_WITHOUT)
         self.stage.frames.show(
             axes=self.values.flag("Show Axes"),
             names=self.values.flag("Show Names"),
             scale=self.values.number("Marker Scale"),
             timeout_s=self.values.number("Frame Timeout"),
+            which=self._is_shown,
         )
 
     def stopped(self) -> None:
@@ -42,7 +63,7 @@ class TfDisplay(Display):
     def tick(self) -> None:
         """Say whether there is more than can be shown."""
         if not self.stage.frames.buffer.is_full:
-            self.say(OK)
+            self.say(WARN if self._wrong else OK, self._wrong)
             return
         self.say(
             WARN,
@@ -50,5 +71,53 @@ class TfDisplay(Display):
             "forgotten, and new ones left out until there is room",
         )
 
+    def parts(self) -> dict[str, bool]:
+        """The frames, and whether each is switched on."""
+        return {
+            name: self._is_on(name) for name in sorted(self.stage.frames.by_name)[:_MOST_LISTED]
+        }
+
+    def show_part(self, name: str, *, shown: bool) -> None:
+        """Show a frame, or do not."""
+        given = self.values.given
+        if not _is_mapping(given.get("Frames")):
+            given["Frames"] = {}
+        frames = given["Frames"]
+        frames[next((one for one in frames if str(one) == name), name)] = {"Value": shown}
+        self._switches = self._said_of_frames()
+        if self.is_drawn:
+            self.started()
+
+    def _said_of_frames(self) -> dict[str, Any]:
+        """What the file says of frames, by name; names may look like numbers."""
+        said = self.values.given.get("Frames")
+        return {str(name): one for name, one in said.items()} if _is_mapping(said) else {}
+
+    def _is_on(self, name: str) -> bool:
+        said = self._switches.get(name)
+        if _is_mapping(said) and said.get("Value") is not None:
+            return said["Value"] is not False
+        return self._switches.get(_ALL) is not False
+
+    def _is_shown(self, name: str) -> bool:
+        return (
+            (self._only is None or self._only.search(name) is not None)
+            and (self._without is None or self._without.search(name) is None)
+            and self._is_on(name)
+        )
+
+    def _expression(self, name: str) -> re.Pattern[str] | None:
+        """A property that is a regular expression; None for an empty one, or one that is wrong."""
+        text = self.values.text(name)
+        try:
+            return re.compile(text) if text else None
+        except re.error as error:
+            self._wrong = f"{name} is no regular expression: {error}"
+            return None
+
     def time_jumped_back(self) -> None:
         """Frames move by themselves."""
+
+
+def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:
+    return isinstance(value, dict)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -72,6 +72,7 @@ class Frames:
         self._names_shown = False
         self._scale = 1.0
         self._timeout_s = math.inf
+        self._which: Callable[[str], bool] = lambda _name: True
         self._looked_s = -math.inf
 
     @property
@@ -84,7 +85,13 @@ class Frames:
         self._wanted_fixed = name.removeprefix("/")
 
     def show(
-        self, *, axes: bool, names: bool, scale: float = 1.0, timeout_s: float = math.inf
+        self,
+        *,
+        axes: bool,
+        names: bool,
+        scale: float = 1.0,
+        timeout_s: float = math.inf,
+        which: Callable[[str], bool] = lambda _name: True,
     ) -> None:
         """Choose what is drawn of each frame.
 
@@ -94,8 +101,10 @@ class Frames:
             scale: Size of the axes; 1 is 0.2 m.
             timeout_s: For how long a frame may be silent while others are not; the axes and the
                 name of one that is for longer are taken away.
+            which: Of which frames anything is, by name.
         """
         self._axes_shown, self._names_shown, self._scale = axes, names, scale
+        self._which = which
         self._timeout_s, self._looked_s = timeout_s, -math.inf
         for frame in self.by_name.values():
             self._dress(frame)
@@ -187,8 +196,9 @@ class Frames:
         frame.node.axes_length = _AXES_LENGTH_M * self._scale
         frame.node.axes_radius = _AXES_RADIUS_M * self._scale
         frame.node.origin_radius = _AXES_RADIUS_M * self._scale
-        frame.node.show_axes = self._axes_shown and not frame.is_silent
-        named = self._names_shown and not frame.is_silent
+        dressed = not frame.is_silent and self._which(frame.name)
+        frame.node.show_axes = self._axes_shown and dressed
+        named = self._names_shown and dressed
         if named and frame.label is None:
             frame.label = self._scene.add_label(f"{frame.node.name}/name", frame.name)
         elif not named and frame.label is not None:

@@ -8,6 +8,7 @@ from hypothesis import given, settings, strategies
 
 from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy, transform_stamped
+from teleopctl.viewer.displays.properties import Properties
 from teleopctl.viewer.displays.sensors.cloud import CloudError, read_cloud, read_scan
 from teleopctl.viewer.displays.sensors.colors import Coloring
 from teleopctl.viewer.displays.sensors.laser_scan import LaserScan
@@ -142,7 +143,7 @@ def test_the_rays_of_a_scanner_that_moves_start_where_it_is():
 
 
 def coloured(message, **given):
-    display_values = PointCloud2(None, "", "", given).values
+    display_values = Properties(PointCloud2.properties, given)
     found = read_cloud(message, 1000)
     return Coloring.of(display_values).colors(found, Transform())
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN, Display
@@ -26,8 +26,7 @@ class Axes(Display):
         Property("Alpha", 1.0, low=0.0, high=1.0),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self._canvas: Canvas | None = None
 
     def started(self) -> None:

@@ -34,8 +34,8 @@ class Odometry(DrawnDisplay):
         *COVARIANCE_PROPERTIES,
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self._last: Transform | None = None
         self._covariance = Drawing()
 

@@ -31,8 +31,8 @@ class ParticleCloud(DrawnDisplay):
         Property("Max Arrow Length", 0.3, low=0.0, high=1000.0, hint="Of the weight 1"),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self.values.given.setdefault("Class", f"nav2_rviz_plugins/{self.rviz_class}")
 
     def drawing(self, message: Any) -> Drawing:

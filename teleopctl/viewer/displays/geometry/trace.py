@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -40,8 +40,7 @@ class Trace(Display):
         Property("Line Width", 0.004, low=0.0, high=10.0, hint="Metres; 0 is as thin as can be"),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self._points: deque[tuple[float, tuple[float, float, float]]] = deque(maxlen=MOST_POINTS)
         self._fixed = ""
         self._pictures = 0

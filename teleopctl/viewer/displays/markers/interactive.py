@@ -43,8 +43,7 @@ class InteractiveMarkers(Display):
         Property("Show Axes", False),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         said = self.values.given.get(_NAMESPACE) or self.values.given.get("Update Topic")
         if isinstance(said, dict):
             said = said.get("Value")

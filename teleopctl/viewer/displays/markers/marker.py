@@ -20,8 +20,7 @@ class Marker(Display):
     message_type = "visualization_msgs/msg/Marker"
     parts_title: ClassVar[str] = "Namespaces"
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self.markers = MarkerSet(self.stage, self.root)
         said = self.values.given.get("Namespaces")
         if not isinstance(said, dict):

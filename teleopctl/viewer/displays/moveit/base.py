@@ -27,8 +27,7 @@ class MoveItDisplay(Display):
 
     default_topic: ClassVar[str]
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self.values.given.setdefault("Class", f"moveit_rviz_plugin/{self.rviz_class}")
         said = read(Property(self.topic_key, self.default_topic), self.values.given)
         self.topic = self.topic or str(said) or self.default_topic

@@ -35,8 +35,8 @@ class MotionPlanning(PlanningScene):
         Property(f"{_GOAL}/Goal State Alpha", 1.0, low=0.0, high=1.0),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         given = self.values.given.setdefault(_PATH, {})
         if not isinstance(given, dict):
             given = self.values.given[_PATH] = {"Value": given}

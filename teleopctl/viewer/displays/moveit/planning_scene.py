@@ -39,8 +39,8 @@ class PlanningScene(MoveItDisplay):
     latched = True
     properties: ClassVar[tuple[Property, ...]] = SCENE_PROPERTIES
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self._objects = SceneObjects()
         self._canvases: dict[str, Canvas] = {}
         self._robot: Ghost | None = None

@@ -27,8 +27,8 @@ class RobotState(MoveItDisplay):
         Property("Robot Color", (150, 50, 150)),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self._ghost: Ghost | None = None
         self._state: Positions | None = None
         self._left_out = 0

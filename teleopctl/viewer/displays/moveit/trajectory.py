@@ -42,8 +42,8 @@ class Trajectory(MoveItDisplay):
     default_topic = "/display_planned_path"
     properties: ClassVar[tuple[Property, ...]] = PATH_PROPERTIES
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         self._path: Path | None = None
         self._next: Path | None = None
         self._began = 0.0

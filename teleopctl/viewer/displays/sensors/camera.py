@@ -35,9 +35,8 @@ class Camera(PictureDisplay):
         *GREY_PROPERTIES,
     )
 
-    # Any: what displays are made of, and pictures of any message.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         # The CameraInfo, and viser's frustum
         self._info: Any = None
         self._frustum: Any = None

@@ -53,9 +53,8 @@ class DepthCloud(PointsDisplay):
         *POINT_PROPERTIES,
     )
 
-    # Any: what displays are made of.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         said = self.values.given.get(_DEPTH_TOPIC)
         if isinstance(said, str):
             self.topic = _transported(said, self.values.text(_DEPTH_HINT))

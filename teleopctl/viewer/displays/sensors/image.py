@@ -22,9 +22,8 @@ class Image(PictureDisplay):
 
     rviz_class = "Image"
 
-    # Any: what displays are made of, and pictures of any message.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
+        super()._prepare()
         # viser's window and the picture in it
         self._window: Any = None
         self._image: Any = None

@@ -47,8 +47,7 @@ class Map(Display):
         Property("Update Topic", "", hint="Where changes come; empty is the topic with _updates"),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         # The map's message without its cells, and viser's picture
         self._info: Any = None
         self._frame = ""

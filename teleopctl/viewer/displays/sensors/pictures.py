@@ -28,9 +28,7 @@ class PictureDisplay(Display):
     other_types: ClassVar[tuple[str, ...]] = (COMPRESSED,)
     properties: ClassVar[tuple[Property, ...]] = GREY_PROPERTIES
 
-    # Any: what displays are made of, and pictures of any message.
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         self._feed = PictureFeed(self.stage, self._take_picture)
         self._fares = (OK, "")
 

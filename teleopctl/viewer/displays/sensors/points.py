@@ -106,8 +106,7 @@ class PointsDisplay(Display):
 
     properties: ClassVar[tuple[Property, ...]] = POINT_PROPERTIES
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def _prepare(self) -> None:
         # Messages: the one that waits for its transform, and the last one behind it
         self._waiting: Any = None
         self._newest: Any = None
