@@ -6,11 +6,11 @@ Completion never prints an error: without a router, or without an answer, it off
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
+from teleopctl.cli.completing import Line
 from teleopctl.errors import TeleopctlError
 
 # The rest is imported where candidates are wanted: this module is loaded for every `--help`.
@@ -33,7 +33,7 @@ def nodes(incomplete: str) -> list[str]:
     return _matching(incomplete, lambda graph: graph.node_names())
 
 
-def message_types(context: typer.Context, incomplete: str) -> list[str]:
+def message_types(ctx: Line, incomplete: str) -> list[str]:
     """Types of the topic that stands on the line, else all that are known."""
     from teleopctl.cli.live import absolute_name, live_graph
     from teleopctl.interfaces import list_types
@@ -42,18 +42,22 @@ def message_types(context: typer.Context, incomplete: str) -> list[str]:
         topics = dict(live_graph().topic_names_and_types())
     except TeleopctlError:
         topics = {}
-    live = topics.get(absolute_name(context.params.get("topic_name") or ""))
+    live = topics.get(absolute_name(ctx.params.get("topic_name") or ""))
     return [name for name in live or list_types("msg") if name.startswith(incomplete)]
 
 
-def programs(context: typer.Context, incomplete: str) -> list[str]:
+def programs(ctx: Line, incomplete: str) -> list[str]:
     """For ``run``: packages and files first, then the programs of the package that was named."""
     from teleopctl import packages
 
-    words = context.params.get("words") or []
+    words = ctx.params.get("words") or []
     names: set[str] = set()
     if not words:
-        names.update(package.name for package in packages.list_packages() if package.executables)
+        # Which programs a package has stands in its scripts: only those that are meant are read.
+        for name in package_names(incomplete):
+            with suppress(TeleopctlError):
+                if packages.find_package(name).executables:
+                    names.add(name)
         names.update(str(path) for path in Path().glob("*.py"))
     elif len(words) == 1:
         package = packages.lookup_package(words[0])
@@ -68,14 +72,14 @@ def package_names(incomplete: str) -> list[str]:
     return [name for name in packages.package_names() if name.startswith(incomplete)]
 
 
-def launch_words(context: typer.Context, incomplete: str) -> list[str]:
+def launch_words(ctx: Line, incomplete: str) -> list[str]:
     """For ``launch``: files and packages, then a package's files or a file's arguments."""
     from teleopctl.launch import files_in_package, is_launch_file
 
     try:
-        match context.params.get("words") or []:
+        match ctx.params.get("words") or []:
             case []:
-                names = _launch_files_and_packages()
+                names = _launch_files_and_packages(incomplete)
             case [file, *_] if is_launch_file(file):
                 names = _launch_arguments(None, file)
             case [package]:
@@ -102,17 +106,26 @@ def logged_processes(incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
-def _launch_files_and_packages() -> list[str]:
-    from teleopctl import packages
-    from teleopctl.launch import builtin_files, files_in_package, is_launch_file
+def _launch_files_and_packages(incomplete: str) -> list[str]:
+    from teleopctl.launch import builtin_files, is_launch_file
 
     files = (path for path in sorted(Path().iterdir()) if is_launch_file(path.name))
-    listed = (package.name for package in packages.list_packages())
     return [
         *builtin_files(),
         *map(str, files),
-        *(package for package in listed if files_in_package(package)),
+        *(package for package in package_names(incomplete) if _has_launch_files(package)),
     ]
+
+
+def _has_launch_files(package: str) -> bool:
+    from teleopctl import packages
+    from teleopctl.launch import files_in_package, is_launch_file
+
+    with suppress(OSError):  # mostly they lie where they are installed, which is dear to find out
+        folder = packages.find_package(package).folder / "launch"
+        if any(is_launch_file(file.name) for file in folder.iterdir()):
+            return True
+    return bool(files_in_package(package))
 
 
 def _launch_arguments(package: str | None, file: str) -> list[str]:

@@ -80,6 +80,10 @@ def _dispatch(words: list[str]) -> int:
         console.out(f"teleopctl {__version__}")
         return 0
     if COMPLETION_VARIABLE in os.environ:
+        from teleopctl.cli import completing
+
+        if completing.answer():
+            sys.exit(0)
         from teleopctl.cli import typer_app
 
         typer_app.answer_shell(typer_app.typed_words())

@@ -237,15 +237,20 @@ def _named_roots() -> tuple[str, ...]:
 def _packages_below(roots: tuple[tuple[str, str], ...]) -> dict[str, list[Package]]:
     # The files of a package change rarely while one command runs: each set of roots is read once.
     from teleopctl.packages.source_folders import find_package_folders
-    from teleopctl.packages.source_programs import executables
 
     packages: dict[str, list[Package]] = {}
     for root, found_by in roots:
         for name, folder in find_package_folders(Path(root)):
             known = packages.setdefault(name, []) if name else []
             if name and all(package.folder != folder for package in known):
-                read = partial(executables, name, folder)
+                read = partial(_source_executables, name, folder)
                 known.append(
                     Package(name, folder, kind=SOURCES, found_by=found_by, read_executables=read)
                 )
     return packages
+
+
+def _source_executables(name: str, folder: Path) -> dict[str, Executable]:
+    from teleopctl.packages.source_programs import executables
+
+    return executables(name, folder)

@@ -1,15 +1,20 @@
 """Completion: scripts for the shells, and candidates."""
 
+import os
 import shlex
 import shutil
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 
-from teleopctl.cli import main
+from teleopctl import plugins
+from teleopctl.cli import completing, main
 from teleopctl.cli.program import COMPLETION_VARIABLE
+from teleopctl.cli.verb import Group, Option, parameters
 from teleopctl.testing import eventually
+from tests.packages.prefix import write
 
 
 @pytest.mark.parametrize(
@@ -136,3 +141,71 @@ def test_in_bash_the_value_of_an_argument_follows_at_once(capsys):
 def test_without_a_router_nothing_is_offered(monkeypatch, capsys):
     monkeypatch.setenv("TELEOPCTL_ROUTER", "tcp/127.0.0.1:1")
     assert candidates(monkeypatch, capsys, "teleopctl topic info /") == []
+
+
+def verbs() -> list[tuple[str, ...]]:
+    """The beginnings of all command lines: nouns, and nouns with their verbs."""
+    found: list[tuple[str, ...]] = [()]
+    for name in plugins.VERBS.ours:
+        verb = plugins.load(plugins.VERBS, name)
+        found.append((name,))
+        found += [(name, one) for one in verb.verbs] if isinstance(verb, Group) else []
+    return found
+
+
+def typers_candidates(monkeypatch, capsys, words: tuple[str, ...], incomplete: str) -> list[str]:
+    with monkeypatch.context() as patch:
+        patch.setattr(completing, "answer", lambda: False)
+        return candidates(patch, capsys, " ".join(["teleopctl", *words, incomplete]))
+
+
+@pytest.mark.parametrize("words", verbs(), ids=" ".join)
+def test_what_is_offered_without_typer_is_what_typer_offers(monkeypatch, capsys, tmp_path, words):
+    monkeypatch.chdir(tmp_path)
+    lines = [(words, ""), (words, "t"), ((*words, "x"), ""), ((*words, "x", "y"), "")]
+    verb = plugins.load(plugins.VERBS, words[0]) if words else None
+    if isinstance(verb, Group):
+        verb = verb.verbs[words[1]] if len(words) > 1 else None
+    for parameter in parameters(verb.load()) if verb else ():
+        declaration = parameter.declaration
+        is_known = bool(declaration.complete or declaration.choices)
+        if isinstance(declaration, Option) and not declaration.alone and is_known:
+            flag = declaration.flags[-1]
+            # Typer takes the second value of a list for an argument.
+            lines += [((*words, flag), ""), ((*words, flag, "1"), "")][: 1 if parameter.many else 2]
+    for before, incomplete in lines:
+        quick = completing.candidates(list(before), incomplete)
+        if quick is not None:
+            typers = typers_candidates(monkeypatch, capsys, before, incomplete)
+            assert sorted(quick) == sorted(typers), (before, incomplete)
+
+
+def test_packages_their_programs_and_their_tags_are_completed(monkeypatch, capsys, tmp_path):
+    write(tmp_path / "arm/package.xml", "<package><name>arm</name><version>1</version></package>")
+    script = "from setuptools import setup\nsetup(entry_points={'console_scripts': ['go = arm:f']})"
+    write(tmp_path / "arm/setup.py", script)
+    monkeypatch.chdir(tmp_path)
+    offered = partial(candidates, monkeypatch, capsys)
+    assert offered("teleopctl pkg prefix ar") == ["arm"]
+    assert offered("teleopctl pkg create new --dependencies rclpy ar") == ["arm"]
+    assert offered("teleopctl run ar") == ["arm"]
+    assert offered("teleopctl run arm ") == ["go"]
+    assert offered("teleopctl pkg xml arm --tag ") == ["name", "version"]
+    assert offered("teleopctl pkg create --license MIT") == ["MIT", "MIT-0"]
+    assert offered("teleopctl pkg create --build-type ament_p") == ["ament_python"]
+
+
+def test_a_plain_line_is_completed_without_typer_and_the_metadata_of_distributions():
+    code = (
+        "import sys; from teleopctl.cli import main\ntry:\n    main.run([])\nfinally:\n"
+        "    print(sorted({'typer', 'rich', 'importlib.metadata'} & set(sys.modules)))"
+    )
+    line = {"COMP_WORDS": "teleopctl pkg prefix teleop_d", "COMP_CWORD": "3"}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **line, COMPLETION_VARIABLE: "complete_bash"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "teleop_description\n[]\n"

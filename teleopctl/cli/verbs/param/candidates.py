@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import typer
-
+from teleopctl.cli.completing import Line
 from teleopctl.errors import TeleopctlError
 
 
-def parameter_names(context: typer.Context, incomplete: str) -> list[str]:
+def parameter_names(ctx: Line, incomplete: str) -> list[str]:
     """Names of the parameters of the node that stands on the line."""
     from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 
     try:
         with open_parameters() as client:
-            names = client.names(client.find(context.params.get("node_name") or ""))
+            names = client.names(client.find(ctx.params.get("node_name") or ""))
     except TeleopctlError:
         return []
     return [name for name in names if name.startswith(incomplete)]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import typer
+from teleopctl.cli.completing import Line
 
 
-def manifest_tags(context: typer.Context, incomplete: str) -> list[str]:
+def manifest_tags(ctx: Line, incomplete: str) -> list[str]:
     """Names of the tags in the manifest of the package that stands on the line."""
     from lxml import etree
 
@@ -14,7 +14,7 @@ def manifest_tags(context: typer.Context, incomplete: str) -> list[str]:
     parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
 
     try:
-        package = packages.lookup_package(context.params.get("name") or "")
+        package = packages.lookup_package(ctx.params.get("name") or "")
         if package is None:
             return []
         root = etree.parse(package.folder / "package.xml", parser).getroot()
