@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from teleopctl import plugins
-from teleopctl.cli.program import COMPLETION_VARIABLE
+from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError
 

@@ -12,9 +12,12 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TextIO
 
-from teleopctl.cli.program import PROGRAM
 from teleopctl.errors import TeleopctlError
 from teleopctl.printable import printable_json, printable_line, printable_text
+
+PROGRAM = "teleopctl"
+COMPLETION_VARIABLE = "_TELEOPCTL_COMPLETE"
+"""Set by a shell's completion script when it wants the candidates for a word."""
 
 _BOLD_RED = "\x1b[1;31m"
 _YELLOW = "\x1b[33m"

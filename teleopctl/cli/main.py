@@ -16,7 +16,7 @@ from typing import NoReturn
 
 from teleopctl import __version__, interrupts, plugins
 from teleopctl.cli import console, ros2_options
-from teleopctl.cli.program import COMPLETION_VARIABLE
+from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.errors import (
     EXIT_INTERRUPTED,
     DefectError,

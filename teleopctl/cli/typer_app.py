@@ -20,7 +20,7 @@ from typer.main import get_command, get_group, get_install_completion_arguments
 
 from teleopctl import plugins
 from teleopctl.cli import ros2_options, ros2_verbs
-from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
+from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 from teleopctl.printable import printable_line

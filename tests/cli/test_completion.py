@@ -11,7 +11,7 @@ import pytest
 
 from teleopctl import plugins
 from teleopctl.cli import completing, main
-from teleopctl.cli.program import COMPLETION_VARIABLE
+from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.cli.verb import Group, Option, parameters
 from teleopctl.testing import eventually
 from tests.packages.prefix import write

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from teleopctl.cli import console
-from teleopctl.cli.program import COMPLETION_VARIABLE, PROGRAM
+from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Verb
 
 GROUP = Group(
