@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.launch.actions.environment import (
         AppendEnvironment as AppendEnvironment,
+        ResetEnvironment as ResetEnvironment,
         SetEnvironment as SetEnvironment,
         SetRosLogDirectory as SetRosLogDirectory,
         UnsetEnvironment as UnsetEnvironment,
@@ -34,14 +35,22 @@ if TYPE_CHECKING:
         Executable as Executable,
         Node as Node,
     )
+    from teleopctl.launch.actions.remembering import (
+        PopConfigurations as PopConfigurations,
+        PopEnvironment as PopEnvironment,
+        PushConfigurations as PushConfigurations,
+        PushEnvironment as PushEnvironment,
+    )
     from teleopctl.launch.actions.settings import (
         DeclareArgument as DeclareArgument,
         Let as Let,
         PushNamespace as PushNamespace,
+        Reset as Reset,
         SetParameter as SetParameter,
         SetParametersFromFile as SetParametersFromFile,
         SetRemap as SetRemap,
         SetUseSimTime as SetUseSimTime,
+        Unset as Unset,
     )
     from teleopctl.launch.arguments import (
         argument_names as argument_names,
@@ -152,13 +161,15 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "actions.environment": "AppendEnvironment SetEnvironment SetRosLogDirectory "
-            "UnsetEnvironment",
+            "actions.environment": "AppendEnvironment ResetEnvironment SetEnvironment "
+            "SetRosLogDirectory UnsetEnvironment",
             "actions.messages": "Log Shutdown",
             "actions.nesting": "Group Include IncludeSteps RosTimer Timer",
             "actions.process": "Executable Node",
-            "actions.settings": "DeclareArgument Let PushNamespace SetParameter "
-            "SetParametersFromFile SetRemap SetUseSimTime",
+            "actions.remembering": "PopConfigurations PopEnvironment PushConfigurations "
+            "PushEnvironment",
+            "actions.settings": "DeclareArgument Let PushNamespace Reset SetParameter "
+            "SetParametersFromFile SetRemap SetUseSimTime Unset",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation Foreseen",
@@ -171,8 +182,8 @@ else:
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
-            "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree "
-            "Place Process",
+            "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree Place "
+            "Process",
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",
             "model.plan": "Further LaunchPlan ProcessPlan",

@@ -34,10 +34,7 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
         seen.add(argument.name)
         yield ""
         yield f"    '{argument.name}':"
-        description = argument.description or "no description given"
-        if argument.choices:
-            description += f" Valid choices are: {list(argument.choices)}"
-        yield f"        {description}"
+        yield f"        {argument.in_words}"
         if argument.default is not None:
             yield f"        (default: {_describe(argument.default)})"
     if not seen:

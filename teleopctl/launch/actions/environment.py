@@ -69,7 +69,7 @@ class AppendEnvironment(Action):
         name, value = launch.text(self.name), launch.text(self.value)
         present = launch.environment_value(name)
         with values.at_key("prepend"):
-            prepend = values.flag(launch.text(self.prepend))
+            prepend = values.boolean(launch.text(self.prepend))
         if present is not None:
             both = (value, present) if prepend else (present, value)
             value = launch.text(self.separator).join(both)

@@ -41,15 +41,24 @@ class DeclareArgument(Action):
             ),
         )
 
+    @property
+    def in_words(self) -> str:
+        """What it is for, and what it may be."""
+        if not self.choices:
+            return self.description or "no description given"
+        choices = str(list(self.choices))
+        if not self.description:
+            return f"One of: {choices}"
+        return f"{self.description.removesuffix('.')}. Valid choices are: {choices}"
+
     def evaluate(self, launch: Launch) -> None:
         """Set the variable to the default where nobody gave it a value."""
         launch.declare(self.name)
         variables = launch.scope.variables
         if self.name not in variables:
             if self.default is None:
-                description = self.description or "no description given"
                 raise UsageError(
-                    f"Required launch argument '{self.name}' (description: '{description}') "
+                    f"Required launch argument '{self.name}' (description: '{self.in_words}') "
                     "was not provided",
                     hint=f"Give it behind the file: {self.name}:=VALUE",
                 )
@@ -91,6 +100,17 @@ class Let(Action):
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""
         launch.scope.variables[launch.text(self.name)] = launch.text(self.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unset(Action):
+    """Forgets a launch variable, where it is set."""
+
+    name: Template
+
+    def evaluate(self, launch: Launch) -> None:
+        """Forget it."""
+        launch.scope.variables.pop(launch.text(self.name), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -141,7 +142,11 @@ class LaunchContext:
     def anonymous_name(self, name: str) -> str:
         """Return a name that no other launch uses; the same one for the same word."""
         if name not in self._anonymous:
-            self._anonymous[name] = f"{name}_{os.getpid()}_{len(self._anonymous)}"
+            import random
+            import socket
+
+            unique = f"{socket.gethostname()}_{os.getpid()}_{random.getrandbits(63)}"
+            self._anonymous[name] = re.sub("[.:-]", "_", f"{name}_{unique}")
         return self._anonymous[name]
 
 

@@ -145,21 +145,21 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
             stdin=subprocess.DEVNULL,
             env=context.environment(),
         )
+    except FileNotFoundError as error:
+        raise LaunchError(f"file not found: {error}") from error
     except (OSError, ValueError, subprocess.TimeoutExpired) as error:
         raise LaunchError(f"$(command '{arguments[0]}'): {error}") from error
-    complaint = result.stderr.strip()
+    written = f"\nCaptured stderr output: {result.stderr}" if result.stderr.strip() else ""
     if result.returncode != 0:
+        raise LaunchError(f"executed command failed. Command: {arguments[0]}{written}")
+    complaint = f"executed command showed stderr output. Command: {arguments[0]}{written}"
+    if written and on_stderr == "fail":
         raise LaunchError(
-            f"$(command '{arguments[0]}') ended with status {result.returncode}: "
-            f"{complaint or 'it wrote nothing'}"
-        )
-    if complaint and on_stderr == "fail":
-        raise LaunchError(
-            f"$(command '{arguments[0]}') wrote to stderr: {complaint}",
+            complaint,
             hint="Add 'ignore', 'warn' or 'capture' behind the command where that is in order.",
         )
-    if complaint and on_stderr == "warn":
-        context.warnings.append(f"$(command '{arguments[0]}') wrote to stderr: {complaint}")
+    if written and on_stderr == "warn":
+        context.warnings.append(complaint)
     return result.stdout + (result.stderr if on_stderr == "capture" else "")
 
 
@@ -221,7 +221,10 @@ def _string_join(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _file_content(arguments: Sequence[str], _: LaunchContext) -> str:
-    return read_text(resolve_uri(arguments[0]))
+    path = resolve_uri(arguments[0])
+    if not path.exists():
+        raise LaunchError(f"File not found: {path}")
+    return read_text(path)
 
 
 def _loop_value(arguments: Sequence[str], context: LaunchContext) -> str:

@@ -433,7 +433,7 @@ def test_the_logical_substitutions(plan):
 
 def test_commands_give_their_output_or_the_reason_of_their_failure(plan):
     assert words(plan("launch:\n" + echo('$(command "echo hello")'))) == ["hello\n"]
-    with pytest.raises(TeleopctlError, match="ended with status 1"):
+    with pytest.raises(TeleopctlError, match="executed command failed"):
         plan("launch:\n" + echo("$(command false)"))
     with pytest.raises(TeleopctlError, match="nosuchprogram"):
         plan("launch:\n" + echo("$(command nosuchprogram)"))

@@ -246,7 +246,7 @@ def test_substitutions(value, text, expected):
     [
         ("$(param nope)", "no set_parameter has set parameter 'nope'"),
         ("$(for-var a)", "no loop around gives 'a'"),
-        ("$(file-content nope.txt)", r"Cannot read .*nope\.txt"),
+        ("$(file-content nope.txt)", r"File not found: .*nope\.txt"),
         ("$(exec-in-pkg nope camera)", "No executable found"),
         ("$(eval '1' 'os')", "module 'os' is not at hand, only math"),
         ("$(not maybe)", "expected true or false, got 'maybe'"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from teleopctl import launch as model
 from teleopctl.launch import Condition as ModelCondition, Template
 
-from ._places import blamed
+from ._places import blamed, here
 from .action import Action
 from .condition import Condition
 from .launch_context import LaunchContext
@@ -32,18 +32,28 @@ def steps(entities: object) -> tuple[model.Step, ...]:
 
 
 def _step(entity: LaunchDescriptionEntity) -> model.Step:
-    if not isinstance(entity, Action) or _does_it_itself(entity):
-        return model.Step(entity.defined_at, (), _Visited(entity))
+    place = _place(entity)
+    if not isinstance(entity, Action) or _does_it_itself(type(entity)):
+        return model.Step(place, (), _Visited(entity))
     conditions = () if entity.condition is None else (_condition(entity.condition),)
     try:
-        return model.Step(entity.defined_at, conditions, entity.model_action())
+        return model.Step(place, conditions, entity.model_action())
     except Exception as error:
         raise blamed(error, entity.describe()) from error
 
 
-def _does_it_itself(action: Action) -> bool:
-    kind = type(action)
-    return kind.execute is not Action.execute or kind.visit is not Action.visit
+def _place(entity: LaunchDescriptionEntity) -> model.Place:
+    # A subclass need not call the constructor of its base.
+    return getattr(entity, "defined_at", None) or here()
+
+
+def _does_it_itself(kind: type[Action]) -> bool:
+    """Tell whether a class has a method that is nearer to it than what the model does for it."""
+
+    def distance(name: str) -> int:
+        return next(at for at, base in enumerate(kind.__mro__) if name in vars(base))
+
+    return min(distance("execute"), distance("visit")) < distance("model_action")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +69,7 @@ class _Visited(model.Action):
         try:
             further = steps(self.entity.visit(LaunchContext.with_launch(launch)))
         except Exception as error:
-            raise blamed(error, self.entity.describe()) from error
+            raise blamed(error, repr(self.entity)) from error
         launch.run(further)
 
 

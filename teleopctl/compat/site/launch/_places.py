@@ -33,6 +33,8 @@ def blamed(error: Exception, doing: str) -> TeleopctlError:
         error: What was raised.
         doing: What was being done, for an exception that says nothing of that.
     """
+    if isinstance(error, RuntimeError) and isinstance(error.__cause__, TeleopctlError):
+        error = error.__cause__.with_traceback(error.__traceback__)
     if isinstance(error, TeleopctlError) and error.place is not None:
         return error
     lines = [

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
+from typing import Any
 
 from teleopctl.launch import Call, ComputedText, LaunchContext as Evaluated, Template, literal
 
@@ -68,3 +69,11 @@ def optional(text: object) -> Template | None:
     if isinstance(text, bool):
         return literal("true" if text else "false")
     return literal(str(text)) if isinstance(text, int | float) else template(text)
+
+
+# Any: names are whatever text a dictionary can have. object: texts, truth values and numbers.
+def pairs(entries: Mapping[Any, object] | None) -> tuple[tuple[Template, Template], ...]:
+    """Return names and values, of which there may be none, as the model has them."""
+    return tuple(
+        (template(name), optional(value) or literal("")) for name, value in (entries or {}).items()
+    )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from teleopctl import launch as model
+from teleopctl.errors import TeleopctlError
 
 from .condition import Condition
 from .launch_description_entity import LaunchDescriptionEntity
@@ -33,7 +35,19 @@ class Action(LaunchDescriptionEntity):
 
     def describe(self) -> str:
         """Return the action in words."""
-        return f"{type(self).__name__}({id(self)})"
+        return repr(self)
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Return what stands in it and is always visited."""
+        return self.get_sub_entities() if self._condition is None else []
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return what stands in it and is visited under a condition, with that condition."""
+        if self._condition is None:
+            return []
+        return [(f"Conditionally included by {self.describe()}", self.get_sub_entities())]
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do it where its condition holds, and return what is to be visited in its place."""
@@ -43,9 +57,18 @@ class Action(LaunchDescriptionEntity):
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do it, and return what is to be visited in its place."""
-        context.launch.perform(self.model_action())
+        try:
+            context.launch.perform(self.model_action())
+        except TeleopctlError as error:
+            if error.__cause__ is not None and not isinstance(error.__cause__, TeleopctlError):
+                raise error.__cause__ from error
+            # What launch raises, for a program that wants to go on.
+            raise RuntimeError(error.message) from error
         return None
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
-        raise NotImplementedError(f"{type(self).__name__} has no execute")
+        """Return what the model does for it: nothing, unless a subclass says more."""
+        return _NOTHING
+
+
+_NOTHING = model.IncludeSteps(steps=(), arguments=())

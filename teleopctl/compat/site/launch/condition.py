@@ -23,14 +23,12 @@ class Condition:
 
     def describe(self) -> str:
         """Return the condition in words."""
-        return type(self).__name__
+        return repr(self)
 
     def model_condition(self) -> ModelCondition | None:
         """Return the condition as the model has it; None where only `evaluate` knows."""
         return None
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Tell whether it holds."""
-        if self._predicate is None:
-            raise NotImplementedError(f"{type(self).__name__} has no predicate")
-        return self._predicate(context)
+        """Tell whether it holds; one without a predicate does not."""
+        return self._predicate is not None and self._predicate(context)

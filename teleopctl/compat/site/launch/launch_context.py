@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterable, Iterator, MutableMapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -91,18 +90,18 @@ class LaunchContext:
         """Return what is known at this place, by name."""
         from .events._model import event_of
 
-        found: dict[str, Any] = {
-            "current_launch_file_path": str(self.launch.file),
-            "current_launch_file_directory": str(self.launch.file.parent),
-        }
+        found: dict[str, Any] = {}
+        if self.launch.file != Path():
+            found["current_launch_file_path"] = str(self.launch.file)
+            found["current_launch_file_directory"] = str(self.launch.file.parent)
         if self.launch.event is not None:
             found["event"] = event_of(self.launch.event, self.launch)
         return {**self._globals, **found, **self._locals}
 
     @property
-    def locals(self) -> SimpleNamespace:
+    def locals(self) -> _Locals:
         """What is known at this place, as attributes."""
-        return SimpleNamespace(**self.get_locals_as_dict())
+        return _Locals(self.get_locals_as_dict())
 
     def extend_globals(self, extensions: dict[str, Any]) -> None:
         """Add to what is known everywhere."""
@@ -145,6 +144,23 @@ class LaunchContext:
         self.emit_event_sync(event)
 
 
+class _Locals:
+    """What is known at a place, as attributes."""
+
+    # Any: as in ROS 2.
+    def __init__(self, known: dict[str, Any]) -> None:
+        vars(self).update(known)
+
+    def __getattr__(self, name: str) -> Any:
+        known = ", ".join(vars(self))
+        raise AttributeError(
+            f"context.locals does not contain attribute '{name}', it contains: [{known}]"
+        )
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"can't set attribute '{name}', locals are read-only")
+
+
 class _Environment(MutableMapping[str, str]):
     """The environment of the launch with what it changes for the processes."""
 
@@ -173,3 +189,7 @@ class _Environment(MutableMapping[str, str]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
+
+    def copy(self) -> dict[str, str]:
+        """Return it as it is now."""
+        return dict(self)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ._places import here
 
 if TYPE_CHECKING:
+    import asyncio
+
     from .launch_context import LaunchContext
 
 
@@ -21,13 +23,13 @@ class LaunchDescriptionEntity:
     def __init__(self) -> None:
         self.defined_at = here()
 
-    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
+    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:  # noqa: ARG002 -- for subclasses
         """Do it, and return what is to be visited in its place."""
-        raise NotImplementedError
+        return None
 
     def describe(self) -> str:
-        """Return the entity in words."""
-        return repr(self)
+        """Return the entity in words; a subclass brings it."""
+        raise NotImplementedError("LaunchDescriptionEntity.describe() is not implemented")
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """Return what stands in it."""
@@ -43,6 +45,7 @@ class LaunchDescriptionEntity:
         """Return what stands in it and is visited under a condition, with that condition."""
         return []
 
-    def get_asyncio_future(self) -> None:
-        """Return what tells of its end; nothing does."""
-        return
+    # Any: nobody cares for what it gives.
+    def get_asyncio_future(self) -> asyncio.Future[Any] | None:
+        """Return what tells of its end, where it goes on after it has been visited."""
+        return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import Argument, Call, Template
@@ -23,7 +24,7 @@ class Substitution:
 
     def describe(self) -> str:
         """Return the substitution in words."""
-        return type(self).__name__
+        return repr(self)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the text that it stands for.
@@ -35,11 +36,42 @@ class Substitution:
 
         text = self.template()
         if text is None:
-            raise NotImplementedError(f"{type(self).__name__} has no perform")
+            raise NotImplementedError("perform() not implemented for Substitution base class.")
         try:
             return context.text(text)
         except TeleopctlError as error:
             raise SubstitutionFailure(error.message) from error
+
+
+class KnownSubstitution(Substitution):
+    """One of ROS 2's own, which the text front ends have under a name of their own.
+
+    Attributes:
+        parameters: What its arguments in a text are called, in order.
+        required: How many of them have to be there.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ()
+    required: ClassVar[int] = 0
+
+    # Any: each one takes words of its own.
+    @classmethod
+    def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
+        """Return the class and its arguments, from those that stand in a text.
+
+        Raises:
+            TypeError: There are too few or too many of them.
+        """
+        least, most = cls.required, len(cls.parameters)
+        if not least <= len(data) <= most:
+            count = f"{least} arguments" if least == most else f"{least} to {most} arguments"
+            raise TypeError(f"{cls.__name__} substitution expects {count}, got {len(data)}")
+        return cls, dict(zip(cls.parameters, data, strict=False))
+
+
+def in_words(substitutions: Iterable[Substitution]) -> str:
+    """Return substitutions in a row in words."""
+    return " + ".join(substitution.describe() for substitution in substitutions)
 
 
 def call(name: str, *arguments: Template, source: str | None = None) -> Template:

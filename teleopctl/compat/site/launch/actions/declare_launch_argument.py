@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from teleopctl.launch import DeclareArgument, Template
+from teleopctl.launch import DeclareArgument
 
 from .._texts import optional
 from ..action import Action
+from ..substitution import Substitution
+from ..utilities import normalize_to_list_of_substitutions
 
 
 class DeclareLaunchArgument(Action):
@@ -22,10 +24,10 @@ class DeclareLaunchArgument(Action):
         kwargs: What `Action` takes.
 
     Raises:
-        ValueError: The choices are empty, or the default is none of them.
+        RuntimeError: The choices are empty, or the default is none of them.
     """
 
-    # Any: the words of Action. object: texts, numbers and truth values are all in use.
+    # Any: the words of Action. object: texts with substitutions, numbers and truth values.
     def __init__(
         self,
         name: str,
@@ -37,19 +39,48 @@ class DeclareLaunchArgument(Action):
     ) -> None:
         super().__init__(**kwargs)
         if choices is not None and not choices:
-            raise ValueError(
-                "Supplied choices were empty: did you mean None? Argument name: '" + name + "'"
+            raise RuntimeError("Provided choices arg is empty. Use None to ignore the choice list.")
+        is_open = default_value is None or isinstance(default_value, Substitution | list)
+        if choices is not None and not is_open and default_value not in choices:
+            raise RuntimeError(
+                f'Provided default_value "{default_value}" is not in provided choices "{choices}".'
             )
-        self.name = name
-        self.default_value: Template | None = optional(default_value)
-        self.description = description or "no description given"
-        self.choices = choices
+        default = optional(default_value)
+        given: Any = default_value
+        self._argument = DeclareArgument(
+            name=name,
+            default=default,
+            description=description,
+            choices=tuple(map(str, choices or ())),
+        )
+        self._default: list[Substitution] | None = None
+        if default is not None:
+            self._default = normalize_to_list_of_substitutions(
+                default.source if default.is_literal else given
+            )
+        self._choices = choices
+        self._conditionally_included = False
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._argument.name
+
+    @property
+    def default_value(self) -> list[Substitution] | None:
+        """What it is where nobody gives it, or None."""
+        return self._default
+
+    @property
+    def description(self) -> str:
+        """What it is for, and what it may be."""
+        return self._argument.in_words
+
+    @property
+    def choices(self) -> Sequence[str] | None:
+        """What it may be, or None for anything."""
+        return self._choices
 
     def model_action(self) -> DeclareArgument:
         """Return what the model does for it."""
-        return DeclareArgument(
-            name=self.name,
-            default=self.default_value,
-            description=self.description,
-            choices=tuple(map(str, self.choices or ())),
-        )
+        return self._argument

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.launch import Group
 
 from .._entities import steps
+from .._texts import pairs
 from ..action import Action
 from ..launch_description_entity import LaunchDescriptionEntity
+from .pop_environment import PopEnvironment
+from .pop_launch_configurations import PopLaunchConfigurations
+from .push_environment import PushEnvironment
+from .push_launch_configurations import PushLaunchConfigurations
+from .reset_environment import ResetEnvironment
+from .reset_launch_configurations import ResetLaunchConfigurations
+from .set_launch_configuration import SetLaunchConfiguration
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
+    from ..some_substitutions_type import SomeSubstitutionsType
 
 
 class GroupAction(Action):
@@ -18,7 +30,9 @@ class GroupAction(Action):
     Args:
         actions: The actions.
         scoped: Whether what they set ends with the group.
-        kwargs: What `Action` takes.
+        forwarding: Whether they see what was set before, where scoped.
+        launch_configurations: Launch variables that are set for them.
+        left_over_kwargs: What `Action` takes.
     """
 
     # Any: the words of Action.
@@ -27,16 +41,39 @@ class GroupAction(Action):
         actions: Iterable[LaunchDescriptionEntity],
         *,
         scoped: bool = True,
-        **kwargs: Any,
+        forwarding: bool = True,
+        launch_configurations: Mapping[SomeSubstitutionsType, SomeSubstitutionsType] | None = None,
+        **left_over_kwargs: Any,
     ) -> None:
-        super().__init__(**kwargs)
+        super().__init__(**left_over_kwargs)
         self._actions = list(actions)
         self._scoped = scoped
+        self._forwarding = forwarding
+        self._launch_configurations = dict(launch_configurations or {})
+        self._all: list[LaunchDescriptionEntity] | None = None
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return the actions."""
-        return self._actions
+        """Return the actions, with those between which they are visited."""
+        if self._all is None:
+            given = self._launch_configurations
+            self._all = [SetLaunchConfiguration(*item) for item in given.items()] + self._actions
+            if self._scoped:
+                if not self._forwarding:
+                    forget = ResetEnvironment(), ResetLaunchConfigurations(given)
+                    self._all = [*forget, *self._actions]
+                begin = PushLaunchConfigurations(), PushEnvironment()
+                self._all = [*begin, *self._all, PopEnvironment(), PopLaunchConfigurations()]
+        return self._all
+
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:  # noqa: ARG002 -- the original's signature
+        """Return what is to be visited."""
+        return self.get_sub_entities()
 
     def model_action(self) -> Group:
         """Return what the model does for it."""
-        return Group(scoped=self._scoped, steps=steps(self._actions))
+        return Group(
+            scoped=self._scoped,
+            forwarding=self._forwarding,
+            keep=pairs(self._launch_configurations),
+            steps=steps(self._actions),
+        )

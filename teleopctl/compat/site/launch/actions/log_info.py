@@ -8,6 +8,8 @@ from teleopctl.launch import Log, literal
 
 from .._texts import template
 from ..action import Action
+from ..substitution import Substitution
+from ..utilities import normalize_to_list_of_substitutions
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
@@ -24,8 +26,13 @@ class LogInfo(Action):
     # Any: the words of Action.
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self._message = template(msg)
+        self._msg = normalize_to_list_of_substitutions(msg)
+
+    @property
+    def msg(self) -> list[Substitution]:
+        """The line."""
+        return self._msg
 
     def model_action(self) -> Log:
         """Return what the model does for it."""
-        return Log(level=literal("INFO"), message=self._message)
+        return Log(level=literal("INFO"), message=template(self._msg))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,8 @@ from teleopctl import launch as model
 
 from ..action import Action
 from ..event_handler import BaseEventHandler
+from ..launch_description_entity import LaunchDescriptionEntity
+from ..utilities import normalize_to_list_of_entities
 
 
 class RegisterEventHandler(Action):
@@ -28,6 +31,13 @@ class RegisterEventHandler(Action):
     def event_handler(self) -> BaseEventHandler:
         """The handler."""
         return self._event_handler
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return what the handler does, with its condition."""
+        when, entities = self._event_handler.describe()
+        return [(when, normalize_to_list_of_entities(entities))] if entities else []
 
     def model_action(self) -> model.Action:
         """Return what the model does for it."""

@@ -1,11 +1,13 @@
 """``launch.conditions.unless_condition``."""
 
-from teleopctl.launch import Condition as ModelCondition, flag
+from teleopctl.launch import Condition as ModelCondition
 
 from .._texts import template
 from ..condition import Condition
 from ..launch_context import LaunchContext
 from ..some_substitutions_type import SomeSubstitutionsType
+from ..utilities import normalize_to_list_of_substitutions
+from .evaluate_condition_expression_impl import evaluate_condition_expression
 
 
 class UnlessCondition(Condition):
@@ -17,15 +19,15 @@ class UnlessCondition(Condition):
 
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
         super().__init__(predicate=self._holds)
-        self._text = template(predicate_expression)
+        self._expression = normalize_to_list_of_substitutions(predicate_expression)
 
     def describe(self) -> str:
         """Return the condition in words."""
-        return f"UnlessCondition({self._text.source})"
+        return f"UnlessCondition({template(self._expression).source})"
 
     def model_condition(self) -> ModelCondition:
         """Return the condition as the model has it."""
-        return ModelCondition(self._text, False)
+        return ModelCondition(template(self._expression), False)
 
     def _holds(self, context: LaunchContext) -> bool:
-        return flag(context.text(self._text)) is False
+        return not evaluate_condition_expression(context, self._expression)

@@ -1,8 +1,15 @@
 """``launch.substitutions.text_substitution``."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from teleopctl.launch import Template, literal
 
 from ..substitution import Substitution
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
 
 
 class TextSubstitution(Substitution):
@@ -33,3 +40,7 @@ class TextSubstitution(Substitution):
     def describe(self) -> str:
         """Return it in words."""
         return f"'{self._text}'"
+
+    def perform(self, context: LaunchContext) -> str:  # noqa: ARG002 -- the original's signature
+        """Return the text."""
+        return self._text

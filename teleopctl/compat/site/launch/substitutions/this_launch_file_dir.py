@@ -1,12 +1,26 @@
 """``launch.substitutions.this_launch_file_dir``."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from teleopctl.launch import Template
 
-from ..substitution import Substitution, call
+from ..frontend.expose import expose_substitution
+from ..substitution import call
+from .path_join_substitution import PathSubstitution
+from .substitution_failure import SubstitutionFailure
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
 
 
-class ThisLaunchFileDir(Substitution):
-    """The folder of the launch file."""
+@expose_substitution("dirname")
+class ThisLaunchFileDir(PathSubstitution):
+    """The folder of the launch file; ``/`` adds a part."""
+
+    def __init__(self) -> None:
+        super().__init__(self)
 
     def template(self) -> Template:
         """Return it as the model has it."""
@@ -15,3 +29,12 @@ class ThisLaunchFileDir(Substitution):
     def describe(self) -> str:
         """Return it in words."""
         return "ThisLaunchFileDir()"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Look it up."""
+        known = context.get_locals_as_dict()
+        if "current_launch_file_directory" not in known:
+            raise SubstitutionFailure(
+                "ThisLaunchFileDir used outside of a launch file (in a script)"
+            )
+        return str(known["current_launch_file_directory"])

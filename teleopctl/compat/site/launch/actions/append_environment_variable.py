@@ -1,0 +1,73 @@
+"""``launch.actions.append_environment_variable``."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.launch import AppendEnvironment
+
+from .._texts import optional, template
+from ..action import Action
+from ..utilities import normalize_to_list_of_substitutions
+from ..utilities.type_utils import NormalizedValueType, normalize_typed_substitution
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+    from ..substitution import Substitution
+
+
+class AppendEnvironmentVariable(Action):
+    """Puts a value behind that of an environment variable, with a separator between.
+
+    Args:
+        name: The variable.
+        value: What is added.
+        prepend: Whether it comes first.
+        separator: What stands between.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(
+        self,
+        name: SomeSubstitutionsType,
+        value: SomeSubstitutionsType,
+        prepend: bool | SomeSubstitutionsType = False,
+        separator: SomeSubstitutionsType = os.pathsep,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._name = normalize_to_list_of_substitutions(name)
+        self._value = normalize_to_list_of_substitutions(value)
+        self._prepend = normalize_typed_substitution(prepend, bool)
+        self._separator = normalize_to_list_of_substitutions(separator)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The variable."""
+        return self._name
+
+    @property
+    def value(self) -> list[Substitution]:
+        """What is added."""
+        return self._value
+
+    @property
+    def prepend(self) -> NormalizedValueType:
+        """Whether it comes first."""
+        return self._prepend
+
+    @property
+    def separator(self) -> list[Substitution]:
+        """What stands between."""
+        return self._separator
+
+    def model_action(self) -> AppendEnvironment:
+        """Return what the model does for it."""
+        return AppendEnvironment(
+            name=template(self._name),
+            value=template(self._value),
+            prepend=optional(self._prepend) or template("false"),
+            separator=template(self._separator),
+        )

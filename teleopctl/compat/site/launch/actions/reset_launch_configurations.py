@@ -1,0 +1,36 @@
+"""``launch.actions.reset_launch_configurations``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.launch import Reset
+
+from .._texts import pairs
+from ..action import Action
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+class ResetLaunchConfigurations(Action):
+    """Forgets the launch variables.
+
+    Args:
+        launch_configurations: Those that are set afterwards; their values are evaluated before.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(
+        self,
+        launch_configurations: Mapping[SomeSubstitutionsType, SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(**kwargs)
+        self._launch_configurations = launch_configurations
+
+    def model_action(self) -> Reset:
+        """Return what the model does for it."""
+        return Reset(keep=pairs(self._launch_configurations))

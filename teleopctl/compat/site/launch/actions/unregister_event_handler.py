@@ -1,0 +1,43 @@
+"""``launch.actions.unregister_event_handler``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from teleopctl import launch as model
+
+from ..action import Action
+from ..event_handler import BaseEventHandler
+
+
+class UnregisterEventHandler(Action):
+    """Lets a handler answer no more events.
+
+    Args:
+        event_handler: The handler.
+        kwargs: What `Action` takes.
+    """
+
+    # Any: the words of Action.
+    def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._event_handler = event_handler
+
+    @property
+    def event_handler(self) -> BaseEventHandler:
+        """The handler."""
+        return self._event_handler
+
+    def model_action(self) -> model.Action:
+        """Return what the model does for it."""
+        return _Unregister(self._event_handler)
+
+
+@dataclass(frozen=True, slots=True)
+class _Unregister(model.Action):
+    handler: BaseEventHandler
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Unregister it; one that is not registered is a ValueError."""
+        launch.unregister(self.handler.model_handler())

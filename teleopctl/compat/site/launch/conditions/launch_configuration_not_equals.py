@@ -1,0 +1,11 @@
+"""``launch.conditions.launch_configuration_not_equals``."""
+
+from ..launch_context import LaunchContext
+from .launch_configuration_equals import LaunchConfigurationEquals
+
+
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """Holds when a launch variable has not a certain value. `NotEqualsSubstitution` replaces it."""
+
+    def _holds(self, context: LaunchContext) -> bool:
+        return not super()._holds(context)

@@ -1,0 +1,100 @@
+"""``launch.frontend.expose``: actions and substitutions under names of launch files."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from ..action import Action
+    from ..substitution import Substitution
+
+_Exposed = TypeVar("_Exposed")
+# Any: what a method returns is a class and the words that it takes.
+_Methods = dict[str, Callable[..., Any]]
+
+action_parse_methods: _Methods = {}
+substitution_parse_methods: _Methods = {}
+
+
+# Any: the entity and the parser of a text front end.
+def instantiate_action(entity: Any, parser: Any) -> Action:
+    """Return the action that stands in a launch file.
+
+    Raises:
+        RuntimeError: Nobody has exposed one of that name.
+    """
+    if entity.type_name not in action_parse_methods:
+        raise RuntimeError(f"Unrecognized entity of the type: {entity.type_name}")
+    kind, kwargs = action_parse_methods[entity.type_name](entity, parser)
+    made: Action = kind(**kwargs)
+    return made
+
+
+# Any: texts with substitutions.
+def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) -> Substitution:
+    """Return the substitution that stands in a text.
+
+    Raises:
+        RuntimeError: Nobody has exposed one of that name.
+    """
+    if type_name not in substitution_parse_methods:
+        raise RuntimeError(f"Unknown substitution: {type_name}")
+    kind, kwargs = substitution_parse_methods[type_name](list(args or ()))
+    made: Substitution = kind(**kwargs)
+    return made
+
+
+def __expose_impl(  # the original's name, which its tests import
+    name: str, parse_methods_map: _Methods, exposed_type: str
+) -> Callable[[_Exposed], _Exposed]:
+    def decorate(exposed: _Exposed) -> _Exposed:
+        method: Callable[..., Any] | None = None
+        if inspect.isclass(exposed):
+            method = getattr(exposed, "parse", None)
+            if not inspect.ismethod(method):
+                raise RuntimeError(
+                    "Did not find a class method called 'parse' in the class being decorated."
+                )
+        elif inspect.isfunction(exposed):
+            method = exposed
+        if method is None:
+            raise RuntimeError(
+                f"Exposed {exposed_type} parser for {name} is not a callable or a class"
+                " containing a parse method"
+            )
+        if parse_methods_map.get(name, method) != method:
+            raise RuntimeError(
+                f"Two {exposed_type} parsing methods exposed with the same name: [{name}]."
+            )
+        parse_methods_map[name] = method
+        return exposed
+
+    return decorate
+
+
+def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:
+    """Return a decorator that makes a substitution known to launch files.
+
+    Args:
+        name: What stands behind ``$(``.
+
+    Raises:
+        RuntimeError: There is one of that name, or what is decorated is no function and has no
+            ``parse``.
+    """
+    return __expose_impl(name, substitution_parse_methods, "substitution")
+
+
+def expose_action(name: str) -> Callable[[_Exposed], _Exposed]:
+    """Return a decorator that makes an action known to launch files.
+
+    Args:
+        name: What it is called there.
+
+    Raises:
+        RuntimeError: There is one of that name, or what is decorated is no function and has no
+            ``parse``.
+    """
+    return __expose_impl(name, action_parse_methods, "action")

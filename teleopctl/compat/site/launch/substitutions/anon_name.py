@@ -1,0 +1,44 @@
+"""``launch.substitutions.anon_name``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teleopctl.launch import Template
+
+from .._texts import template
+from ..frontend.expose import expose_substitution
+from ..substitution import KnownSubstitution, Substitution, call, in_words
+from ..utilities import normalize_to_list_of_substitutions
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+@expose_substitution("anon")
+class AnonName(KnownSubstitution):
+    """A name that no other launch uses; the same one for the same word.
+
+    Args:
+        name: The word that it begins with.
+    """
+
+    parameters = ("name",)
+    required = 1
+
+    def __init__(self, name: SomeSubstitutionsType) -> None:
+        super().__init__()
+        self._name = normalize_to_list_of_substitutions(name)
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The word that it begins with."""
+        return self._name
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call("anon", template(self._name), source=self.describe())
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"AnonName({in_words(self._name)})"

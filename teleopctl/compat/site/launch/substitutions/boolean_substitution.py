@@ -1,0 +1,150 @@
+"""``launch.substitutions.boolean_substitution``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from teleopctl.launch import Template
+
+from .._texts import template
+from ..frontend.expose import expose_substitution
+from ..substitution import KnownSubstitution, Substitution, call
+from ..utilities import normalize_to_list_of_substitutions
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+@expose_substitution("not")
+class NotSubstitution(KnownSubstitution):
+    """``true`` for what is false, and the other way round.
+
+    Args:
+        value: The truth value.
+    """
+
+    parameters = ("value",)
+    required = 1
+
+    def __init__(self, value: SomeSubstitutionsType) -> None:
+        super().__init__()
+        self._value = normalize_to_list_of_substitutions(value)
+
+    @property
+    def value(self) -> list[Substitution]:
+        """The truth value."""
+        return self._value
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call("not", template(self._value), source=self.describe())
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"NotSubstitution({self._value})"
+
+
+class _OfTwo(KnownSubstitution):
+    """A truth value from two of them.
+
+    Args:
+        left: One of them.
+        right: The other one.
+    """
+
+    parameters = ("left", "right")
+    required = 2
+    name_in_texts: ClassVar[str]
+
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        super().__init__()
+        self._left = normalize_to_list_of_substitutions(left)
+        self._right = normalize_to_list_of_substitutions(right)
+
+    @property
+    def left(self) -> list[Substitution]:
+        """One of them."""
+        return self._left
+
+    @property
+    def right(self) -> list[Substitution]:
+        """The other one."""
+        return self._right
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        arguments = (template(self._left), template(self._right))
+        return call(self.name_in_texts, *arguments, source=self.describe())
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"{type(self).__name__}({self._left} {self._right})"
+
+
+@expose_substitution("and")
+class AndSubstitution(_OfTwo):
+    """Whether both of two truth values are true."""
+
+    name_in_texts = "and"
+
+
+@expose_substitution("or")
+class OrSubstitution(_OfTwo):
+    """Whether one of two truth values is true."""
+
+    name_in_texts = "or"
+
+
+class _OfSeveral(KnownSubstitution):
+    """A truth value from several of them.
+
+    Args:
+        args: Some of them.
+        container: More of them.
+    """
+
+    name_in_texts: ClassVar[str]
+
+    def __init__(
+        self,
+        *args: SomeSubstitutionsType,
+        container: Iterable[SomeSubstitutionsType] | None = None,
+    ) -> None:
+        super().__init__()
+        self._args = [
+            normalize_to_list_of_substitutions(arg) for arg in (*args, *(container or ()))
+        ]
+
+    # Any: as in KnownSubstitution.
+    @classmethod
+    def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
+        """Return the class and its arguments, from those that stand in a text."""
+        return cls, {"container": data}
+
+    @property
+    def args(self) -> list[list[Substitution]]:
+        """The truth values."""
+        return self._args
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call(self.name_in_texts, *map(template, self._args), source=self.describe())
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"{type(self).__name__}({' '.join(map(str, self._args))})"
+
+
+@expose_substitution("any")
+class AnySubstitution(_OfSeveral):
+    """Whether one of some truth values is true."""
+
+    name_in_texts = "any"
+
+
+@expose_substitution("all")
+class AllSubstitution(_OfSeveral):
+    """Whether all of some truth values are true."""
+
+    name_in_texts = "all"

@@ -1,0 +1,44 @@
+"""``launch.substitutions.file_content``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teleopctl.launch import Template
+
+from .._texts import template
+from ..frontend.expose import expose_substitution
+from ..substitution import KnownSubstitution, Substitution, call
+from ..utilities import normalize_to_list_of_substitutions
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+@expose_substitution("file-content")
+class FileContent(KnownSubstitution):
+    """What stands in a file.
+
+    Args:
+        path: The file.
+    """
+
+    parameters = ("path",)
+    required = 1
+
+    def __init__(self, path: SomeSubstitutionsType) -> None:
+        super().__init__()
+        self._path = normalize_to_list_of_substitutions(path)
+
+    @property
+    def path(self) -> list[Substitution]:
+        """The file."""
+        return self._path
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        return call("file-content", template(self._path), source=self.describe())
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"FileContent({', '.join(part.describe() for part in self._path)})"

@@ -1,0 +1,45 @@
+"""``launch.substitutions.local_substitution``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..substitution import Substitution
+from ..utilities import ensure_argument_type
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
+
+
+class LocalSubstitution(Substitution):
+    """What is known at a place of the launch, as an event that is being answered.
+
+    Args:
+        expression: Its name, with attributes behind it, such as ``event.process_name``.
+        description: What it is in words; None for the expression.
+    """
+
+    def __init__(self, expression: str, description: str | None = None) -> None:
+        super().__init__()
+        ensure_argument_type(expression, str, "expression", "LocalSubstitution")
+        self._expression = expression
+        self._description = description
+
+    @property
+    def expression(self) -> str:
+        """Its name, with attributes behind it."""
+        return self._expression
+
+    @property
+    def description(self) -> str | None:
+        """What it is in words, or None."""
+        return self._description
+
+    def describe(self) -> str:
+        """Return it in words."""
+        words = self._expression if self._description is None else self._description
+        return f"LocalVar('{words}')"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Look it up."""
+        return str(eval(f"found.{self._expression}", {"found": context.locals}))  # noqa: S307 -- an expression of the launch file, which is a program itself

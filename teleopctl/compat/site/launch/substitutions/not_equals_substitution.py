@@ -1,0 +1,11 @@
+"""``launch.substitutions.not_equals_substitution``."""
+
+from ..frontend.expose import expose_substitution
+from .equals_substitution import EqualsSubstitution
+
+
+@expose_substitution("not-equals")
+class NotEqualsSubstitution(EqualsSubstitution):
+    """Whether two values are not the same truth value, number or text."""
+
+    name_in_texts = "not-equals"

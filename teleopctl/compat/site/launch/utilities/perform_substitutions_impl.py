@@ -1,0 +1,16 @@
+"""``launch.utilities.perform_substitutions_impl``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from ..substitution import Substitution
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
+
+
+def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
+    """Return the text that substitutions in a row stand for."""
+    return "".join([context.perform_substitution(sub) for sub in subs])
