@@ -1,7 +1,9 @@
 """An interrupt that cannot be raised where it comes, or that Python swallows, is raised again.
 
 Python reports what is raised in a finalizer or a weak reference's callback, and forgets it. Its
-imports have such callbacks, so that Ctrl-C while a program starts may meet one.
+imports have such callbacks, so that Ctrl-C while a program starts may meet one. Zenoh does the same
+with what is raised in the functions that it calls, on whichever thread makes something known, which
+may be the main thread.
 """
 
 from __future__ import annotations
@@ -11,13 +13,39 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from types import CodeType, FrameType
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
+_Function = TypeVar("_Function", bound=Callable[..., object])
+
 # What an interrupt must not meet, callbacks of imports or calls from Zenoh, lasts microseconds.
 _AGAIN_S = 0.001
+
+_transport_callbacks: set[CodeType] = set()
+
+
+def transport_callback(function: _Function) -> _Function:
+    """Mark a function that Zenoh calls: no interrupt is raised in it. Costs nothing in the call."""
+    _transport_callbacks.add(function.__code__)
+    return function
+
+
+def in_transport_callback(frame: FrameType | None) -> bool:
+    """Whether a frame belongs to a call from Zenoh."""
+    while frame is not None:
+        if frame.f_code in _transport_callbacks:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def take() -> None:
+    """Have every SIGINT raise KeyboardInterrupt in the main thread, be it a moment later."""
+    signal.signal(signal.SIGINT, _interrupt)
+    sys.unraisablehook = _hook(sys.unraisablehook)
 
 
 def come_again(signum: int = signal.SIGINT) -> None:
@@ -26,9 +54,11 @@ def come_again(signum: int = signal.SIGINT) -> None:
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
 
-def raise_swallowed_again() -> None:
-    """Have every KeyboardInterrupt that Python swallows in the main thread come once more."""
-    sys.unraisablehook = _hook(sys.unraisablehook)
+def _interrupt(signum: int, frame: FrameType | None) -> None:
+    if in_transport_callback(frame):
+        come_again()
+    else:
+        signal.default_int_handler(signum, frame)
 
 
 def _hook(

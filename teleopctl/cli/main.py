@@ -31,8 +31,7 @@ def main() -> NoReturn:
     # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
     # by it all the same, and whoever started them counts on that.
     try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        interrupts.raise_swallowed_again()
+        interrupts.take()
         status = run(sys.argv[1:])
     except KeyboardInterrupt:
         status = EXIT_INTERRUPTED

@@ -38,10 +38,9 @@ def main() -> int:
 def _take_interrupts() -> None:
     # A shell starts its background jobs with SIGINT ignored, which whoever supervises this process
     # relies on; a launch keeps it back until here, where it does no harm.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    interrupts.take()
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    interrupts.raise_swallowed_again()
 
 
 def _run() -> int:

@@ -11,10 +11,6 @@ if TYPE_CHECKING:
         decode_attachment as decode_attachment,
         encode_attachment as encode_attachment,
     )
-    from teleopctl.wire.callbacks import (
-        in_transport_callback as in_transport_callback,
-        transport_callback as transport_callback,
-    )
     from teleopctl.wire.config import session_config as session_config
     from teleopctl.wire.connections import session_ports as session_ports
     from teleopctl.wire.graph import (
@@ -57,7 +53,6 @@ else:
         {
             "address": "RouterAddress",
             "attachment": "Attachment decode_attachment encode_attachment",
-            "callbacks": "in_transport_callback transport_callback",
             "config": "session_config",
             "connections": "session_ports",
             "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",

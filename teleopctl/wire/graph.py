@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import zenoh
 
-from teleopctl.wire.callbacks import transport_callback
+from teleopctl.interrupts import transport_callback
 from teleopctl.wire.keys import liveliness_key
 from teleopctl.wire.session import domain_id
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_name, parse_token

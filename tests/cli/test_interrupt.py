@@ -47,6 +47,36 @@ def test_an_interrupt_while_a_module_is_imported_ends_it_in_silence(module: str,
     assert (done.returncode, done.stdout, done.stderr) == (status, "", "")
 
 
+_IN_A_CALL_FROM_ZENOH = """
+import signal, threading
+from teleopctl import interrupts
+
+@interrupts.transport_callback
+def called():
+    signal.raise_signal(signal.SIGINT)
+    print("the whole call")
+
+interrupts.take()
+try:
+    called()
+    threading.Event().wait(10)
+except KeyboardInterrupt:
+    print("interrupted behind it")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be raised alone there")
+def test_an_interrupt_in_a_call_from_zenoh_comes_again_behind_it() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _IN_A_CALL_FROM_ZENOH],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("the whole call\ninterrupted behind it\n", "")
+
+
 # Sends the signal where Python swallows what is raised, as callbacks of its imports do.
 _SWALLOWED = _COMMAND.replace(
     "            os.kill(os.getpid(), signal.SIGINT)\n",

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import zenoh
 
+from teleopctl.interrupts import transport_callback
 from teleopctl.node import MessageInfo
-from teleopctl.wire import decode_attachment, transport_callback
+from teleopctl.wire import decode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node import Node

@@ -14,6 +14,7 @@ import zenoh
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
+from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.patience import Patience
 from teleopctl.node.endpoints.waitable import Waitable
@@ -26,7 +27,6 @@ from teleopctl.wire import (
     Refusals,
     decode_attachment,
     encode_attachment,
-    transport_callback,
 )
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
+from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepLast
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
@@ -23,7 +24,6 @@ from teleopctl.wire import (
     Refusals,
     decode_attachment,
     encode_attachment,
-    transport_callback,
 )
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ import zenoh
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import MessageT, deserialize
+from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import (
@@ -23,7 +24,7 @@ from teleopctl.node.endpoints.events import (
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
-from teleopctl.wire import EntityKind, Refusals, decode_attachment, transport_callback
+from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore

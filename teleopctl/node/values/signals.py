@@ -12,8 +12,7 @@ import threading
 from types import FrameType
 from typing import Protocol
 
-from teleopctl.interrupts import come_again
-from teleopctl.wire import in_transport_callback
+from teleopctl.interrupts import come_again, in_transport_callback
 
 
 class Endable(Protocol):
