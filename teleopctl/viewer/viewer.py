@@ -34,6 +34,8 @@ _PICTURES_PER_S = 30.0
 # Panels are read, not watched: every third picture is enough.
 _PICTURES_PER_PANEL_TICK = 3
 _COMPLAINS_EVERY_S = 5.0
+# A page that is loaded anew, or whose connection broke, is back by then.
+_BACK_WITHIN_S = 5.0
 
 
 class Viewer(Node):
@@ -72,6 +74,10 @@ class Viewer(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0 / _PICTURES_PER_S, self._tick, clock=steady)
         self._timer.cancel()
+        self._patience = self.create_timer(
+            _BACK_WITHIN_S, lambda: self._do(self._end_showing), clock=steady
+        )
+        self._patience.cancel()
         self.create_timer(EVERY_S, Tidying(server).tidy, clock=steady)
         simulated = bool(self.get_parameter("use_sim_time").value)
         self.picture = Picture(server, self, view, simulated=simulated)
@@ -166,25 +172,37 @@ class Viewer(Node):
     # --- the picture --------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Find out whether anybody looks."""
-        watched = bool(self.server.get_clients())
-        if watched == self._watched:
+        """Find out whether anybody looks.
+
+        Who is back at once has not been away: plots go on, and nothing is listened to anew. Zenoh
+        would keep some memory for each time, in every process (docs/robustness.md, Soak).
+        """
+        if not self.server.get_clients():
+            if self._watched:
+                self._patience.reset()
             return
-        self._watched = watched
-        if watched:
-            self._listener = TransformListener(self.buffer, self)
-            self.picture.begin()
-            for panel in self.panels:
-                self._do(panel.began)
-            self._timer.reset()
-        else:
-            self._timer.cancel()
-            if self._listener is not None:
-                self._listener.unregister()
-                self._listener = None
-            self.picture.end()
-            for panel in self.panels:
-                self._do(panel.ended)
+        self._patience.cancel()
+        if not self._watched:
+            self._begin_showing()
+
+    def _begin_showing(self) -> None:
+        self._watched = True
+        self._listener = TransformListener(self.buffer, self)
+        self.picture.begin()
+        for panel in self.panels:
+            self._do(panel.began)
+        self._timer.reset()
+
+    def _end_showing(self) -> None:
+        self._patience.cancel()
+        self._watched = False
+        self._timer.cancel()
+        if self._listener is not None:
+            self._listener.unregister()
+            self._listener = None
+        self.picture.end()
+        for panel in self.panels:
+            self._do(panel.ended)
 
     def _tell_of_graph(self) -> None:
         self._types.look()

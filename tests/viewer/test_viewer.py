@@ -3,8 +3,9 @@
 from teleopctl import plugins
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile, SingleThreadedExecutor, init
-from teleopctl.testing import LONGEST_WAIT_S
-from teleopctl.viewer import Panel, Viewer, open_server
+from teleopctl.testing import LONGEST_WAIT_S, eventually
+from teleopctl.viewer import Panel, Viewer, open_server, viewer as viewer_module
+from tests.benchmarks.page_client import PageClient
 
 String = get_message("std_msgs/msg/String")
 
@@ -64,4 +65,52 @@ def test_a_picture_that_cannot_be_drawn_does_not_end_the_page(ros, monkeypatch):
         node._timer.reset()
         while len(drawn) < 2:
             executor.spin_once(LONGEST_WAIT_S)
+        executor.shutdown()
+
+
+class Attentive(Panel):
+    """Notes when somebody begins to look, and when nobody does any more."""
+
+    title = "Attentive"
+    noted: list[str] = []  # noqa: RUF012 -- looked at by the test
+
+    def build(self):
+        pass
+
+    def began(self):
+        self.noted.append("began")
+
+    def ended(self):
+        self.noted.append("ended")
+
+
+def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
+    del ros  # this process is in it
+    monkeypatch.setattr(viewer_module, "_BACK_WITHIN_S", 3600.0)
+    load = plugins.load
+    monkeypatch.setattr(
+        plugins,
+        "load",
+        lambda kind, name: Attentive if kind is plugins.PANELS else load(kind, name),
+    )
+    Attentive.noted.clear()
+    server = open_server(port=0)
+    with init(args=[]), Viewer(server, panels=["attentive"]) as node:
+        assert isinstance(node, Viewer)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+
+        def spin_until(check):
+            def spun():
+                executor.spin_once(0.1)
+                return check()
+
+            eventually(spun)
+
+        for _ in range(2):
+            client = PageClient(server.get_port())
+            spin_until(lambda: node._patience.is_canceled() and Attentive.noted)
+            client.close()
+            spin_until(lambda: not node._patience.is_canceled())
+        assert Attentive.noted == ["began"]
         executor.shutdown()

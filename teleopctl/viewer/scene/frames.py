@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _IDENTITY = Transform()
 # Far more than any robot has. A program that never names a frame twice would fill the memory of the
 # page and of each browser.
-MOST_UNKNOWN = 2000
+MOST_UNKNOWN = 1000
 # How often is looked for frames that have become silent.
 _LOOKS_EVERY_S = 1.0
 # As RViz draws them: 0.2 m long, 0.02 m thick.
