@@ -101,6 +101,8 @@ def _executable_in_package(arguments: Sequence[str], _: LaunchContext) -> str:
 
 def _find_exec(arguments: Sequence[str], context: LaunchContext) -> str:
     found = shutil.which(arguments[0], path=context.environment_value("PATH"))
+    if found is None and arguments[0] == "xacro":
+        return "xacro"  # which $(command …) is at hand for
     if found is None:
         raise LaunchError(f"executable '{arguments[0]}' not found on the PATH")
     return found

@@ -508,7 +508,9 @@ def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(
 
     monkeypatch.setattr(robot, "expand_xacro", lambda path, mappings: "robot")
     monkeypatch.setenv("PATH", "")
-    assert words(plan("launch:\n" + echo('$(command "xacro a.xacro b:=1")'))) == ["robot"]
+    for program in ("xacro", "$(find-exec xacro)"):
+        command = f'$(command "{program} a.xacro b:=1")'
+        assert words(plan("launch:\n" + echo(command))) == ["robot"]
 
 
 def test_a_request_survives_the_way_to_another_process(tmp_path):

@@ -11,11 +11,14 @@ from teleopctl.launch.frontends.xml.tree import Tag
 from teleopctl.launch.model.element import Element
 
 _SUBSTITUTION = re.compile(r"(?<!\\)\$\(\s*(find|arg)\s+([^\s()]+)")
+# What a launch file of ROS 1 cannot hold.
+_OF_ROS_2 = re.compile(r"(?<!\\)\$\(\s*(var|find-pkg-\w+)\s")
 _IN_ROS_2 = {"find": "find-pkg-share", "arg": "var"}
 
 _TAGS = {
     "rosparam": "<param from=…/> in a node",
     "machine": "one launch on each machine",
+    "test": "a test in Python with launch_testing",
 }
 _OUTSIDE_OF_NODES = {
     "param": "<set_parameter name=… value=…/>, or <param> in a node,",
@@ -38,7 +41,7 @@ class _Sign(NamedTuple):
     Attributes:
         element: What stands there.
         text: What it is, and what it would be in ROS 2.
-        is_proof: Whether only ROS 1 has it; the others are mistakes that ROS 2 people make too.
+        is_proof: Whether it is of ROS 1 for certain; else it may be a mistake in ROS 2.
     """
 
     element: Element
@@ -53,7 +56,8 @@ def refuse_ros1(root: Tag) -> None:
         LaunchError: It is one; the message names the first line and what it would be in ROS 2.
     """
     signs = list(_signs(root))
-    if not any(sign.is_proof for sign in signs):
+    is_certain = any(sign.is_proof for sign in signs)
+    if not signs or (not is_certain and _is_of_ros_2(root)):
         return
     first, *others = sorted(signs, key=lambda sign: sign.element.place.line)
     lines = sorted({sign.element.place.line for sign in others} - {first.element.place.line})
@@ -74,9 +78,22 @@ def _signs(tag: Tag) -> Iterator[_Sign]:
                 text = f"$({word} {argument}) is $({_IN_ROS_2[word]} {argument})"
                 yield _Sign(element, text, is_proof=True)
     for nested in tag.nested:
+        if nested.name == "arg" and tag.name != "include" and "value" in nested.attributes:
+            value = nested.attributes["value"]
+            yield _Sign(value, "<arg value=…> is <let name=… value=…/>", is_proof=False)
         if nested.name in _TAGS:
             yield _Sign(nested, f"<{nested.name}> is {_TAGS[nested.name]}", is_proof=True)
         elif nested.name in _OUTSIDE_OF_NODES and tag.name in ("launch", "group"):
             text = f"<{nested.name}> outside of a node is {_OUTSIDE_OF_NODES[nested.name]}"
             yield _Sign(nested, text, is_proof=False)
         yield from _signs(nested)
+
+
+def _is_of_ros_2(tag: Tag) -> bool:
+    """Whether something stands in a tag that ROS 1 does not have."""
+    if tag.name == "node" and "exec" in tag.attributes:
+        return True
+    texts = (element.value for element in tag.attributes.values())
+    if any(isinstance(text, str) and _OF_ROS_2.search(text) for text in texts):
+        return True
+    return any(map(_is_of_ros_2, tag.nested))

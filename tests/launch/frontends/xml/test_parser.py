@@ -106,6 +106,8 @@ def test_an_old_spelling_has_the_present_one_as_a_hint(write):
         ),
         ("<let name='a' value='$(find arm)'/>", r"\$\(find arm\) is \$\(find-pkg-share arm\)"),
         ("<let name='a' value='b$(arg sim)'/>", r"\$\(arg sim\) is \$\(var sim\) in ROS 2"),
+        ("<test test-name='a'/>", "<test> is a test in Python with launch_testing in ROS 2"),
+        ("<arg name='a' value='b'/>", "<arg value=…> is <let name=… value=…/> in ROS 2"),
         ("<rosparam command='load'/>", "<rosparam> is <param from=…/> in a node in ROS 2"),
         (
             "<group ns='a'><node pkg='a' type='b'/></group>",
@@ -119,6 +121,17 @@ def test_a_file_of_ros_1_is_told_by_its_line_and_what_it_would_be_in_ros_2(write
         read_launch_file(path)
     assert caught.value.message.startswith(f"{path}:3:")
     assert caught.value.hint == "Its other lines of ROS 1: 4."
+
+
+def test_a_file_that_has_only_what_ros_1_has_is_one_of_ros_1(write):
+    with pytest.raises(TeleopctlError, match=":1: this is a launch file of ROS 1: <remap>"):
+        read_launch_file(write("<launch><remap from='a' to='b'/></launch>"))
+
+
+@pytest.mark.parametrize("text", ["<node pkg='a' exec='b'/>", "<log message='$(var a)'/>"])
+def test_a_mistake_in_a_file_of_ros_2_is_a_mistake(write, text):
+    with pytest.raises(TeleopctlError, match="unknown attribute 'value', expected one of name"):
+        read_launch_file(write(f"<launch>{text}<arg name='a' value='b'/></launch>"))
 
 
 @pytest.mark.parametrize(
