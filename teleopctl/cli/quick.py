@@ -47,7 +47,8 @@ def parse(
             positional.append(word)
         elif not _take_option(options, word, remaining, values):
             return None
-    return values if _take_arguments(declared, positional, values) else None
+    is_whole = _take_arguments(declared, positional, values) and len(values) == len(declared)
+    return values if is_whole else None
 
 
 def _take_option(

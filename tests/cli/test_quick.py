@@ -40,6 +40,13 @@ def chosen(state: Annotated[str, Argument(help="A choice.", choices=("on", "off"
     seen.append(dict(locals()))
 
 
+def writing(
+    bag: Annotated[str, Argument(help="A name.")],
+    output: Annotated[str, Option("-o", help="A text that has to be given.")],
+) -> None:
+    seen.append(dict(locals()))
+
+
 def program(
     words: Annotated[list[str], Argument(help="A program and its arguments.")],
     detach: Annotated[bool, Option("-d", help="A flag.")] = False,
@@ -147,3 +154,9 @@ def test_an_argument_with_choices_takes_no_other():
 
 def test_negative_numbers_are_values_where_the_verb_says_so():
     assert quick_reading(sample, ["a", "-1"], negative_numbers=True)["value"] == "-1"
+
+
+def test_a_line_without_an_option_that_has_to_be_given_is_left_to_typer():
+    assert quick_reading(writing, ["bag"]) is None
+    assert typer_reading(writing, ["bag"]) is None
+    assert quick_reading(writing, ["bag", "-o", "out"]) == {"bag": "bag", "output": "out"}

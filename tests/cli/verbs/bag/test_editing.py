@@ -96,6 +96,8 @@ def test_convert_writes_a_folder_or_what_a_file_says(here, capsys):
         ("cut in -o out --start-offset 0 --from 1", 2, "say the same thing"),
         ("filter in -o in", 1, "Output folder 'in' already exists."),
         ("filter in -o out -e (", 2, "'(' is no regular expression"),
+        ("filter in", 2, "Missing option '-o' / '--output'"),
+        ("filter in -o out --topics /topic0", 1, "Did you mean /topic_0"),
         ("filter none -o out", 1, "Bag path 'none' does not exist!"),
         ("convert -o out", 2, "Name a bag to convert"),
         ("convert -i in mcap sqlite3 -o out", 1, "Bag path 'sqlite3' does not exist!"),

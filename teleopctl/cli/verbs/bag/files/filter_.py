@@ -61,5 +61,6 @@ def filter_bag(
         exclude_topic_types,
     )
     with writing.opened([bag_path], [storage]) as bags:
+        writing.require_topics(bags, topics or ())
         start_ns, end_ns = writing.time_range(bags, start_offset, duration, start, until)
         writing.write(bags, [Output(Path(output), chooses, start_ns, end_ns, options=options)])

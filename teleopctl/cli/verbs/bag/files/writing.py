@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.bag import Compression, Output, Selection, WriterOptions, copy_bags, open_bag
 from teleopctl.cli import console
-from teleopctl.errors import UsageError
+from teleopctl.errors import NotFoundError, UsageError, what_there_is
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
 
 if TYPE_CHECKING:
@@ -83,6 +83,21 @@ def chooser(
         return named or selection.chooses(topic.name, topic.type_name)
 
     return chooses
+
+
+def require_topics(bags: Sequence[Bag], names: Iterable[str]) -> None:
+    """Refuse names of topics that no bag has.
+
+    Raises:
+        NotFoundError: There is one.
+    """
+    known = {topic.name for bag in bags for topic, _ in bag.metadata.topics}
+    for name in names:
+        if name not in known:
+            raise NotFoundError(
+                f"{bags[0].path} has no topic '{name}'",
+                hint=what_there_is("topics", [name], known),
+            )
 
 
 def time_range(
