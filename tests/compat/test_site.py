@@ -11,7 +11,7 @@ from teleopctl.compat.activation import SITE
 from tests.compat.activated import output
 
 PACKAGES = """
-ament_index_python cv_bridge message_filters rclpy ros2_numpy rosidl_parser
+ament_index_python cv_bridge launch launch_ros message_filters rclpy ros2_numpy rosidl_parser
 rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 """

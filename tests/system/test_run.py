@@ -78,7 +78,7 @@ def test_a_description_given_as_the_tutorial_gives_it_is_published(ros):
 
 def test_xacro_finds_our_packages_and_says_what_it_does_not_find(ros, tmp_path):
     file = tmp_path / "a.xacro"
-    share = ros.run("pkg prefix teleop_description").stdout.strip()
+    share = ros.run("pkg prefix --share teleop_description").stdout.strip()
     for package, status in (("teleop_description", 0), ("nowhere", 2)):
         file.write_text(
             '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
