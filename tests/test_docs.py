@@ -21,8 +21,8 @@ PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 TYPED = {
     page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
     for page in (
-        *("README", "cheat_sheet", "from_ros2", "nodes", "page", "ten_words", "terminal"),
-        "tutorial",
+        *("README", "cheat_sheet", "from_ros2", "launch", "nodes", "page", "ten_words"),
+        *("terminal", "tutorial"),
     )
 }
 

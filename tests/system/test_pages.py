@@ -20,7 +20,17 @@ NOT_TYPED = {
 
 # What its reader has already.
 OWN_FILES = {
-    "from_ros2": {"bringup.launch.py": ""},
+    "from_ros2": {
+        "bringup.launch.py": (
+            "from launch import LaunchDescription\n"
+            "from launch_ros.actions import Node\n"
+            "def generate_launch_description():\n"
+            "    publisher = dict(package='robot_state_publisher')\n"
+            "    return LaunchDescription([\n"
+            "        Node(package='nav2_bringup', executable='x'),\n"
+            "        Node(executable='robot_state_publisher', **publisher)])\n"
+        )
+    },
     "nodes": {
         "ws/src/ros2_control/controller_manager/package.xml": (
             "<package><name>controller_manager</name><version>1.0.0</version></package>"

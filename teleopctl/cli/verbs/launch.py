@@ -213,6 +213,8 @@ def _print_foreseen(foreseen: "tuple[Foreseen, ...]", indent: str = "") -> None:
 def _print_further(further: "Further", indent: str = "") -> None:
     from teleopctl.launch import command_text
 
+    for _, _, message in further.messages:
+        console.out(f"{indent}{message}")
     for process in further.processes:
         console.out(f"{indent}{process.name}:")
         command = process.command[0] if process.shell else command_text(process.command)
