@@ -21,7 +21,7 @@ PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 TYPED = {
     page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
     for page in (
-        *("README", "cheat_sheet", "from_ros2", "launch", "nodes", "page", "ten_words"),
+        *("README", "cheat_sheet", "from_ros2", "launch_files", "nodes", "page", "ten_words"),
         *("terminal", "tutorial"),
     )
 }

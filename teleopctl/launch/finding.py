@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
+from teleopctl import plugins
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import builtin_package, find_package, include_package_of
 
 SUFFIXES = (".yaml", ".yml", ".xml", ".launch", ".py")
-"""The endings of launch files."""
+"""The endings of launch files in our languages; the last one is that of many other files, too."""
 
 # Added to a name that has no ending, in this order.
 _ADDED = (".yaml", ".launch.yaml", ".launch.xml", ".launch.py", ".xml", ".py")
@@ -61,10 +62,11 @@ def find_launch_file(package: str | None, name: str) -> Path:
     given = _in_package(package, name) if package is not None else [Path(name).expanduser()]
     for path in chain(given, (_builtin_folder() / name, _builtin_folder() / f"{name}.yaml")):
         if path.is_file():
-            if path.suffix not in SUFFIXES:
+            if plugins.find(plugins.LAUNCH_LANGUAGES, path.suffix) is None:
+                endings = sorted(plugins.available(plugins.LAUNCH_LANGUAGES))
                 raise NotFoundError(
                     f"{path} is not a launch file",
-                    hint=f"Launch files end in {', '.join(SUFFIXES)}; built in are "
+                    hint=f"Launch files end in {', '.join(endings)}; built in are "
                     f"{', '.join(builtin_files())}.",
                 )
             include_package_of(path)

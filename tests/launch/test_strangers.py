@@ -1,10 +1,11 @@
-"""Actions and substitutions of other distributions in a launch file."""
+"""Actions, substitutions and languages of other distributions in a launch file."""
 
 import pytest
 
 from teleopctl import plugin_lookup
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.finding import find_launch_file
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from tests.distributions import install
 
@@ -13,7 +14,8 @@ CODE = """
 
     from teleopctl.launch.actions.messages import Log
     from teleopctl.launch.evaluation.substitution import Substitution
-    from teleopctl.launch.model.action import Action
+    from teleopctl.launch.model.action import Action, LaunchFile, Step
+    from teleopctl.launch.model.descriptions import Place
     from teleopctl.launch.model.template import literal
 
     @dataclass(frozen=True)
@@ -35,9 +37,13 @@ CODE = """
 
     UPPER = Substitution(lambda arguments, context: arguments[0].upper(), 1, 1)
     BAD = Substitution(lambda arguments, context: arguments[7])
+
+    def read(path):
+        return LaunchFile(path, (Step(Place(path, 1), (), Log(message=literal("read"))),))
 """
 ENTRIES = {
     "teleopctl.launch_actions": {"twice": "strange_launch:Twice", "gone": "strange_gone:Gone"},
+    "teleopctl.launch_languages": {".strange": "strange_launch:read"},
     "teleopctl.launch_substitutions": {
         "upper": "strange_launch:UPPER",
         "bad": "strange_launch:BAD",
@@ -94,3 +100,10 @@ def test_what_goes_wrong_in_a_strangers_is_told_with_file_and_line(plan, tmp_pat
 def test_the_actions_of_strangers_are_listed_with_ours(plan):
     with pytest.raises(LaunchError, match=r"expected one of append_env, .*gone, .*twice"):
         plan("- twise: {}")
+
+
+def test_a_file_in_a_strangers_language_is_included_as_any_other(plan, tmp_path):
+    (tmp_path / "other.strange").write_text("whatever")
+    done = plan("- include: {file: other.strange}")
+    assert [message for _, _, message in done.start.messages] == ["read"]
+    assert find_launch_file(None, str(tmp_path / "other.strange")).name == "other.strange"
