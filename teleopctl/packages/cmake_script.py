@@ -45,7 +45,7 @@ class Installation(NamedTuple):
             the file's path relative to the script's folder.
         programs: Those of the paths that are programs whatever the file's permissions are.
         modules: Python packages, by name: folders relative to the script's.
-        targets: What is compiled and installed as a program, by its path.
+        targets: The names of what is compiled and installed as a program.
     """
 
     files: list[tuple[str, str]]
@@ -119,6 +119,9 @@ class _Script:
                 if inner not in self._folders_read:
                     self._folders_read.add(inner)
                     self.run(_text_of(self._folder / inner / "CMakeLists.txt"), inner)
+            case "rclcpp_components_register_node", [_, *rest]:
+                if program := _value_after("EXECUTABLE", rest):
+                    self.installed.targets.add(program)
             case "install", ["TARGETS", *rest]:
                 self._install_targets(rest)
             case "install", [("DIRECTORY" | "FILES" | "PROGRAMS") as kind, *rest]:
@@ -166,7 +169,7 @@ class _Script:
         for at, word in enumerate(options[:-1]):
             folder = options[at + 1]
             if word == "DESTINATION" and folder.startswith(("lib/", "libexec/")):
-                self.installed.targets.update(posixpath.join(folder, one) for one in sources)
+                self.installed.targets.update(sources)
 
     def _install(self, kind: str, words: list[str], below: str) -> None:
         sources, options = _split(words)

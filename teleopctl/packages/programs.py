@@ -13,7 +13,7 @@ from teleopctl.packages.finding import (
     package_layers,
 )
 from teleopctl.packages.own import builtin_package
-from teleopctl.packages.records import DISTRIBUTION, Executable
+from teleopctl.packages.records import DISTRIBUTION, SOURCES, Executable, Package
 
 
 def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
@@ -45,14 +45,28 @@ def _executable_of(package: str, name: str) -> Executable:
     if name in offered:
         return offered[name]
     # A package that needs no look at the entry points may have more programs among them.
-    for layer in package_layers(package):
+    layers = package_layers(package)
+    for layer in layers:
         if layer.kind == DISTRIBUTION and name in layer.executables:
             return layer.executables[name]
+    compiled = next((p for p in layers if p.kind == SOURCES and name in _compiled(p)), None)
+    if compiled is not None:
+        raise NotFoundError(
+            f"No executable found: '{name}' of package '{package}' is compiled",
+            hint=f"{compiled.folder / 'CMakeLists.txt'} builds it. Where colcon has done so, "
+            "AMENT_PREFIX_PATH tells where it is: source install/setup.bash.",
+        )
     names = ", ".join(sorted(offered))
     raise NotFoundError(
         "No executable found",
         hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
     )
+
+
+def _compiled(package: Package) -> set[str]:
+    from teleopctl.packages.source_programs import compiled_programs
+
+    return compiled_programs(package.folder)
 
 
 def _executable_file(path: str) -> Executable:

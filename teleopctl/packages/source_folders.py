@@ -8,8 +8,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-# They take 12 ms where the file system is warm, 150 ms where it is not.
-_MAX_FOLDERS = 500
+# Thirty of the field's repositories beside each other are 1,000 folders that are searched, with 350
+# packages, in 27 ms where the file system is warm.
+_MAX_FOLDERS = 2000
 _IGNORED = frozenset({"AMENT_IGNORE", "CATKIN_IGNORE", "COLCON_IGNORE", "pyvenv.cfg"})
 """A folder with a file of this name is not looked into."""
 _SKIPPED_FOLDERS = frozenset(

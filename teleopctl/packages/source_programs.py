@@ -7,7 +7,6 @@ Nothing is built and nothing is executed: ``setup.py``, ``setup.cfg``, ``pyproje
 from __future__ import annotations
 
 import os
-import posixpath
 from pathlib import Path
 
 from teleopctl.packages.cmake_script import installation
@@ -42,8 +41,7 @@ def executables(package: str, folder: Path) -> dict[str, Executable]:
 def compiled_programs(folder: Path) -> set[str]:
     """Return the names of the programs that a package's ``CMakeLists.txt`` compiles."""
     text = text_of(folder / "CMakeLists.txt")
-    targets = set() if text is None else installation(text, folder).targets
-    return {posixpath.basename(path) for path in targets}
+    return set() if text is None else installation(text, folder).targets
 
 
 def console_scripts(folder: Path) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """``ament_index_python``: its functions and errors, on prefixes as colcon leaves them."""
 
 import os
+import sys
 
 import pytest
 
@@ -8,6 +9,9 @@ from tests.compat.activated import output
 from tests.packages.prefix import INDEX, install, write
 
 HEAD = "from ament_index_python import *\nfrom ament_index_python.packages import *\n"
+
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="paths of POSIX")
 
 
 @pytest.fixture
@@ -28,6 +32,7 @@ def said(code: str, prefixes, **environment: str) -> str:
     return output(HEAD + code, TELEOPCTL_PACKAGE_PATH=str(prefixes[0].parent / "ws"), **variables)
 
 
+@posix
 def test_packages_are_the_installed_ones_and_those_that_are_used_where_they_lie(prefixes):
     first, second = prefixes
     code = """
@@ -44,6 +49,7 @@ print(prefix[0].name, (prefix[0].__class__(prefix[1]) / "share/leg/package.xml")
     ]
 
 
+@posix
 def test_resources_of_other_types_are_those_of_the_prefixes(prefixes):
     first, second = prefixes
     code = """

@@ -313,11 +313,12 @@ def test_the_package_of_a_file_hides_none_of_the_folders_named(tmp_path, monkeyp
     assert packages.package_share("arm") == named
 
 
-def test_a_search_that_was_cut_off_says_so_where_a_package_is_missing(tmp_path):
+def test_a_search_that_was_cut_off_says_so_where_a_package_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setattr(source_folders, "_MAX_FOLDERS", 50)
     for number in range(source_folders._MAX_FOLDERS):
         (tmp_path / f"{number:03}").mkdir()
     make_package(tmp_path / "zzz", "unseen_thing")
     with pytest.raises(TeleopctlError) as failure:
         packages.find_package("unseen_thing")
-    assert "more than the 500 folders that are searched" in str(failure.value.hint)
+    assert "more than the 50 folders that are searched" in str(failure.value.hint)
     assert "TELEOPCTL_PACKAGE_PATH" in str(failure.value.hint)

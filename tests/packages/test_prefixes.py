@@ -22,7 +22,7 @@ def main():
     rclpy.shutdown()
 """
 
-windows = pytest.mark.skipif(sys.platform == "win32", reason="colcon's layout there is another")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="colcon's layout there is another")
 
 
 @pytest.fixture(autouse=True)
@@ -68,7 +68,7 @@ def variable(request, workspace, monkeypatch):
     return request.param
 
 
-@windows
+@posix
 def test_an_installed_package_has_its_files_programs_and_prefix(workspace, variable):
     arm = packages.find_package("arm")
     assert (arm.folder, arm.found_by) == (workspace / "arm/share/arm", variable)
@@ -79,7 +79,7 @@ def test_an_installed_package_has_its_files_programs_and_prefix(workspace, varia
     assert {"arm", "arm_msgs", "talkers", "tools"} <= set(packages.package_names())
 
 
-@windows
+@posix
 def test_programs_of_a_prefix_run_as_ros2_run_would_run_them(ros_without_router, workspace):
     ros = ros_without_router
     ros.env["COLCON_PREFIX_PATH"] = str(workspace)
@@ -115,7 +115,7 @@ def test_of_two_prefixes_the_first_counts_and_sources_come_before_both(
     assert folders == [tmp_path / "src/arm", first / "share/arm", second / "share/arm"]
 
 
-@windows
+@posix
 def test_what_is_built_from_sources_gives_them_the_programs_that_they_lack(
     tmp_path, workspace, monkeypatch
 ):
@@ -126,7 +126,7 @@ def test_what_is_built_from_sources_gives_them_the_programs_that_they_lack(
     assert file == workspace / "arm/lib/arm/native"
 
 
-@windows
+@posix
 def test_programs_of_ours_come_before_those_of_ros_and_behind_those_of_a_workspace(
     tmp_path, monkeypatch
 ):
@@ -145,7 +145,7 @@ def test_programs_of_ours_come_before_those_of_ros_and_behind_those_of_a_workspa
     assert overlaid["tf2_echo"].file == tmp_path / "ws/lib/tf2_ros/tf2_echo"
 
 
-@windows
+@posix
 def test_modules_that_colcon_linked_are_found_where_they_lie(tmp_path, ros_without_router):
     prefix = install(tmp_path / "install", "linked", {"lib/linked/say": "#!/usr/bin/python3\n"})
     write(prefix / "lib/linked/say", "#!/usr/bin/python3\nimport linked_code\n", 0o755)

@@ -4,6 +4,8 @@ import sys
 
 import pytest
 
+from teleopctl.errors import NotFoundError
+from teleopctl.packages import find_executable
 from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.source_programs import executables
 from tests.packages.prefix import write
@@ -71,6 +73,27 @@ def test_scripts_that_cmake_installs_are_programs(arm, rule, names):
     names = names.replace("*", "nod wave.py")
     found = {name for name in executables("arm", arm) if name != "CMakeLists.txt"}
     assert found == set(names.split())
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "add_executable(wave src/wave.cpp)\ninstall(TARGETS wave DESTINATION lib/${PROJECT_NAME})",
+        "install(TARGETS\n  wave nod\n  EXPORT arm ARCHIVE DESTINATION lib\n"
+        "  RUNTIME DESTINATION lib/arm\n)",
+        'rclcpp_components_register_node(arm_node PLUGIN "arm::Wave" EXECUTABLE wave)',
+    ],
+)
+def test_a_program_that_is_not_compiled_is_told_from_one_that_does_not_exist(
+    arm, monkeypatch, rule
+):
+    (arm / "CMakeLists.txt").write_text(CMAKE.format(rule=rule))
+    monkeypatch.chdir(arm)
+    with pytest.raises(NotFoundError, match="'wave' of package 'arm' is compiled") as caught:
+        find_executable("arm", "wave")
+    assert str(arm / "CMakeLists.txt") in str(caught.value.hint)
+    with pytest.raises(NotFoundError, match=r"No executable found$"):
+        find_executable("arm", "wade")
 
 
 @pytest.mark.parametrize(

@@ -58,8 +58,8 @@ def test_find_of_an_unknown_package_says_where_packages_are_looked_for(write):
 def test_find_resolves_what_a_sourced_ros_has_installed(write, tmp_path, monkeypatch):
     install(tmp_path / "prefix", "known")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "prefix"))
-    path = write('<link name="$(find known)"/>')
-    assert f'"{tmp_path}/prefix/share/known"' in expand_xacro(path)
+    share = tmp_path / "prefix/share/known"
+    assert f'"{share}"' in expand_xacro(write('<link name="$(find known)"/>'))
 
 
 def test_a_missing_file_is_named(tmp_path):
