@@ -198,8 +198,11 @@ class _Row:
                 handle.value = chosen
 
     def _offer_parts(self) -> None:
-        """Offer to switch the display's parts on and off, as they come."""
-        for name, shown in self._display.parts().items():
+        """Offer to switch the display's parts on and off, as they come and go."""
+        parts = self._display.parts()
+        for name in self._parts.keys() - parts.keys():
+            self._parts.pop(name).remove()
+        for name, shown in parts.items():
             if name in self._parts:
                 continue
             with self._parts_folder:

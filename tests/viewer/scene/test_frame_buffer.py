@@ -7,6 +7,7 @@ import pytest
 from teleopctl.tf import Transform, transform_stamped
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.tf_display import TfDisplay
+from teleopctl.viewer.panels.scene import _Row
 from teleopctl.viewer.scene import frame_buffer, frames as frames_module
 
 MOST = 20
@@ -114,3 +115,12 @@ def test_where_all_are_silent_all_keep_their_axes(world):
     world.speak("arm sensor", static=True)
     world.pass_time(1000.0)
     assert world.dressed == {"base", "arm", "sensor"}
+
+
+def test_the_list_of_frames_has_those_that_there_are(world):
+    row = _Row(world.page, world.display)
+    for number in range(100):
+        world.speak("base arm", f"arm object_{number}")
+        world.pass_time(1.0)
+        row.follow()
+    assert set(row._parts) == set(world.page.frames.by_name)
