@@ -95,11 +95,17 @@ if TYPE_CHECKING:
         folder_of as folder_of,
         mark_stopped as mark_stopped,
     )
+    from teleopctl.launch.execution.supervisor import (
+        Supervisor as Supervisor,
+    )
     from teleopctl.launch.finding import (
         builtin_files as builtin_files,
         files_in_package as files_in_package,
         find_launch_file as find_launch_file,
         is_launch_file as is_launch_file,
+    )
+    from teleopctl.launch.frontends import (
+        read_launch_file as read_launch_file,
     )
     from teleopctl.launch.model.action import (
         Action as Action,
@@ -152,6 +158,7 @@ if TYPE_CHECKING:
         evaluated as evaluated,
         free_name as free_name,
         new_log_directory as new_log_directory,
+        prepare as prepare,
         run_here as run_here,
         start_in_background as start_in_background,
     )
@@ -180,7 +187,9 @@ else:
             "execution.running": "Running died duration find_running forget_died newest_log "
             "running stop_running stopped_by_ctrl_c",
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
+            "execution.supervisor": "Supervisor",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
+            "frontends": "read_launch_file",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
             "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree Place "
             "Process",
@@ -191,6 +200,7 @@ else:
             "model.template": "Argument Call ComputedText Template literal",
             "model.values": "flag",
             "recording": "bag_folder recorded",
-            "starting": "evaluated free_name new_log_directory run_here start_in_background",
+            "starting": "evaluated free_name new_log_directory prepare run_here "
+            "start_in_background",
         },
     )

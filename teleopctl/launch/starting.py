@@ -72,8 +72,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     from teleopctl.output import outlive_output
 
     plan, evaluation = evaluated(request, new_log_directory())
-    _prepare()
-    _write(plan.log_directory, plan.write_files)
+    prepare(plan)
     outlive_output()
     with _findable_if_killed(plan.log_directory):
         if not on_terminal:
@@ -182,6 +181,16 @@ def _findable_if_killed(log_directory: Path) -> Iterator[None]:
     finally:
         if record is not None:
             record.unlink(missing_ok=True)
+
+
+def prepare(plan: LaunchPlan) -> None:
+    """Make what the processes of a plan need: a router, the log folder, parameter files.
+
+    Raises:
+        TeleopctlError: Something of it cannot be made.
+    """
+    _prepare()
+    _write(plan.log_directory, plan.write_files)
 
 
 def _prepare() -> None:

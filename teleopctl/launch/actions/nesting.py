@@ -64,24 +64,34 @@ class Timer(Action):
         period: Seconds from now, or from the start of the launch.
         steps: The steps.
         is_cancelled: Tells whether they are not to be taken after all.
+        cancel_on_shutdown: Whether they are not to be taken when the launch ends.
     """
 
-    keys = ("period", "children")
+    keys = ("period", "children", "cancel_on_shutdown")
 
     period: Template
     steps: tuple[Step, ...]
     is_cancelled: Callable[[], bool] = bool
+    cancel_on_shutdown: Template | None = None
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
         """Read a ``timer``."""
-        return cls(period=entity.required("period"), steps=entity.steps("children"))
+        return cls(
+            period=entity.required("period"),
+            steps=entity.steps("children"),
+            cancel_on_shutdown=entity.optional("cancel_on_shutdown"),
+        )
 
     def evaluate(self, launch: Launch) -> None:
         """Run the steps later."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
-        launch.after(seconds, self.steps, self.is_cancelled)
+        cancel = True
+        if self.cancel_on_shutdown is not None:
+            with values.at_key("cancel_on_shutdown"):
+                cancel = values.boolean(launch.text(self.cancel_on_shutdown))
+        launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
 
 class RosTimer(Timer):

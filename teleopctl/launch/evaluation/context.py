@@ -99,6 +99,15 @@ class LaunchContext:
             self.scope, self.file = outer
 
     @contextmanager
+    def answering(self, event: object) -> Iterator[None]:
+        """Let an event be what is being answered, for the block."""
+        outer, self.event = self.event, event
+        try:
+            yield
+        finally:
+            self.event = outer
+
+    @contextmanager
     def reading(self, text: Template) -> Iterator[None]:
         """Name the launch argument that a text stands for in an error raised in the block."""
         try:

@@ -8,6 +8,7 @@ of the place where it stands.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -21,8 +22,14 @@ from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition, Place, Process
-from teleopctl.launch.model.events import ShutdownBegan, SignalRequested
-from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
+from teleopctl.launch.model.events import (
+    ProcessEvent,
+    ProcessOutput,
+    ShutdownBegan,
+    ShutdownRequested,
+    SignalRequested,
+)
+from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan, Timer, Work
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
@@ -104,6 +111,7 @@ class Later(NamedTuple):
     steps: tuple[Step, ...]
     moment: Moment
     is_cancelled: Callable[[], bool]
+    outlives_shutdown: bool
 
 
 class Foreseen(NamedTuple):
@@ -159,6 +167,9 @@ class Evaluation:
         self.is_ending = False
         self._handlers: list[_Registered] = []
         self._further = Further()
+        # Whose thread evaluates just now, and where events go that happen elsewhere.
+        self._evaluates: int | None = None
+        self._happened: Callable[[object], None] | None = None
 
     @property
     def scope(self) -> Scope:
@@ -185,7 +196,7 @@ class Evaluation:
 
     def run_file(self, file: LaunchFile) -> None:
         """Evaluate a launch file."""
-        with self.context.inside(file.path):
+        with self._evaluating(), self.context.inside(file.path):
             self.run(file.steps)
 
     def run(self, steps: tuple[Step, ...]) -> None:
@@ -195,6 +206,8 @@ class Evaluation:
                 with located(step.place):
                     if all(self._holds(condition) for condition in step.conditions):
                         self.perform(step.action)
+                        if step.done is not None:
+                            step.done(self)
             except NotFoundError as error:
                 if not self.skips_missing:
                     raise
@@ -246,18 +259,31 @@ class Evaluation:
         self._further.processes.append(plan)
         return plan
 
+    def plan_of(self, process: Process) -> ProcessPlan:
+        """What a process would be, without a place among those to start."""
+        return self._builder.copy(self.context).build(process)
+
     def action_of(self, plan: ProcessPlan) -> Process:
         """The action that a process was made from."""
         return self._builder.actions[plan.name]
 
     def after(
-        self, seconds: float, steps: tuple[Step, ...], is_cancelled: Callable[[], bool] = bool
+        self,
+        seconds: float,
+        steps: tuple[Step, ...],
+        is_cancelled: Callable[[], bool] = bool,
+        *,
+        outlives_shutdown: bool = False,
     ) -> None:
         """Run steps later, as if they stood here, unless they have been cancelled by then."""
         # What they set is theirs, and what is set behind them does not reach them.
         moment = Moment(self.scope.copy(), self.file)
-        timer = Later(max(0.0, seconds), steps, moment, is_cancelled)
+        timer = Later(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
         self._further.timers.append((timer.seconds, timer))
+
+    def work(self, work: Work) -> None:
+        """Let something go on beside the processes."""
+        self._further.works.append(work)
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
         """Let a handler answer events from now on: before those that are there, or after them."""
@@ -275,13 +301,39 @@ class Evaluation:
             raise ValueError("the event handler is not registered")
         self._handlers.remove(found)
 
+    def is_awaited(self, event: object) -> bool:
+        """Whether a handler would answer something."""
+        return any(entry.handler.answers(event, self) for entry in self._handlers)
+
     def emit(self, event: object) -> None:
-        """Make something happen, which handlers answer once this is done."""
-        self._further.events.append(event)
+        """Make something happen, which handlers answer once this is done; from any thread."""
+        if self._happened is None or self._evaluates == threading.get_ident():
+            self._further.events.append(event)
+        else:
+            self._happened(event)
 
     def shut_down(self, reason: str) -> None:
-        """End the launch."""
-        self._further.shutdown = reason
+        """End the launch; any thread may ask for that."""
+        if self._happened is None or self._evaluates == threading.get_ident():
+            self._further.shutdown = reason
+        else:
+            self._happened(ShutdownRequested(reason))
+
+    def connect(self, happened: Callable[[object], None]) -> None:
+        """Take what is to be called when something has happened elsewhere."""
+        self._happened = happened
+
+    def disconnect(self) -> None:
+        """Keep what happens elsewhere from now on for the next time."""
+        self._happened = None
+
+    @contextmanager
+    def _evaluating(self) -> Iterator[None]:
+        outer, self._evaluates = self._evaluates, threading.get_ident()
+        try:
+            yield
+        finally:
+            self._evaluates = outer
 
     @property
     def wants_output(self) -> bool:
@@ -290,24 +342,25 @@ class Evaluation:
 
     def answer(self, event: object) -> Further:
         """Say what is to be done now that something has happened."""
-        self.context.event = event
         if isinstance(event, ShutdownBegan):
             self.is_ending = True
-        try:
+        with self._evaluating(), self.context.answering(event):
+            if isinstance(event, ProcessEvent) and not isinstance(event, ProcessOutput):
+                self._builder.tell(event)
             for entry in tuple(self._handlers):
                 with self.context.at(entry.moment):
                     self.run(tuple(entry.handler.respond(event, self)))
-        finally:
-            self.context.event = None
-        if isinstance(event, SignalRequested):
-            self._further.signals += self._builder.signals(event)
+            if isinstance(event, SignalRequested):
+                self._further.signals += self._builder.signals(event)
+            elif isinstance(event, ShutdownRequested):
+                self.shut_down(event.reason)
         return self.take()
 
-    def fire(self, timer: object) -> Further:
+    def fire(self, timer: Timer) -> Further:
         """Say what is to be done now that a timer's time has come."""
         assert isinstance(timer, Later)
         if not timer.is_cancelled():
-            with self.context.at(timer.moment):
+            with self._evaluating(), self.context.at(timer.moment):
                 self.run(timer.steps)
         return self.take()
 

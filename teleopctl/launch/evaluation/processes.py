@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -26,11 +27,11 @@ from teleopctl.launch.model.descriptions import (
     Process,
     Words,
 )
-from teleopctl.launch.model.events import SignalRequested
+from teleopctl.launch.model.events import ProcessEvent, SignalRequested
 from teleopctl.launch.model.output import BOTH, Output, OutputTable, alias, table
 from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
 from teleopctl.launch.model.request import LaunchRequest
-from teleopctl.launch.model.template import Template, TemplateError, parse
+from teleopctl.launch.model.template import Template, TemplateError, literal, parse
 from teleopctl.packages import find_executable, resolve_uri
 from teleopctl.text_file import read_text
 
@@ -89,6 +90,8 @@ class ProcessBuilder:
             command += ros_arguments
         command = self._with_prefix(command, action.prefix, shell=shell)
         environment = dict(self._context.scope.environment)
+        if action.clean_environment:
+            environment = dict.fromkeys((*os.environ, *environment))
         environment.update(
             (self._text(variable), self._text(value)) for variable, value in action.environment
         )
@@ -114,16 +117,19 @@ class ProcessBuilder:
             shutdown_on_exit=self._value(
                 action.shutdown_on_exit, "required", values.boolean, default=False
             ),
-            sigterm_timeout=self._value(
-                action.sigterm_timeout, "sigterm_timeout", values.number, default=5.0
-            ),
-            sigkill_timeout=self._value(
-                action.sigkill_timeout, "sigkill_timeout", values.number, default=5.0
-            ),
+            sigterm_timeout=self._timeout(action.sigterm_timeout, "sigterm_timeout"),
+            sigkill_timeout=self._timeout(action.sigkill_timeout, "sigkill_timeout"),
         )
         self.actions[name] = action
         self._plans[name] = plan
         return plan
+
+    def tell(self, event: ProcessEvent) -> None:
+        """Tell who wants to know it first what has happened to a process."""
+        # A recorder is none of the launch file's.
+        action = self.actions.get(event.plan.name)
+        if action is not None and action.told is not None:
+            action.told(event)
 
     def signals(self, event: SignalRequested) -> list[SignalPlan]:
         """Return the signals for the processes that somebody means."""
@@ -250,6 +256,8 @@ class ProcessBuilder:
         if not text and self._request.prefix and self._fits_filter(command):
             text = self._request.prefix
         if not text:
+            text = self._configured_prefix(command[0])
+        if not text:
             return command
         if shell:
             return [f"{text} {command[0]}"]
@@ -281,6 +289,17 @@ class ProcessBuilder:
             with values.at_key("emulate_tty"):
                 return values.flag(configured)
         return self._value(text, "emulate_tty", values.flag, default=False)
+
+    def _configured_prefix(self, program: str) -> str:
+        """What the launch variables say, as ``ros2 launch`` sets them."""
+        variables = self._context.scope.variables
+        matches = re.match(variables.get("launch-prefix-filter", ""), Path(program).name)
+        return variables.get("launch-prefix", "") if matches else ""
+
+    def _timeout(self, text: Template | None, key: str) -> float:
+        if text is None and key in self._context.scope.variables:
+            text = literal(str(self._context.scope.variables[key]))
+        return self._value(text, key, values.number, default=5.0)
 
     def _words(self, words: Words, key: str, *, shell: bool = False) -> list[str]:
         if isinstance(words, Template):

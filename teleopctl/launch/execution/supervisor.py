@@ -6,7 +6,6 @@ happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL 
 
 from __future__ import annotations
 
-import itertools
 import signal
 import time
 from collections.abc import Callable
@@ -20,10 +19,12 @@ from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.ending import STEPS, Ending
 from teleopctl.launch.execution.event_loop import EventLoop
+from teleopctl.launch.execution.interrupts import handled
 from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.execution.terminal import Terminal
+from teleopctl.launch.execution.timers import Timers
 from teleopctl.launch.model.events import (
     ProcessExited,
     ProcessOutput,
@@ -37,13 +38,12 @@ from teleopctl.launch.model.plan import (
     ProcessPlan,
     Respondent,
     SignalPlan,
+    Timer,
 )
 
 _LAUNCH = "launch"
 # Signals that come in one bunch, as from `timeout`, are one request to end.
 _SAME_REQUEST_S = 1.0
-# A timer that takes longer keeps nobody waiting for the launch to be up.
-_SOON_S = 30.0
 # A process says in a file that it is ready.
 _LOOK_EVERY_S = 0.02
 
@@ -58,6 +58,9 @@ class Supervisor:
             alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
         debug: Whether to say which events come.
+
+    Attributes:
+        could_not_go_on: Whether the launch itself has failed, and not only what it started.
     """
 
     def __init__(
@@ -74,7 +77,7 @@ class Supervisor:
         self._respondent = respondent
         self._loop = EventLoop()
         self._published = PublishedStatus(plan.log_directory, self._loop, self)
-        self._timer_numbers = itertools.count()
+        self._timers = Timers(self._loop, self._time_has_come, self._work_ended)
         log_file = None if in_background else plan.log_directory / "launch.log"
         self._screen = Screen(log_file, terminal)
         self._ending = Ending(self._loop, self._screen)
@@ -85,15 +88,15 @@ class Supervisor:
         self._companions: set[int] = set()
         for process in plan.processes:
             self._add(process)
-        # When what waits for a timer is to come, in monotonic seconds.
-        self._due: dict[int, float] = {}
         self._others_were_started = False
         self._starts: dict[int, Start] = {}
+        if respondent is not None:
+            respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
         self._shutting_down = False
         self._interrupted = False
         self._step = 0
         self._asked_at = 0.0
-        self._failed = False
+        self._failed = self.could_not_go_on = False
 
     def statuses(self) -> list[ProcessStatus]:
         """What became of the processes so far; any thread may ask."""
@@ -104,8 +107,7 @@ class Supervisor:
 
     def pending(self) -> int:
         """How many timers are still to lead to something soon; any thread may ask."""
-        soon = time.monotonic() + _SOON_S
-        return sum(due <= soon for due in tuple(self._due.values()))
+        return self._timers.pending()
 
     def tell(self, level: str, text: str) -> None:
         """Show a line of the launch's own; any thread may call this. An error makes it fail."""
@@ -122,23 +124,17 @@ class Supervisor:
         Returns:
             The exit status: 130 after Ctrl-C, 1 when a process died, otherwise 0.
         """
-        handled = [signal.SIGINT, signal.SIGTERM]
-        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
-            # Whoever began with `nohup` wants the launch to outlive the terminal.
-            handled.append(signal.SIGHUP)
-        previous = {number: signal.signal(number, self._on_signal) for number in handled}
         try:
-            self._start()
-            while self._expected or self._due or self._has_come_to_rest():
-                self._loop.handle_next()
+            with handled(self._on_signal):
+                self._start()
+                while self._expected or self._timers or self._has_come_to_rest():
+                    self._loop.handle_next()
         except BaseException:
             # Nobody else would end them.
             for child in self._children:
                 child.signal(STEPS[-1])
             raise
         finally:
-            for number, handler in previous.items():
-                signal.signal(number, handler)
             self._screen.close()
         if self._interrupted:
             return EXIT_INTERRUPTED
@@ -151,7 +147,7 @@ class Supervisor:
         for warning in self._plan.warnings:
             self._say("WARNING", warning)
         self._show(self._plan.start)
-        self._publish_status()  # of a launch that starts nothing, too
+        self._published.publish()  # of a launch that starts nothing, too
         for index in sorted(self._companions):
             self._start_child(index)
         self._start_others()
@@ -176,7 +172,7 @@ class Supervisor:
 
     def _has_come_to_rest(self) -> bool:
         """Tell those who wait for the end that nothing is left; return whether that led to more."""
-        if not self._shutting_down:
+        if self._loop.is_empty and not self._shutting_down:
             self._shut_down("idle")
         return not self._loop.is_empty
 
@@ -218,7 +214,7 @@ class Supervisor:
             assert child.pid is not None
             self._starts[index] = start_of(child.pid)
             self._respond(ProcessStarted(child.plan, child.pid))
-        self._publish_status()
+        self._published.publish()
 
     def _wrote(self, child: Child, line: bytes, is_stdout: bool) -> None:
         """Tell those who want to know it what a process has written; on that one's threads."""
@@ -232,11 +228,16 @@ class Supervisor:
         if self._respondent is not None:
             self._take_further(partial(self._respondent.answer, event))
 
-    def _time_has_come(self, number: int, timer: object) -> None:
-        if self._due.pop(number, None) is not None and self._respondent is not None:
+    def _time_has_come(self, timer: Timer) -> None:
+        if self._respondent is not None:
             self._take_further(partial(self._respondent.fire, timer))
         self._end_companions()
-        self._publish_status()
+        self._published.publish()
+
+    def _work_ended(self, error: TeleopctlError | None) -> None:
+        if error is not None:
+            self._fail(str(error))
+        self._end_companions()
 
     def _take_further(self, ask: Callable[[], Further]) -> None:
         try:
@@ -247,7 +248,7 @@ class Supervisor:
             self._go_on(further)
 
     def _fail(self, text: str) -> None:
-        self._failed = True
+        self._failed = self.could_not_go_on = True
         self._say("ERROR", f"Caught exception in launch: {text}")
         self._shut_down(text)
 
@@ -272,9 +273,9 @@ class Supervisor:
             for index in [self._add(process) for process in further.processes]:
                 self._start_child(index)
             for seconds, timer in further.timers:
-                number = next(self._timer_numbers)
-                self._due[number] = time.monotonic() + seconds
-                self._loop.after(seconds, partial(self._time_has_come, number, timer))
+                self._timers.add(seconds, timer)
+            for work in further.works:
+                self._timers.begin(work)
         if further.shutdown is not None:
             self._shut_down(further.shutdown)
 
@@ -318,7 +319,7 @@ class Supervisor:
                 self._required_ended(child)
             self._lost_before_the_others(index)
         self._end_companions()
-        self._publish_status()
+        self._published.publish()
 
     def _lost_before_the_others(self, index: int) -> None:
         """Start nothing that somebody wants to be accompanied and that cannot be."""
@@ -327,7 +328,7 @@ class Supervisor:
 
     def _end_companions(self) -> None:
         """Ask those that accompany the others to end, once there is nobody left to accompany."""
-        if self._expected <= self._companions and not self._due:
+        if self._expected <= self._companions and not self._timers:
             for index in sorted(self._companions & self._live):
                 self._ending.ask(self._children[index])
 
@@ -372,17 +373,14 @@ class Supervisor:
         if self._shutting_down:
             return
         self._shutting_down = True
-        self._due.clear()
+        self._timers.shut_down()
         self._respond(ShutdownBegan(reason, by_interrupt))
         # What waits for its start, or for its next one, is not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
             self._ending.ask(self._children[index])
         self._end_companions()
-        self._publish_status()
+        self._published.publish()
 
     def _say(self, level: str, text: str) -> None:
         self._screen.say(level, _LAUNCH, text)
-
-    def _publish_status(self) -> None:
-        self._published.publish()

@@ -12,7 +12,7 @@ from typing import ClassVar, Protocol, Self
 from teleopctl.errors import did_you_mean
 from teleopctl.launch.model.descriptions import Condition, Place, Process
 from teleopctl.launch.model.element import Element
-from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl.launch.model.plan import ProcessPlan, Work
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -145,11 +145,13 @@ class Step:
         place: Where it stands.
         conditions: All have to hold.
         action: What it does then.
+        done: Called when it has been done; None where nobody cares.
     """
 
     place: Place
     conditions: tuple[Condition, ...]
     action: Action
+    done: Callable[[Launch], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,9 +221,17 @@ class Launch(Protocol):
         """The action that a process was made from."""
 
     def after(
-        self, seconds: float, steps: tuple[Step, ...], is_cancelled: Callable[[], bool] = bool
+        self,
+        seconds: float,
+        steps: tuple[Step, ...],
+        is_cancelled: Callable[[], bool] = bool,
+        *,
+        outlives_shutdown: bool = False,
     ) -> None:
         """Run steps later, as if they stood here, unless they have been cancelled by then."""
+
+    def work(self, work: Work) -> None:
+        """Let something go on beside the processes."""
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
         """Let a handler answer events from now on: before those that are there, or after them."""
@@ -233,11 +243,14 @@ class Launch(Protocol):
             ValueError: It is not registered.
         """
 
+    def is_awaited(self, event: object) -> bool:
+        """Whether a handler would answer something."""
+
     def emit(self, event: object) -> None:
-        """Make something happen, which handlers answer once this is done."""
+        """Make something happen, which handlers answer once this is done; from any thread."""
 
     def shut_down(self, reason: str) -> None:
-        """End the launch."""
+        """End the launch; any thread may ask for that."""
 
 
 class Handler(Protocol):
@@ -253,6 +266,9 @@ class Handler(Protocol):
 
     def foreseen(self) -> tuple[str, tuple[Step, ...]] | None:
         """Say when it acts and what it does then, as far as that is known before; else None."""
+
+    def answers(self, event: object, launch: Launch) -> bool:
+        """Whether it would respond to an event."""
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
         """Return what is to be done on an event; nothing where it is none of its own."""

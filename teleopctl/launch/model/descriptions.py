@@ -1,5 +1,6 @@
 """What a launch file says, read but not yet evaluated: plain data with unevaluated texts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -107,6 +108,7 @@ class Process:
         process_name: Name in the output in place of the program's, or None.
         working_directory: Folder to start in, or None for the current one.
         environment: Variables added for this process.
+        clean_environment: Whether these are its whole environment.
         prefix: Words put before the command line.
         output: ``screen``, ``log``, ``both``, ``own_log`` or ``full``, or a table of where each
             stream goes; ``log`` still shows stderr, as in ROS 2.
@@ -119,6 +121,7 @@ class Process:
         sigterm_timeout: Seconds from SIGINT to SIGTERM, or None for 5.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL, or None for 5.
         origin: What a front end made this from, for its own use.
+        told: Called with each event of the process before handlers answer it, but for output.
     """
 
     node: NodePart | None = None
@@ -127,6 +130,7 @@ class Process:
     process_name: Template | None = None
     working_directory: Template | None = None
     environment: tuple[tuple[Template, Template], ...] = ()
+    clean_environment: bool = False
     prefix: Template | None = None
     output: Template | OutputTable | None = None
     emulate_tty: Template | None = None
@@ -138,3 +142,5 @@ class Process:
     sigterm_timeout: Template | None = None
     sigkill_timeout: Template | None = None
     origin: object = None
+    # object: an event, which stands above this file.
+    told: Callable[[object], None] | None = None

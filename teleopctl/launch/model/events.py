@@ -66,6 +66,17 @@ class ShutdownBegan:
 
 
 @dataclass(frozen=True, slots=True)
+class ShutdownRequested:
+    """Somebody beside the launch's own steps wants it to end.
+
+    Attributes:
+        reason: Why.
+    """
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class SignalRequested:
     """Somebody wants a signal sent to some of the processes.
 

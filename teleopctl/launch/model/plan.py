@@ -6,10 +6,12 @@ for when they happen.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.output import BOTH, LOG, Output
 
 REQUIRED = "process[{name}] was required: shutting down launched system"
@@ -76,6 +78,25 @@ class SignalPlan:
     number: int | None
 
 
+class Timer(Protocol):
+    """What waits for its time."""
+
+    @property
+    def is_cancelled(self) -> Callable[[], bool]:
+        """Tells whether it is not waited for any more."""
+
+    @property
+    def outlives_shutdown(self) -> bool:
+        """Whether the end of the launch waits for it."""
+
+
+class Work(Protocol):
+    """What goes on beside the processes, such as a coroutine; a launch ends after it."""
+
+    def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        """Begin it, and report its end, with an error where it failed, from any thread."""
+
+
 @dataclass(slots=True, kw_only=True)
 class Further:
     """What has to be done next.
@@ -85,6 +106,7 @@ class Further:
         files: Parameter files to write, as path and content.
         processes: What to start, in order.
         timers: What is to be asked again, and after how many seconds.
+        works: What is to go on beside the processes.
         events: What has happened by the launch's own doing, and is to be answered.
         signals: Signals to send.
         shutdown: Why the launch has to end, or None.
@@ -93,7 +115,8 @@ class Further:
     messages: list[tuple[str, str, str]] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)
     processes: list[ProcessPlan] = field(default_factory=list)
-    timers: list[tuple[float, object]] = field(default_factory=list)
+    timers: list[tuple[float, Timer]] = field(default_factory=list)
+    works: list[Work] = field(default_factory=list)
     events: list[object] = field(default_factory=list)
     signals: list[SignalPlan] = field(default_factory=list)
     shutdown: str | None = None
@@ -140,6 +163,9 @@ class Respondent(Protocol):
     def wants_output(self) -> bool:
         """Whether anybody wants to be told of what processes write."""
 
+    def connect(self, happened: Callable[[object], None]) -> None:
+        """Take what is to be called, from any thread, when something has happened elsewhere."""
+
     def answer(self, event: object) -> Further:
         """Say what is to be done now that something has happened.
 
@@ -147,5 +173,5 @@ class Respondent(Protocol):
             TeleopctlError: It cannot be evaluated; the message has file and line.
         """
 
-    def fire(self, timer: object) -> Further:
+    def fire(self, timer: Timer) -> Further:
         """Say what is to be done now that a timer's time has come; raises as `answer` does."""

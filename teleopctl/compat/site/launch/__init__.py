@@ -4,15 +4,28 @@ The classes build what `teleopctl.launch` evaluates, as the text front ends do. 
 bring an ``execute`` or a ``perform`` of their own are asked as in ROS 2.
 """
 
-from . import actions, conditions, events, substitutions
+from . import (
+    actions,
+    conditions,
+    descriptions,
+    event_handlers,
+    events,
+    frontend,
+    launch_description_sources,
+    logging,
+    substitutions,
+)
 from .action import Action
 from .condition import Condition
 from .event import Event
 from .event_handler import EventHandler
+from .invalid_launch_file_error import InvalidLaunchFileError
 from .launch_context import LaunchContext
 from .launch_description import LaunchDescription
 from .launch_description_entity import LaunchDescriptionEntity
 from .launch_description_source import LaunchDescriptionSource
+from .launch_introspector import LaunchIntrospector
+from .launch_service import LaunchService
 from .some_entities_type import SomeEntitiesType, SomeEntitiesType_types_tuple
 from .some_substitutions_type import SomeSubstitutionsType, SomeSubstitutionsType_types_tuple
 from .substitution import Substitution
@@ -22,10 +35,13 @@ __all__ = [
     "Condition",
     "Event",
     "EventHandler",
+    "InvalidLaunchFileError",
     "LaunchContext",
     "LaunchDescription",
     "LaunchDescriptionEntity",
     "LaunchDescriptionSource",
+    "LaunchIntrospector",
+    "LaunchService",
     "SomeEntitiesType",
     "SomeEntitiesType_types_tuple",
     "SomeSubstitutionsType",
@@ -33,6 +49,11 @@ __all__ = [
     "Substitution",
     "actions",
     "conditions",
+    "descriptions",
+    "event_handlers",
     "events",
+    "frontend",
+    "launch_description_sources",
+    "logging",
     "substitutions",
 ]

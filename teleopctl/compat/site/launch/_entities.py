@@ -37,7 +37,12 @@ def _step(entity: LaunchDescriptionEntity) -> model.Step:
         return model.Step(place, (), _Visited(entity))
     conditions = () if entity.condition is None else (_condition(entity.condition),)
     try:
-        return model.Step(place, conditions, entity.model_action())
+        return model.Step(
+            place,
+            conditions,
+            entity.model_action(),
+            lambda launch: entity.done(LaunchContext.with_launch(launch)),
+        )
     except Exception as error:
         raise blamed(error, entity.describe()) from error
 

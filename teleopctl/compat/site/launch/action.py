@@ -51,9 +51,12 @@ class Action(LaunchDescriptionEntity):
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do it where its condition holds, and return what is to be visited in its place."""
-        if self._condition is None or self._condition.evaluate(context):
+        if self._condition is not None and not self._condition.evaluate(context):
+            return None
+        try:
             return self.execute(context)
-        return None
+        finally:
+            self.done(context)
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Do it, and return what is to be visited in its place."""
@@ -65,6 +68,25 @@ class Action(LaunchDescriptionEntity):
             # What launch raises, for a program that wants to go on.
             raise RuntimeError(error.message) from error
         return None
+
+    def done(self, context: LaunchContext) -> None:
+        """Tell those who want to know that it has been done; it is called when it was visited."""
+        future = self.get_asyncio_future()
+        if future is None:
+            self.tell_completion(context)
+            return
+        from ._asyncio import when_done
+
+        when_done(future, lambda _: self.tell_completion(context))
+        context.add_completion_future(future)
+
+    def tell_completion(self, context: LaunchContext) -> None:
+        """Tell those who want to know that nothing of it goes on any more."""
+        from .events.execution_complete import ExecutionComplete
+
+        event = ExecutionComplete(action=self)
+        if context.would_handle_event(event):
+            context.emit_event_sync(event)
 
     def model_action(self) -> model.Action:
         """Return what the model does for it: nothing, unless a subclass says more."""

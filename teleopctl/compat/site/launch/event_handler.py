@@ -37,14 +37,14 @@ class BaseEventHandler:
         return self._handle_once
 
     @property
-    def handler_description(self) -> str:
-        """What is done, in words."""
-        return "<actions>"
+    def handler_description(self) -> str | None:
+        """What is done, in words, where a subclass says so."""
+        return None
 
     @property
-    def matcher_description(self) -> str:
-        """Which events are answered, in words."""
-        return "<matcher>"
+    def matcher_description(self) -> str | None:
+        """Which events are answered, in words, where a subclass says so."""
+        return None
 
     @property
     def wants_output(self) -> bool:
@@ -61,7 +61,15 @@ class BaseEventHandler:
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
         """Return when it acts in words, and what it does then."""
-        return f"{type(self).__name__}(matcher='{self.matcher_description}')", []
+        return (
+            f"{type(self).__name__}(matcher='{self.matcher_description}', "
+            f"handler='{self.handler_description}', handle_once={self._handle_once})",
+            [],
+        )
+
+    def in_words(self) -> str:
+        """Return when it acts, for somebody who reads what a launch is going to do."""
+        return self.describe()[0]
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
         """Answer an event; a subclass's own `handle` calls this one first."""
@@ -120,8 +128,12 @@ class _ModelHandler:
 
     def foreseen(self) -> tuple[str, tuple[model.Step, ...]] | None:
         """Say when it acts and what it does then, as far as that is known before."""
-        when, entities = self._handler.describe()
-        return (when, steps(entities)) if entities else None
+        _, entities = self._handler.describe()
+        return (self._handler.in_words(), steps(entities)) if entities else None
+
+    def answers(self, event: object, launch: model.Launch) -> bool:
+        """Whether it would respond to an event."""
+        return self._handler.matches(event_of(event, launch))
 
     def respond(self, event: object, launch: model.Launch) -> tuple[model.Step, ...]:
         """Return what is to be done on an event."""

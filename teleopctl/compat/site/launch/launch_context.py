@@ -18,7 +18,12 @@ from teleopctl.launch import (
     Template,
 )
 
+from .logging import launch_config as log_config
+
 if TYPE_CHECKING:
+    import asyncio
+
+    from ._asyncio import BackgroundLoop
     from .event import Event
     from .event_handler import BaseEventHandler
     from .substitution import Substitution
@@ -48,6 +53,8 @@ class LaunchContext:
         self.noninteractive = noninteractive
         self._globals: dict[str, Any] = {}
         self._locals: dict[str, Any] = {}
+        self._loop: BackgroundLoop | None = None
+        self._may_have_loop = False
 
     @classmethod
     def of(cls, context: object) -> LaunchContext:
@@ -63,6 +70,8 @@ class LaunchContext:
         if launch not in _known:
             made = cls.__new__(cls)
             made.begin(launch, [], True)
+            made._may_have_loop = True  # noqa: SLF001 -- of this class
+            log_config.take_over(launch.context.log_directory)
             _known[launch] = made
         return _known[launch]
 
@@ -124,6 +133,35 @@ class LaunchContext:
     def is_shutdown(self) -> bool:
         """Whether the launch ends."""
         return self.launch.is_ending
+
+    @property
+    def asyncio_loop(self) -> BackgroundLoop | None:
+        """The event loop of the launch's coroutines, which runs on a thread beside it.
+
+        None for a context that is there for trying things out.
+        """
+        if self._loop is None and self._may_have_loop:
+            from ._asyncio import BackgroundLoop
+
+            self._loop = BackgroundLoop()
+        return self._loop
+
+    def end_loop(self) -> None:
+        """Stop the event loop, where there is one."""
+        if self._loop is not None:
+            self._loop.end()
+            self._loop = None
+
+    # Any: nobody cares for what it gives.
+    def add_completion_future(self, completion_future: asyncio.Future[Any]) -> None:
+        """Let the launch wait for something before it ends."""
+        from ._asyncio import Awaited
+
+        self.launch.work(Awaited(completion_future, "a completion future"))
+
+    def would_handle_event(self, event: Event) -> bool:
+        """Tell whether a handler would answer an event."""
+        return self.launch.is_awaited(event)
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
         """Let a handler answer events: before those that are there, or after them."""

@@ -9,6 +9,7 @@ from .launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
     from .actions.declare_launch_argument import DeclareLaunchArgument
+    from .actions.include_launch_description import IncludeLaunchDescription
     from .launch_context import LaunchContext
 
 
@@ -45,9 +46,17 @@ class LaunchDescription(LaunchDescriptionEntity):
         """Why it should not be used any more, or None."""
         return self._deprecated_reason
 
-    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:  # noqa: ARG002 -- the original's signature
-        """Return the entities."""
-        return self._entities
+    def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        """Return the entities, with a warning where there is a reason not to use them."""
+        if self._deprecated_reason is None:
+            return self._entities
+        from .actions.log_info import Warn
+
+        known = context.get_locals_as_dict()
+        what = "deprecated launch description"
+        if "current_launch_file_path" in known:
+            what = f"launch file [{known['current_launch_file_path']}] is deprecated"
+        return [Warn(f"{what}: {self._deprecated_reason}"), *self._entities]
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """Return the entities."""
@@ -68,19 +77,42 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments(
         self, conditional_inclusion: bool = False
     ) -> list[DeclareLaunchArgument]:
-        """Return the launch arguments that are declared here and in what is included."""
+        """Return the launch arguments that are declared here and in what is included.
+
+        Args:
+            conditional_inclusion: Whether they are to be marked as such that may not be visited.
+        """
+        found = self.get_launch_arguments_with_include_launch_description_actions(
+            conditional_inclusion
+        )
+        return [argument for argument, _ in found]
+
+    def get_launch_arguments_with_include_launch_description_actions(
+        self, conditional_inclusion: bool = False
+    ) -> list[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription] | None]]:
+        """Return the launch arguments, each with the includes that lead to it, None for none."""
         from .actions.declare_launch_argument import DeclareLaunchArgument
+        from .actions.include_launch_description import IncludeLaunchDescription
+        from .actions.reset_launch_configurations import ResetLaunchConfigurations
 
-        found: list[DeclareLaunchArgument] = []
+        found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription] | None]] = {}
 
-        def look(entities: Iterable[LaunchDescriptionEntity]) -> None:
+        def look(
+            entities: Iterable[LaunchDescriptionEntity],
+            under: list[IncludeLaunchDescription],
+            *,
+            conditional: bool,
+        ) -> None:
             for entity in entities:
-                if isinstance(entity, DeclareLaunchArgument):
-                    found.append(entity)
-                look(entity.describe_sub_entities())
-                if not conditional_inclusion:
-                    for _, inner in entity.describe_conditional_sub_entities():
-                        look(inner)
+                if isinstance(entity, ResetLaunchConfigurations):
+                    return  # what stands behind it is given by nobody outside
+                if isinstance(entity, DeclareLaunchArgument) and entity.name not in found:
+                    entity._conditionally_included = conditional or entity.condition is not None  # noqa: SLF001 -- the original's name
+                    found[entity.name] = (entity, under or None)
+                below = [*under, entity] if isinstance(entity, IncludeLaunchDescription) else under
+                look(entity.describe_sub_entities(), below, conditional=False)
+                for _, inner in entity.describe_conditional_sub_entities():
+                    look(inner, below, conditional=True)
 
-        look(self._entities)
-        return found
+        look(self._entities, [], conditional=conditional_inclusion)
+        return list(found.values())

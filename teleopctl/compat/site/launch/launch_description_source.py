@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from teleopctl.launch import Template
 
 from ._texts import template
+from .utilities import normalize_to_list_of_substitutions, perform_substitutions
 
 if TYPE_CHECKING:
     from .launch_context import LaunchContext
@@ -26,22 +27,25 @@ class LaunchDescriptionSource:
     def __init__(
         self,
         launch_description: LaunchDescription | None = None,
-        location: SomeSubstitutionsType = "",
+        location: SomeSubstitutionsType = "<string>",
         method: str = "unspecified mechanism from a script",
     ) -> None:
         self._launch_description = launch_description
-        self._file = template(location)
+        self._location = normalize_to_list_of_substitutions(location)
+        self._expanded: str | None = None
         self._method = method
 
     @property
     def file(self) -> Template:
         """The path of the file, with substitutions."""
-        return self._file
+        return template(self._location)
 
     @property
     def location(self) -> str:
-        """The path of the file, in words."""
-        return self._file.source
+        """The path of the file; in words before it is evaluated."""
+        if self._expanded is None:
+            return " + ".join(str(part) for part in self._location)
+        return self._expanded
 
     @property
     def method(self) -> str:
@@ -50,14 +54,36 @@ class LaunchDescriptionSource:
 
     @property
     def launch_description(self) -> LaunchDescription | None:
-        """The description where it was given, else None."""
+        """The description where it was given or has been read, else None."""
         return self._launch_description
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
-        """Return the description, read from the file where it was not given."""
-        from .launch_description import LaunchDescription
-        from .launch_description_sources._reading import FileContents
+        """Return the description, read from the file where it was not given.
+
+        Raises:
+            RuntimeError: There is neither.
+        """
+        if self._expanded is None:
+            self._expanded = perform_substitutions(context, self._location)
+        if self._launch_description is None:
+            self._launch_description = self._get_launch_description(self._expanded)
+        return self._launch_description
+
+    def try_get_launch_description_without_context(self) -> LaunchDescription | None:
+        """Return the description where its file can be told without a launch, else None."""
+        from .launch_context import LaunchContext
 
         if self._launch_description is not None:
             return self._launch_description
-        return LaunchDescription([FileContents(context.text(self._file))])
+        try:
+            location = perform_substitutions(LaunchContext(), self._location)
+            return self._get_launch_description(location)
+        except Exception:  # noqa: BLE001 -- whatever a launch file raises: nothing is known of it
+            return None
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        """Read a file; a subclass does."""
+        raise RuntimeError(
+            "LaunchDescriptionSource.get_launch_description(): "
+            f"called without launch description being set, for {location}"
+        )

@@ -77,6 +77,11 @@ class DeclareLaunchArgument(Action):
         return self._argument.in_words
 
     @property
+    def is_required(self) -> bool:
+        """Whether somebody has to give it, as far as that can be told before."""
+        return self._default is None and not self._conditionally_included
+
+    @property
     def choices(self) -> Sequence[str] | None:
         """What it may be, or None for anything."""
         return self._choices

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Process, ProcessPlan
+from teleopctl.launch import Process, ProcessExited, ProcessPlan, ProcessStarted
 
-from .._texts import optional
+from .._texts import optional, template
 from ..action import Action
+from ..launch_context import LaunchContext
+from ..launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
+    from ..descriptions import Executable
     from ..event_handlers.on_action_event_base import OnEvent
+    from ..events.process import ProcessIO
     from ..some_substitutions_type import SomeSubstitutionsType
 
 
@@ -20,11 +25,16 @@ class ExecuteLocal(Action):
     """Starts a process.
 
     Args:
+        process_description: The command line; None for a subclass with a `process` of its own.
         shell: Whether a shell reads the command line.
         sigterm_timeout: Seconds from SIGINT to SIGTERM.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL.
-        emulate_tty: Accepted for ROS 2's sake: output comes unbuffered either way.
-        output: ``screen``, ``log``, ``both`` …
+        emulate_tty: Whether it is to take its output for a terminal.
+        output: ``screen``, ``log``, ``both`` …, or such a word for each of ``stdout`` and
+            ``stderr``.
+        output_format: Accepted for ROS 2's sake: a line has the process's name in front.
+        cached_output: Whether `get_stdout` and `get_stderr` are to know what it has written.
+        log_cmd: Whether a line tells what is started.
         on_exit: What is done when it has ended, or a function that is called with event and
             context and may say so.
         respawn: Whether it is started again when it has ended.
@@ -37,11 +47,15 @@ class ExecuteLocal(Action):
     def __init__(
         self,
         *,
+        process_description: Executable | None = None,
         shell: bool = False,
         sigterm_timeout: SomeSubstitutionsType | float | None = None,
         sigkill_timeout: SomeSubstitutionsType | float | None = None,
-        emulate_tty: bool | SomeSubstitutionsType = False,  # noqa: ARG002
-        output: SomeSubstitutionsType = "log",
+        emulate_tty: bool | SomeSubstitutionsType = False,
+        output: SomeSubstitutionsType | Mapping[str, Any] = "log",
+        output_format: str = "[{this.process_description.final_name}] {line}",  # noqa: ARG002
+        cached_output: bool = False,
+        log_cmd: bool = False,
         on_exit: OnEvent | None = None,
         respawn: bool | SomeSubstitutionsType = False,
         respawn_delay: float | SomeSubstitutionsType | None = None,
@@ -49,19 +63,51 @@ class ExecuteLocal(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
+        self._description = process_description
         self._settings: dict[str, Any] = {
             "shell": optional(shell),
             "sigterm_timeout": optional(sigterm_timeout),
             "sigkill_timeout": optional(sigkill_timeout),
-            "output": optional(output),
+            "output": _output(output),
             "respawn": optional(respawn),
             "respawn_delay": optional(respawn_delay),
             "respawn_max_retries": optional(respawn_max_retries),
+            "emulate_tty": optional(emulate_tty) if emulate_tty else None,
+            "told": self._told,
         }
+        self._shell = shell
+        self._emulate_tty = emulate_tty
+        self._output = output
+        self._log_cmd = log_cmd
         self._on_exit = on_exit
         self._plan: ProcessPlan | None = None
+        self._launch: model.Launch | None = None
         self._pid: int | None = None
         self._exit_status: int | None = None
+        self._starts = 0
+        self._written: dict[str, list[bytes]] | None = None
+        if cached_output:
+            self._written = {"stdout": [], "stderr": []}
+
+    @property
+    def process_description(self) -> Executable | None:
+        """The command line, or None."""
+        return self._description
+
+    @property
+    def shell(self) -> bool:
+        """Whether a shell reads the command line."""
+        return self._shell
+
+    @property
+    def emulate_tty(self) -> bool | SomeSubstitutionsType:
+        """Whether it is to take its output for a terminal."""
+        return self._emulate_tty
+
+    @property
+    def output(self) -> SomeSubstitutionsType | Mapping[str, Any]:
+        """Where its output goes."""
+        return self._output
 
     @property
     def process_details(self) -> dict[str, Any] | None:
@@ -70,29 +116,114 @@ class ExecuteLocal(Action):
 
         if self._plan is None:
             return None
-        return details(Process(origin=self), self._plan, self._pid or 0)
+        told = details(Process(origin=self), self._plan, self._pid or 0)
+        if self._pid is None:
+            del told["pid"]
+        return told
 
     @property
     def return_code(self) -> int | None:
         """What the process ended with; None before."""
         return self._exit_status
 
-    def planned(self, plan: ProcessPlan, launch: model.Launch) -> None:
-        """Take in that it is going to be started."""
-        from ..event_handlers.on_process_exit import OnProcessExit
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Return what is done when it has ended, where that is a list."""
+        return self._on_exit if isinstance(self._on_exit, list) else []
 
-        self._plan = plan
+    def get_stdout(self) -> str:
+        """Return what it has written to stdout.
+
+        Raises:
+            RuntimeError: `cached_output` is false.
+        """
+        return self._cached("stdout")
+
+    def get_stderr(self) -> str:
+        """Return what it has written to stderr.
+
+        Raises:
+            RuntimeError: `cached_output` is false.
+        """
+        return self._cached("stderr")
+
+    def _cached(self, name: str) -> str:
+        if self._written is None:
+            called = self._description.name if self._description is not None else None
+            raise RuntimeError(
+                f"cached output must be true to be able to get {name}, proc '{called}'"
+            )
+        return b"".join(self._written[name]).decode(errors="replace")
+
+    def planned(self, plan: ProcessPlan, launch: model.Launch) -> None:
+        """Take in that it is going to be started.
+
+        Raises:
+            RuntimeError: That has happened before.
+        """
+        from ..event_handlers.on_process_exit import OnProcessExit
+        from ..event_handlers.on_process_io import OnProcessIO
+
+        if self._plan is not None:
+            raise RuntimeError(
+                f"ExecuteLocal action '{plan.name}': executed more than once: {self.describe()}"
+            )
+        self._plan, self._launch = plan, launch
+        if self._description is not None:
+            self._description.planned(plan)
+        if self._log_cmd:
+            words = " ".join(word for word in plan.command if word.strip())
+            about = f"cmd='{words}', cwd='{plan.working_directory}', custom_env?=True"
+            launch.say("INFO", f"process details: {about}", plan.name)
+        if self._written is not None:
+            keep = OnProcessIO(target_action=self, on_stdout=self._keep, on_stderr=self._keep)
+            launch.register(keep.model_handler())
         if self._on_exit is not None:
             handler = OnProcessExit(target_action=self, on_exit=self._on_exit)
             launch.register(handler.model_handler())
 
+    def _keep(self, event: ProcessIO) -> None:
+        assert self._written is not None
+        self._written["stdout" if event.from_stdout else "stderr"].append(event.text)
+
+    # object: an event of the model.
+    def _told(self, event: object) -> None:
+        """Take in what has happened to the process."""
+        if isinstance(event, ProcessStarted):
+            self._pid = event.pid
+            self._exit_status = None
+            self._starts += 1
+        elif isinstance(event, ProcessExited) and self._launch is not None:
+            self._exit_status = event.exit_status
+            retries = event.plan.respawn_max_retries
+            ends = not event.plan.respawn or 0 <= retries < self._starts
+            if ends or self._launch.is_ending:
+                self.tell_completion(LaunchContext.with_launch(self._launch))
+
+    def done(self, context: LaunchContext) -> None:
+        """Wait for the process, of whose end it is told."""
+
     def process(self) -> Process:
-        """Return what is started, as the model has it."""
-        raise NotImplementedError
+        """Return what is started, as the model has it.
+
+        Raises:
+            TypeError: There is no description.
+        """
+        if self._description is None:
+            raise TypeError(f"{type(self).__name__}: 'process_description' is missing")
+        return self._description.process(origin=self, **self._settings)
 
     def model_action(self) -> model.Action:
         """Return what the model does for it."""
         return _Start(self)
+
+
+def _output(output: SomeSubstitutionsType | Mapping[str, Any]) -> Any:
+    if not isinstance(output, Mapping):
+        return optional(output)
+    return {
+        source: tuple(map(template, [places] if isinstance(places, str) else places))
+        for source, places in output.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch import Executable, Process
-
-from .._texts import optional, template
+from ..descriptions import Executable
 from .execute_local import ExecuteLocal
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
 
-    Environment = Mapping[SomeSubstitutionsType, SomeSubstitutionsType]
+    Environment = Mapping[Any, SomeSubstitutionsType]
 
 
 class ExecuteProcess(ExecuteLocal):
@@ -34,31 +32,42 @@ class ExecuteProcess(ExecuteLocal):
         self,
         *,
         cmd: Iterable[SomeSubstitutionsType],
-        name: SomeSubstitutionsType | None = None,
         prefix: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
         cwd: SomeSubstitutionsType | None = None,
         env: Environment | None = None,
         additional_env: Environment | None = None,
         **kwargs: Any,
     ) -> None:
-        super().__init__(**kwargs)
-        self._cmd = list(cmd)
-        self._settings |= {
-            "process_name": optional(name),
-            "prefix": optional(prefix),
-            "working_directory": optional(cwd),
-            "environment": tuple(
-                (template(variable), template(value))
-                for variable, value in {**(env or {}), **(additional_env or {})}.items()
-            ),
-        }
+        description = Executable(
+            cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env
+        )
+        super().__init__(process_description=description, **kwargs)
+        self._executable = description
+        self._settings |= description.settings
+
+    # Any: final texts once it is evaluated, and substitutions before.
+    @property
+    def name(self) -> Any:
+        """Its name in the output."""
+        return self._executable.final_name or self._executable.name
 
     @property
-    def cmd(self) -> list[SomeSubstitutionsType]:
-        """Program and arguments, one entry each."""
-        return self._cmd
+    def cmd(self) -> Any:
+        """Program and arguments."""
+        return self._executable.final_cmd or self._executable.cmd
 
-    def process(self) -> Process:
-        """Return what is started, as the model has it."""
-        command = tuple(map(template, self._cmd))
-        return Executable(command=command, origin=self, **self._settings)
+    @property
+    def cwd(self) -> Any:
+        """The folder to start in."""
+        return self._executable.final_cwd or self._executable.cwd
+
+    @property
+    def env(self) -> Any:
+        """Its whole environment."""
+        return self._executable.final_env or self._executable.env
+
+    @property
+    def additional_env(self) -> Any:
+        """Variables added to the environment."""
+        return self._executable.additional_env

@@ -35,14 +35,14 @@ class GroupAction(Action):
         left_over_kwargs: What `Action` takes.
     """
 
-    # Any: the words of Action.
+    # Any: the words of Action; names are whatever text a dictionary can have.
     def __init__(
         self,
         actions: Iterable[LaunchDescriptionEntity],
         *,
         scoped: bool = True,
         forwarding: bool = True,
-        launch_configurations: Mapping[SomeSubstitutionsType, SomeSubstitutionsType] | None = None,
+        launch_configurations: Mapping[Any, SomeSubstitutionsType] | None = None,
         **left_over_kwargs: Any,
     ) -> None:
         super().__init__(**left_over_kwargs)

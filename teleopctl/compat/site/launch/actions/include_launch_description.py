@@ -11,9 +11,13 @@ from teleopctl.launch import Include, IncludeSteps
 from .._entities import steps
 from .._texts import optional, template
 from ..action import Action
+from ..launch_description_entity import LaunchDescriptionEntity
 from ..launch_description_source import LaunchDescriptionSource
+from ..utilities import normalize_to_list_of_substitutions, perform_substitutions
+from .set_launch_configuration import SetLaunchConfiguration
 
 if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
     from ..some_substitutions_type import SomeSubstitutionsType
 
 
@@ -36,8 +40,10 @@ class IncludeLaunchDescription(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
+        from ..launch_description_sources import AnyLaunchDescriptionSource
+
         if not isinstance(launch_description_source, LaunchDescriptionSource):
-            launch_description_source = LaunchDescriptionSource(location=launch_description_source)
+            launch_description_source = AnyLaunchDescriptionSource(launch_description_source)
         self._source = launch_description_source
         self._arguments = tuple(launch_arguments or ())
 
@@ -52,6 +58,30 @@ class IncludeLaunchDescription(Action):
     ) -> tuple[tuple[SomeSubstitutionsType, SomeSubstitutionsType], ...]:
         """Pairs of name and value."""
         return self._arguments
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """Return what is included, where that can be told without a launch."""
+        description = self._source.try_get_launch_description_without_context()
+        return [] if description is None else [description]
+
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        """Return what is to be visited.
+
+        Raises:
+            RuntimeError: An argument is missing.
+        """
+        description = self._source.get_launch_description(context)
+        given = [
+            perform_substitutions(context, normalize_to_list_of_substitutions(name))
+            for name, _ in self._arguments
+        ]
+        for argument in description.get_launch_arguments():
+            if argument.is_required and argument.name not in given:
+                raise RuntimeError(
+                    f"Included launch description missing required argument '{argument.name}' "
+                    f"(description: '{argument.description}'), given: [{', '.join(given)}]"
+                )
+        return [*(SetLaunchConfiguration(*pair) for pair in self._arguments), description]
 
     def model_action(self) -> model.Action:
         """Return what the model does for it."""

@@ -36,3 +36,19 @@ class LogInfo(Action):
     def model_action(self) -> Log:
         """Return what the model does for it."""
         return Log(level=literal("INFO"), message=template(self._msg))
+
+
+class Warn(Action):
+    """A warning of the launch's own.
+
+    Args:
+        text: The line.
+    """
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._text = text
+
+    def model_action(self) -> Log:
+        """Return what the model does for it."""
+        return Log(level=literal("WARNING"), message=literal(self._text))

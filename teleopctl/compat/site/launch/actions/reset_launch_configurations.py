@@ -22,10 +22,10 @@ class ResetLaunchConfigurations(Action):
         kwargs: What `Action` takes.
     """
 
-    # Any: the words of Action.
+    # Any: the words of Action; names are whatever text a dictionary can have.
     def __init__(
         self,
-        launch_configurations: Mapping[SomeSubstitutionsType, SomeSubstitutionsType] | None = None,
+        launch_configurations: Mapping[Any, SomeSubstitutionsType] | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)

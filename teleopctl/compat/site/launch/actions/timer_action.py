@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch import Timer
+from teleopctl import launch as model
+from teleopctl.launch import Step, Timer
 
 from .._entities import steps
 from .._texts import optional, template
 from ..action import Action
+from ..events.timer_event import TimerEvent
+from ..launch_context import LaunchContext
 from ..launch_description_entity import LaunchDescriptionEntity
+from ..substitution import Substitution
+from ..utilities import ensure_argument_type
+from ..utilities.type_utils import NormalizedValueType, normalize_typed_substitution
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
+
+_TEXT = (str, PathLike, Substitution, Iterable)
 
 
 class TimerAction(Action):
@@ -22,6 +33,7 @@ class TimerAction(Action):
     Args:
         period: After how many seconds.
         actions: The actions.
+        cancel_on_shutdown: Whether the end of the launch cancels them.
         kwargs: What `Action` takes.
     """
 
@@ -31,26 +43,87 @@ class TimerAction(Action):
         *,
         period: float | SomeSubstitutionsType,
         actions: Iterable[LaunchDescriptionEntity],
+        cancel_on_shutdown: bool | SomeSubstitutionsType = True,
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self._period = optional(period) or template("0")
+        # An int as well, which the original refuses.
+        ensure_argument_type(period, (*_TEXT, float, int), "period", "TimerAction")
+        ensure_argument_type(actions, Iterable, "actions", "TimerAction")
+        if isinstance(period, str):
+            warnings.warn(
+                "The parameter 'period' must be a float or substitution,"
+                "passing a string literal was deprecated",
+                stacklevel=2,
+            )
+        self._given = float(period) if isinstance(period, str | int) else period
+        self._period = optional(self._given) or template("0")
         self._actions = list(actions)
+        self._cancel_on_shutdown = optional(cancel_on_shutdown)
         self._is_cancelled = False
+
+    @property
+    def period(self) -> NormalizedValueType:
+        """After how many seconds."""
+        return normalize_typed_substitution(self._given, float)
 
     @property
     def actions(self) -> list[LaunchDescriptionEntity]:
         """The actions."""
         return self._actions
 
+    def describe(self) -> str:
+        """Return the action in words."""
+        return f"TimerAction(period={self.period}, actions=<actions>)"
+
+    def describe_conditional_sub_entities(
+        self,
+    ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """Return the actions, with when they are done."""
+        return [(f"{self.period} seconds pass without being canceled", self._actions)]
+
     def cancel(self) -> None:
         """Do not do them, unless that has happened already."""
         self._is_cancelled = True
+
+    def done(self, context: LaunchContext) -> None:
+        """Wait for the timer, which tells of its end itself."""
+
+    def waiting_steps(self) -> tuple[model.Step, ...]:
+        """Return what is done when the time has come, as the model has it."""
+        came = Step(self.defined_at, (), _Came(self))
+        return (came, *steps(self._actions), Step(self.defined_at, (), _Done(self)))
 
     def model_action(self) -> Timer:
         """Return what the model does for it."""
         return Timer(
             period=self._period,
-            steps=steps(self._actions),
+            steps=self.waiting_steps(),
             is_cancelled=lambda: self._is_cancelled,
+            cancel_on_shutdown=self._cancel_on_shutdown,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class _Came(model.Action):
+    """Tells that a timer's time has come."""
+
+    timer: TimerAction
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Tell those who want to know."""
+        event = TimerEvent(timer_action=self.timer)
+        if not launch.is_trial and launch.is_awaited(event):
+            launch.emit(event)
+
+
+@dataclass(frozen=True, slots=True)
+class _Done(model.Action):
+    """Tells that a timer's actions have been done."""
+
+    timer: TimerAction
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Tell those who want to know."""
+        if not launch.is_trial:
+            self.timer.tell_completion(LaunchContext.with_launch(launch))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from ..action import Action
 from ..event import Event
 from ..event_handler import BaseEventHandler
+from ..launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
     from ..launch_context import LaunchContext
@@ -24,12 +25,13 @@ class OnActionEventBase(BaseEventHandler):
         on_event: What is done, or a function that is called with event and context and may say so.
         target_event_cls: Which events are answered.
         target_action_cls: Which actions can be meant.
-        handle_once: Whether only the first event is answered.
+        kwargs: What `BaseEventHandler` takes.
 
     Raises:
-        TypeError: The action is of another kind.
+        TypeError: The action is of another kind, or something to do is no entity.
     """
 
+    # Any: the words of BaseEventHandler.
     def __init__(
         self,
         *,
@@ -37,7 +39,7 @@ class OnActionEventBase(BaseEventHandler):
         on_event: OnEvent | None,
         target_event_cls: type[Event],
         target_action_cls: type[Action],
-        handle_once: bool = False,
+        **kwargs: Any,
     ) -> None:
         if not issubclass(target_event_cls, Event):
             raise TypeError("'target_event_cls' must be a subclass of 'Event'")
@@ -50,20 +52,31 @@ class OnActionEventBase(BaseEventHandler):
                 f"action_matcher must be an '{target_action_cls.__name__}' instance or a callable"
             )
         self._target = action_matcher
-        self._on_event = on_event
         self._event_class = target_event_cls
-        super().__init__(matcher=self._is_meant, handle_once=handle_once)
+        self._action_class = target_action_cls
+        self._function = on_event if callable(on_event) else None
+        self._entities: list[LaunchDescriptionEntity] = []
+        if isinstance(on_event, LaunchDescriptionEntity):
+            self._entities = [on_event]
+        elif on_event is not None and not callable(on_event):
+            self._entities = list(on_event)
+        for entity in self._entities:
+            if not isinstance(entity, LaunchDescriptionEntity):
+                raise TypeError(
+                    "expected all items in 'on_event' iterable to be of type "
+                    f"'LaunchDescriptionEntity' but got '{type(entity)}'"
+                )
+        super().__init__(matcher=self._is_meant, **kwargs)
 
-    # Any: each kind of event has its own fields.
     def _is_meant(self, event: Event) -> bool:
         if not isinstance(event, self._event_class):
             return False
-        action: Action | None = getattr(event, "action", None)
         if self._target is None:
             return True
-        if isinstance(self._target, Action):
-            return action is self._target
-        return action is not None and self._target(action)
+        action: Action | None = getattr(event, "action", None)
+        if callable(self._target):
+            return action is not None and self._target(action)
+        return action is self._target
 
     @property
     def wants_output(self) -> bool:
@@ -72,19 +85,36 @@ class OnActionEventBase(BaseEventHandler):
 
         return issubclass(self._event_class, ProcessIO)
 
+    @property
+    def handler_description(self) -> str:
+        """What is done, in words."""
+        return "<actions>" if self._entities else f"{self._function}"
+
+    @property
+    def matcher_description(self) -> str:
+        """Which events are answered, in words."""
+        events = f"event == {self._event_class.__name__}"
+        if self._target is None:
+            return events
+        return f"{events} and {self._action_class.__name__}(event.action)"
+
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
         """Return when it acts in words, and what it does then."""
+        return super().describe()[0], list(self._entities)
+
+    def in_words(self) -> str:
+        """Return when it acts, for somebody who reads what a launch is going to do."""
         target = self._target
-        whom = target.describe() if isinstance(target, Action) else "any"
-        when = f"{type(self).__name__}(target={whom})"
-        if self._on_event is None or callable(self._on_event):
-            return when, []
-        entities = self._on_event
-        return when, list(entities) if isinstance(entities, Iterable) else [entities]
+        whom = "any"
+        if isinstance(target, Action):
+            # What the process is called, where that is known already.
+            known = getattr(target, "process_details", None)
+            whom = known["name"] if known is not None else target.describe()
+        elif target is not None:
+            whom = "those that a function tells"
+        return f"{type(self).__name__}({whom})"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
         """Answer an event."""
         super().handle(event, context)
-        if callable(self._on_event):
-            return self._on_event(event, context)
-        return self._on_event
+        return self._entities if self._function is None else self._function(event, context)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..action import Action
 from ..events.process import ProcessExited
@@ -19,15 +19,16 @@ class OnProcessExit(OnActionEventBase):
     Args:
         target_action: The action that starts it, a function that tells, or None for all.
         on_exit: What is done, or a function that is called with event and context and may say so.
-        handle_once: Whether only the first time counts.
+        kwargs: What `BaseEventHandler` takes.
     """
 
+    # Any: the words of BaseEventHandler.
     def __init__(
         self,
         *,
         target_action: Callable[[Action], bool] | Action | None = None,
-        on_exit: OnEvent | None = None,
-        handle_once: bool = False,
+        on_exit: OnEvent | None,
+        **kwargs: Any,
     ) -> None:
         from ..actions.execute_local import ExecuteLocal
 
@@ -36,5 +37,5 @@ class OnProcessExit(OnActionEventBase):
             on_event=on_exit,
             target_event_cls=ProcessExited,
             target_action_cls=ExecuteLocal,
-            handle_once=handle_once,
+            **kwargs,
         )

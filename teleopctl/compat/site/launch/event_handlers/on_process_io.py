@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..action import Action
 from ..event import Event
@@ -25,9 +25,10 @@ class OnProcessIO(OnActionEventBase):
         on_stdin: Called for what goes into it.
         on_stdout: Called for what it writes to stdout.
         on_stderr: Called for what it writes to stderr.
-        handle_once: Whether only the first time counts.
+        kwargs: What `BaseEventHandler` takes.
     """
 
+    # Any: the words of BaseEventHandler.
     def __init__(
         self,
         *,
@@ -35,7 +36,7 @@ class OnProcessIO(OnActionEventBase):
         on_stdin: OnOutput | None = None,
         on_stdout: OnOutput | None = None,
         on_stderr: OnOutput | None = None,
-        handle_once: bool = False,
+        **kwargs: Any,
     ) -> None:
         from ..actions.execute_local import ExecuteLocal
 
@@ -53,5 +54,5 @@ class OnProcessIO(OnActionEventBase):
             on_event=on_event,
             target_event_cls=ProcessIO,
             target_action_cls=ExecuteLocal,
-            handle_once=handle_once,
+            **kwargs,
         )

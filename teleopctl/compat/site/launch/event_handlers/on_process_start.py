@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..action import Action
 from ..events.process import ProcessStarted
@@ -19,22 +19,23 @@ class OnProcessStart(OnActionEventBase):
     Args:
         target_action: The action that starts it, a function that tells, or None for all.
         on_start: What is done, or a function that is called with event and context and may say so.
-        handle_once: Whether only the first time counts.
+        kwargs: What `BaseEventHandler` takes.
     """
 
+    # Any: the words of BaseEventHandler.
     def __init__(
         self,
         *,
         target_action: Callable[[Action], bool] | Action | None = None,
-        on_start: OnEvent | None = None,
-        handle_once: bool = False,
+        on_start: OnEvent | None,
+        **kwargs: Any,
     ) -> None:
-        from ..actions.execute_local import ExecuteLocal
+        from ..actions.execute_process import ExecuteProcess
 
         super().__init__(
             action_matcher=target_action,
             on_event=on_start,
             target_event_cls=ProcessStarted,
-            target_action_cls=ExecuteLocal,
-            handle_once=handle_once,
+            target_action_cls=ExecuteProcess,
+            **kwargs,
         )

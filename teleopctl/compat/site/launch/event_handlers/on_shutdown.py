@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..event import Event
 from ..event_handler import BaseEventHandler
@@ -20,17 +20,18 @@ class OnShutdown(BaseEventHandler):
     Args:
         on_shutdown: What is done, or a function that is called with event and context and may say
             so.
-        handle_once: Whether only the first time counts.
+        kwargs: What `BaseEventHandler` takes.
     """
 
+    # Any: the words of BaseEventHandler.
     def __init__(
         self,
         *,
         on_shutdown: SomeEntitiesType
         | Callable[[Shutdown, LaunchContext], SomeEntitiesType | None],
-        handle_once: bool = False,
+        **kwargs: Any,
     ) -> None:
-        super().__init__(matcher=lambda event: isinstance(event, Shutdown), handle_once=handle_once)
+        super().__init__(matcher=lambda event: isinstance(event, Shutdown), **kwargs)
         self._on_shutdown = on_shutdown
 
     @property
@@ -41,9 +42,24 @@ class OnShutdown(BaseEventHandler):
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
         """Return when it acts in words, and what it does then."""
         entities = self._on_shutdown
+        when = super().describe()[0]
         if callable(entities):
-            return "OnShutdown", []
-        return "OnShutdown", list(entities) if isinstance(entities, Iterable) else [entities]
+            return when, []
+        return when, list(entities) if isinstance(entities, Iterable) else [entities]
+
+    @property
+    def handler_description(self) -> str:
+        """What is done, in words."""
+        return f"{self._on_shutdown}"
+
+    @property
+    def matcher_description(self) -> str:
+        """Which events are answered, in words."""
+        return "event issubclass of launch.events.Shutdown"
+
+    def in_words(self) -> str:
+        """Return when it acts, for somebody who reads what a launch is going to do."""
+        return "OnShutdown"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
         """Answer the event."""

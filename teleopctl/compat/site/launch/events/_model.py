@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import os
+from typing import Any, cast
 
 from teleopctl import launch as model
 from teleopctl.launch import Launch, Process, ProcessPlan
@@ -35,9 +36,9 @@ def event_of(event: object, launch: Launch) -> Event:
             return kind(text=event.text, **_details(event, launch))
         case model.ShutdownBegan():
             return Shutdown(reason=event.reason, due_to_sigint=event.by_interrupt)
-        case Event():
-            return event
-    return Event()
+        case _:
+            # A user's own, which need not be of that class.
+            return cast(Event, event)
 
 
 # Any: the words of RunningProcessEvent.
@@ -53,9 +54,15 @@ def details(process: Process, plan: ProcessPlan, pid: int) -> dict[str, Any]:
         "name": plan.name,
         "cmd": plan.command,
         "cwd": plan.working_directory,
-        "env": {name: value for name, value in plan.environment.items() if value is not None},
+        "env": environment_of(plan),
         "pid": pid,
     }
+
+
+def environment_of(plan: ProcessPlan) -> dict[str, str]:
+    """Return the whole environment that a process is started with."""
+    whole = {**os.environ, **plan.environment}
+    return {name: value for name, value in whole.items() if value is not None}
 
 
 def emit(event: Event, launch: Launch) -> None:

@@ -1,22 +1,23 @@
-"""What stands in a launch file, as one entity."""
+"""What a text front end has read, as an entity."""
 
-from teleopctl.launch import Include
+from __future__ import annotations
 
-from .._texts import template
+from teleopctl import launch as model
+
 from ..action import Action
 
 
-class FileContents(Action):
-    """All entries of a launch file of any kind.
+class ReadStep(Action):
+    """An entry of a launch file.
 
     Args:
-        path: The file.
+        step: The entry.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, step: model.Step) -> None:
         super().__init__()
-        self._path = path
+        self._step = step
 
-    def model_action(self) -> Include:
+    def model_action(self) -> model.Action:
         """Return what the model does for it."""
-        return Include(file=template(self._path), arguments=())
+        return model.IncludeSteps(steps=(self._step,), arguments=())

@@ -1,7 +1,9 @@
 """``launch.launch_description_sources.python_launch_description_source``."""
 
+from ..launch_description import LaunchDescription
 from ..launch_description_source import LaunchDescriptionSource
 from ..some_substitutions_type import SomeSubstitutionsType
+from .python_launch_file_utilities import get_launch_description_from_python_launch_file
 
 
 class PythonLaunchDescriptionSource(LaunchDescriptionSource):
@@ -13,3 +15,6 @@ class PythonLaunchDescriptionSource(LaunchDescriptionSource):
 
     def __init__(self, launch_file_path: SomeSubstitutionsType) -> None:
         super().__init__(location=launch_file_path, method="interpreted python launch file")
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_python_launch_file(location)

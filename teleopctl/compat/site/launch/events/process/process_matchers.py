@@ -18,5 +18,5 @@ def matches_name(name: str) -> _Matcher:
 
 
 def matches_executable(executable: str) -> _Matcher:
-    """Return a function that tells whether an action started that program."""
-    return lambda action: (action.process_details or {}).get("cmd", [""])[0] == executable
+    """Return a function that tells whether an action started a program whose path ends so."""
+    return lambda action: (action.process_details or {}).get("cmd", [""])[0].endswith(executable)

@@ -1,0 +1,5 @@
+"""``launch.descriptions``."""
+
+from .executable import Executable
+
+__all__ = ["Executable"]

@@ -1,0 +1,10 @@
+"""``launch.event_handlers.event_named``."""
+
+from collections.abc import Callable
+
+from ..event import Event
+
+
+def event_named(name: str) -> Callable[[Event], bool]:
+    """Return a function that tells whether an event has a certain name."""
+    return lambda event: event.name == name

@@ -1,0 +1,48 @@
+"""``launch.event_handlers.on_include_launch_description``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..event import Event
+from ..event_handler import BaseEventHandler
+from ..events.include_launch_description import IncludeLaunchDescription
+
+if TYPE_CHECKING:
+    from ..launch_context import LaunchContext
+    from ..some_entities_type import SomeEntitiesType
+
+
+class OnIncludeLaunchDescription(BaseEventHandler):
+    """Visits a launch description that somebody wants included while the launch runs.
+
+    Args:
+        kwargs: What `BaseEventHandler` takes.
+    """
+
+    # Any: the words of BaseEventHandler.
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(
+            matcher=lambda event: isinstance(event, IncludeLaunchDescription), **kwargs
+        )
+
+    @property
+    def wants_output(self) -> bool:
+        """Whether it may answer what processes write."""
+        return False
+
+    @property
+    def handler_description(self) -> str:
+        """What is done, in words."""
+        return "returns the launch_description in the event"
+
+    @property
+    def matcher_description(self) -> str:
+        """Which events are answered, in words."""
+        return "event issubclass of launch.events.IncludeLaunchDescription"
+
+    def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
+        """Return the description."""
+        super().handle(event, context)
+        assert isinstance(event, IncludeLaunchDescription)
+        return event.launch_description

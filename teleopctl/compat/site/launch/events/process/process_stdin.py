@@ -1,0 +1,3 @@
+"""``launch.events.process.process_stdin``."""
+
+from .process_io import ProcessStdin as ProcessStdin

@@ -1,0 +1,3 @@
+"""``launch.events.process.process_stdout``."""
+
+from .process_io import ProcessStdout as ProcessStdout

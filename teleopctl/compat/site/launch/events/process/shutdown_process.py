@@ -1,0 +1,3 @@
+"""``launch.events.process.shutdown_process``."""
+
+from .process_targeted_event import ShutdownProcess as ShutdownProcess

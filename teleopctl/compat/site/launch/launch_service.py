@@ -1,0 +1,159 @@
+"""``launch.launch_service``."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import (
+    Evaluation,
+    LaunchContext as State,
+    LaunchPlan,
+    LaunchRequest,
+    ProcessBuilder,
+    Supervisor,
+    new_log_directory,
+    prepare,
+)
+
+from .event_handlers import OnIncludeLaunchDescription, OnShutdown
+from .events import IncludeLaunchDescription
+from .events._model import emit
+from .launch_context import LaunchContext
+from .logging import launch_config
+
+if TYPE_CHECKING:
+    from .event import Event
+    from .launch_description import LaunchDescription
+
+
+class LaunchService:
+    """Launches descriptions from a program of one's own.
+
+    Args:
+        argv: Words of the command line, for the context.
+        noninteractive: Whether there is no terminal.
+        debug: Whether lines for finding mistakes are shown.
+    """
+
+    def __init__(
+        self,
+        *,
+        argv: Iterable[str] | None = None,
+        noninteractive: bool = False,
+        debug: bool = False,
+    ) -> None:
+        launch_config.level = logging.DEBUG if debug else logging.INFO
+        self._log_directory = new_log_directory()
+        state = State({}, self._log_directory)
+        builder = ProcessBuilder(state, LaunchRequest(file=""))
+        self._evaluation = Evaluation(state, builder)
+        self._context = LaunchContext.with_launch(self._evaluation)
+        self._context.argv = list(argv or ())
+        self._context.noninteractive = noninteractive
+        self._context.register_event_handler(OnIncludeLaunchDescription())
+        self._stay = _Stay()
+        self._context.register_event_handler(OnShutdown(on_shutdown=self._stay.end))
+        self._lock = threading.Lock()
+        self._runs = False
+        self._task: asyncio.Task[int] | None = None
+
+    @property
+    def context(self) -> LaunchContext:
+        """What the descriptions are evaluated with."""
+        return self._context
+
+    @property
+    def event_loop(self) -> asyncio.AbstractEventLoop | None:
+        """The event loop of the launch's coroutines; None where nothing runs."""
+        return self._context.asyncio_loop if self._runs else None
+
+    @property
+    def task(self) -> asyncio.Task[int] | None:
+        """The task that runs the launch, where one does."""
+        return self._task
+
+    def emit_event(self, event: Event) -> None:
+        """Make an event happen, at once or when the launch runs; any thread may do this."""
+        emit(event, self._evaluation)
+
+    def include_launch_description(self, launch_description: LaunchDescription) -> None:
+        """Launch a description, at once or when the launch runs; any thread may do this."""
+        self.emit_event(IncludeLaunchDescription(launch_description))
+
+    def run(self, *, shutdown_when_idle: bool = True) -> int:
+        """Launch, and return when everything has ended.
+
+        Args:
+            shutdown_when_idle: Whether it ends when nothing is left; else `shutdown` has to end it.
+
+        Returns:
+            1 where something of the launch itself has failed, else 0, as in ROS 2.
+
+        Raises:
+            RuntimeError: It runs already, or this is not the main thread.
+            TeleopctlError: The log folder cannot be made, or no router started.
+        """
+        if threading.current_thread() is not threading.main_thread():
+            raise RuntimeError("LaunchService can only be run in the main thread.")
+        return self._run(shutdown_when_idle)
+
+    async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
+        """Launch beside other tasks; see `run`. A cancelled task ends the launch."""
+        self._task = asyncio.current_task()
+        loop = asyncio.get_running_loop()
+        running = loop.run_in_executor(None, self._run, shutdown_when_idle)
+        try:
+            return await asyncio.shield(running)
+        except asyncio.CancelledError:
+            self.shutdown()
+            await running
+            raise
+        finally:
+            self._task = None
+
+    def _run(self, shutdown_when_idle: bool) -> int:
+        with self._lock:
+            if self._runs:
+                raise RuntimeError("LaunchService cannot be run multiple times concurrently.")
+            self._runs = True
+        try:
+            self._evaluation.is_ending = False
+            start = self._evaluation.take()
+            if not shutdown_when_idle:
+                start.works.append(self._stay)
+            plan = LaunchPlan(log_directory=self._log_directory, start=start)
+            prepare(plan)
+            supervisor = Supervisor(plan, self._evaluation)
+            supervisor.run()
+            return 1 if supervisor.could_not_go_on else 0
+        finally:
+            self._evaluation.disconnect()
+            self._context.end_loop()
+            self._runs = False
+
+    def shutdown(self, force_sync: bool = False) -> None:  # noqa: ARG002 -- the original's signature
+        """End the launch, where it runs; any thread may do this."""
+        if self._runs:
+            self._evaluation.shut_down("LaunchService.shutdown() called")
+
+
+class _Stay:
+    """What goes on until the launch is told to end."""
+
+    def __init__(self) -> None:
+        self._report: Callable[[TeleopctlError | None], None] | None = None
+
+    def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        """Go on."""
+        self._report = report
+
+    def end(self, *_: object) -> None:
+        """End."""
+        if self._report is not None:
+            self._report(None)
+            self._report = None

@@ -1,0 +1,204 @@
+"""A Python launch file that runs: events, timers, coroutines, and how it ends."""
+
+import textwrap
+
+import pytest
+
+HEAD = """
+import asyncio, sys
+from launch import LaunchDescription, Event
+from launch.actions import *
+from launch.event_handlers import *
+from launch.events import Shutdown as ShutdownEvent
+from launch.events.process import SignalProcess
+from launch import EventHandler
+from launch.events import matches_action
+from launch.substitutions import LocalSubstitution
+
+def says(word, **more):
+    return ExecuteProcess(cmd=[sys.executable, "-c", f"print('{word}', flush=True)"],
+                          name=word, output="screen", **more)
+
+def waits(**more):
+    return ExecuteProcess(cmd=[sys.executable, "-c", "import time; time.sleep(600)"],
+                          name="waits", **more)
+
+def tell(*words):
+    return LogInfo(msg=list(words))
+"""
+
+
+@pytest.fixture
+def launch(shared_ros):
+    """Runs a launch file of some lines to its end."""
+
+    def launch(body, status=0):
+        path = shared_ros.folder / "file.launch.py"
+        path.write_text(HEAD + textwrap.dedent(body), encoding="utf-8")
+        done = shared_ros.run("launch file.launch.py")
+        assert done.returncode == status, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    return launch
+
+
+def in_order(text, *words):
+    places = [text.index(word) for word in words]
+    assert places == sorted(places), text
+
+
+def test_one_process_follows_another_and_all_are_told_of_it(launch):
+    text = launch(
+        """
+        first, second = says("first", cached_output=True), says("second", log_cmd=True)
+
+        def on_exit(event, context):
+            return [tell("wrote ", first.get_stdout().strip(), f" {first.return_code}"), second]
+
+        def heard(event):
+            return tell("heard ", event.text.decode().strip())
+
+        class Mine(Event):
+            name = "mine"
+
+        def generate_launch_description():
+            return LaunchDescription([
+                first,
+                RegisterEventHandler(OnProcessStart(
+                    target_action=first,
+                    on_start=[tell("started ", LocalSubstitution("event.process_name"))])),
+                RegisterEventHandler(OnProcessExit(target_action=first, on_exit=on_exit)),
+                RegisterEventHandler(OnProcessIO(target_action=second, on_stdout=heard)),
+                RegisterEventHandler(OnExecutionComplete(
+                    target_action=second, on_completion=[EmitEvent(event=Mine())])),
+                RegisterEventHandler(EventHandler(
+                    matcher=event_named("mine"), entities=[tell("mine came")])),
+                RegisterEventHandler(OnShutdown(on_shutdown=[tell("ends")])),
+            ])
+        """
+    )
+    in_order(text, "started first-1", "wrote first 0", "heard second", "mine came", "ends")
+    assert "[INFO] [second-2]: process details: cmd=" in text
+
+
+def test_timers_and_coroutines_keep_a_launch_going_until_they_are_cancelled(launch):
+    text = launch(
+        """
+        later = TimerAction(period=3600.0, actions=[tell("never")])
+        soon = TimerAction(period=0.01, actions=[tell("soon")])
+
+        async def coroutine(context, word):
+            await asyncio.sleep(0)
+            await context.emit_event(Event())
+            context.launch.say("INFO", word)
+            later.cancel()
+
+        async def endless():
+            await asyncio.Event().wait()
+
+        def generate_launch_description():
+            return LaunchDescription([
+                later, soon,
+                OpaqueCoroutine(coroutine=endless, ignore_context=True),
+                RegisterEventHandler(OnExecutionComplete(
+                    target_action=soon,
+                    on_completion=[OpaqueCoroutine(coroutine=coroutine, args=["went on"])])),
+                RegisterEventHandler(EventHandler(
+                    matcher=lambda event: type(event) is Event, handle_once=True,
+                    entities=[tell("event of a coroutine"), Shutdown(reason="enough")])),
+            ])
+        """
+    )
+    in_order(text, "soon", "event of a coroutine")
+    assert "never" not in text
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "RegisterEventHandler(OnProcessStart(on_start=fails))",
+        "OpaqueCoroutine(coroutine=fails_later)",
+    ],
+)
+def test_what_fails_later_ends_the_launch_with_its_line(launch, wrong):
+    text = launch(
+        f"""
+        def fails(event, context):
+            raise ValueError("no such thing")
+
+        async def fails_later(context):
+            raise ValueError("no such thing")
+
+        def generate_launch_description():
+            return LaunchDescription([{wrong}, waits()])
+        """,
+        status=1,
+    )
+    assert "Caught exception in launch: " in text
+    assert "file.launch.py:" in text
+    assert "ValueError: no such thing" in text
+    assert "[INFO] [waits-1]: process started" in text
+
+
+def test_what_fails_at_the_start_starts_nothing(launch):
+    text = launch(
+        """
+        def fails(context):
+            raise RuntimeError("no such thing")
+
+        def generate_launch_description():
+            return LaunchDescription([waits(), OpaqueFunction(function=fails)])
+        """,
+        status=1,
+    )
+    assert "no such thing" in text
+    assert "process started" not in text
+
+
+def test_ctrl_c_ends_a_chain_that_is_under_way(shared_ros):
+    path = shared_ros.folder / "chain.launch.py"
+    path.write_text(
+        HEAD
+        + textwrap.dedent("""
+        first, second = says("first"), says("second")
+
+        def generate_launch_description():
+            return LaunchDescription([
+                first,
+                RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[second])),
+                RegisterEventHandler(OnProcessExit(target_action=second, on_exit=[
+                    TimerAction(period=0.0, actions=[ExecuteProcess(
+                        cmd=[sys.executable, "-c", "import time; print('third', flush=True); "
+                             "time.sleep(600)"], name="third", output="screen")])])),
+                RegisterEventHandler(OnShutdown(
+                    on_shutdown=lambda event, _: tell(f"by a person: {event.due_to_sigint}"))),
+            ])
+        """),
+        encoding="utf-8",
+    )
+    launch = shared_ros.spawn("launch chain.launch.py")
+    launch.wait_for_line(r"^\[third-3\] third$")
+    launch.interrupt()
+    launch.wait_for_line(r"by a person: True$")
+    assert launch.wait() == 130
+
+
+def test_a_program_launches_by_a_service_of_its_own(shared_ros):
+    (shared_ros.folder / "program.py").write_text(
+        HEAD
+        + textwrap.dedent("""
+        from launch import LaunchService
+
+        service = LaunchService()
+        service.include_launch_description(LaunchDescription([
+            says("hello"),
+            RegisterEventHandler(OnProcessExit(on_exit=lambda *_: service.shutdown())),
+        ]))
+        print("status", service.run(shutdown_when_idle=False))
+        asyncio.run(service.run_async())
+        """),
+        encoding="utf-8",
+    )
+    done = shared_ros.run("python program.py")
+    assert done.returncode == 0, done.stderr
+    in_order(done.stdout, "[hello-1] hello", "status 0")
