@@ -6,7 +6,7 @@ from teleopctl import plugin_lookup
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.finding import find_launch_file
-from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.frontends import read_launch_file
 from tests.distributions import install
 
 CODE = """
@@ -58,10 +58,10 @@ def plan(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     plugin_lookup._installed.cache_clear()
 
-    def plan(*lines):
-        file = tmp_path / "file.yaml"
-        file.write_text("\n".join(["launch:", *lines]), encoding="utf-8")
-        return evaluate(parse_file(file), {}, tmp_path / "log")[0]
+    def plan(*lines, name="file.yaml"):
+        file = tmp_path / name
+        file.write_text("\n".join(["launch:" if name.endswith("yaml") else "", *lines]).strip())
+        return evaluate(read_launch_file(file), {}, tmp_path / "log")[0]
 
     yield plan
     plugin_lookup._installed.cache_clear()
@@ -76,6 +76,14 @@ def test_a_strangers_action_gives_actions_and_runs_its_children(plan):
         "- twice: {message: no, children: [], if: 'false'}",
     )
     assert [message for _, _, message in done.start.messages] == ["child", "HELLO", "HELLO"]
+
+
+def test_a_strangers_action_is_a_tag_in_xml(plan):
+    twice = "<launch><twice message='$(upper hello)'><log message='child'/></twice></launch>"
+    done = plan(twice, name="file.launch.xml")
+    assert [message for _, _, message in done.start.messages] == ["child", "HELLO", "HELLO"]
+    with pytest.raises(LaunchError, match="unknown attribute 'mesage'"):
+        plan("<launch><twice mesage='x'/></launch>", name="file.launch.xml")
 
 
 @pytest.mark.parametrize(
