@@ -234,20 +234,26 @@ def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
     ],
 )
 def test_waiting_for_a_name_that_nobody_has_tells_after_a_second_what_there_is(graph, line, told):
+    others = []
     if "wrold" in line:
         words = "--frame-id world --child-frame-id cup"
-        graph.spawn(f"run tf2_ros static_transform_publisher {words}").wait_for_line("Spinning")
+        others = [graph.spawn(f"run tf2_ros static_transform_publisher {words}")]
+        others[0].wait_for_line("Spinning")
     waiting = graph.spawn(line)
     waiting.wait_for_line(told, stream="stderr")
     assert waiting.returncode is None  # as ros2, it goes on
-    waiting.interrupt()
-    waiting.wait()
+    # The graph is that of other tests, too.
+    for process in (waiting, *others):
+        process.interrupt()
+        process.wait()
     assert "Traceback" not in waiting.stderr
 
 
 def test_a_service_that_comes_late_is_called(graph):
     call = graph.spawn("service call /late/list_parameters rcl_interfaces/srv/ListParameters")
     call.wait_for_line("^No service '/late/list_parameters' yet", stream="stderr")
-    graph.spawn("run teleop_py_pkg simple_parameter --ros-args -r __node:=late")
+    late = graph.spawn("run teleop_py_pkg simple_parameter --ros-args -r __node:=late")
     call.wait_for_line("simple_int_param", stream="stdout")
     assert call.wait() == 0
+    late.interrupt()
+    late.wait()
