@@ -102,8 +102,14 @@ def _in_place(path: Path, files: list[Path]) -> Recovery:
             is_finished = reader.is_finished
         if not is_finished:
             repair = finish_file(file)
+            saved = (
+                f", {repair.saved_count} of them from a chunk that was cut off; its checksum"
+                " cannot be compared, so what they say may have changed"
+                if repair.saved_count
+                else ""
+            )
             done.append(
-                f"{file}: it has its end now, with {repair.message_count} messages;"
+                f"{file}: it has its end now, with {repair.message_count} messages{saved};"
                 f" {repair.bytes_cut} bytes of an unfinished record are gone"
             )
     if path.is_dir():

@@ -30,7 +30,8 @@ MESSAGE_HEAD = struct.Struct("<HIQQ")
 """Of a message: channel, sequence number, log time, publish time."""
 
 # The library's writer begins a chunk of its own for a message that is larger than a chunk.
-_LARGEST_CHUNK = 2**32
+LARGEST_CHUNK = 2**32
+"""More than that no chunk may claim to have."""
 
 # What decompressors and the library raise for bytes that are not what they should be.
 BROKEN = (
@@ -188,7 +189,7 @@ def read_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = True) -
         raise ValueError("it goes beyond the end of the file")
     _, _, size, checksum = CHUNK_HEAD.unpack(stream.read(CHUNK_HEAD.size))
     compression, compressed = read_compression(stream, length)
-    if size > _LARGEST_CHUNK:
+    if size > LARGEST_CHUNK:
         raise ValueError(f"it claims {size} bytes")
     data = _decompressed(compression, stream.read(compressed), size)
     if len(data) != size:

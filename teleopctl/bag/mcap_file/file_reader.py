@@ -15,9 +15,10 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, ChunkIndex, Message, Metadata
 
 from teleopctl.bag.mcap_file.chunk import BROKEN, HEAD, read_chunk, read_latest
+from teleopctl.bag.mcap_file.cut_chunk import read_cut_chunk
 from teleopctl.bag.mcap_file.loose import loose_messages
 from teleopctl.bag.mcap_file.salvage import salvage_chunk
-from teleopctl.bag.mcap_file.scan import scan
+from teleopctl.bag.mcap_file.scan import Scan, scan
 from teleopctl.bag.mcap_file.summary import has_end, read_summary
 from teleopctl.bag.metadata import MCAP, BagFile
 from teleopctl.bag.qos_text import parse_offers
@@ -74,6 +75,8 @@ class McapFileReader:
     def __init__(self, path: Path, salvage: Salvage | None = None) -> None:
         self.path = path
         self._salvage = salvage
+        # Messages of a chunk in which the file ends.
+        self._cut_off: list[Message] = []
         self.remarks: list[str] = []
         try:
             self._stream = path.open("rb")
@@ -119,10 +122,11 @@ class McapFileReader:
             InvalidFileError: A chunk is broken, and nobody is to be told; the message says where.
         """
         channels = self._channels(topics)
-        if not self._summary.chunk_indexes:
+        if not self._summary.chunk_indexes and not self._cut_off:
             yield from self._loose_messages(channels, start_ns, end_ns)
             return
-        waiting: list[BagMessage] = []
+        cut_off = _chosen(self._cut_off, channels, start_ns, end_ns)
+        waiting = sorted(cut_off, key=_log_time_ns)
         for chunk in self._chunks(channels, start_ns, end_ns):
             # What is older than all that follows.
             due = bisect.bisect_left(waiting, chunk.message_start_time, key=_log_time_ns)
@@ -208,7 +212,25 @@ class McapFileReader:
         ):
             return summary, True
         found = scan(self.path)
-        return found.summary, has_end(self._stream)
+        is_finished = has_end(self._stream)
+        if self._salvage is not None and not is_finished:
+            self._take_cut_chunk(self._salvage, found)
+        return found.summary, is_finished
+
+    def _take_cut_chunk(self, salvage: Salvage, found: Scan) -> None:
+        """Keep the messages of a chunk in which the file ends."""
+        cut = read_cut_chunk(self._stream, found)
+        if cut is None:
+            return
+        for record in cut.descriptions:
+            found.add(record)
+        channels = {id_: channel.topic for id_, channel in found.summary.channels.items()}
+        self._cut_off = _saved(cut.messages, channels, salvage)
+        found.count(self._cut_off)
+        salvage.told(
+            f"{self.path}: {len(self._cut_off)} messages of the chunk that was cut off are saved;"
+            " its checksum cannot be compared, so what they say may have changed"
+        )
 
     def _find_topics(self) -> dict[str, tuple[BagTopic, int]]:
         counts = self._summary.statistics.channel_message_counts if self._summary.statistics else {}
@@ -285,13 +307,7 @@ class McapFileReader:
             found = salvage_chunk(self._stream, chunk)
         except BROKEN:
             return []
-        channels = self._channels(None)
-        taken = [
-            message
-            for message in found.messages
-            for read in _chosen((message,), channels, 0, NO_TIME_NS)
-            if self._salvage.takes(read)
-        ]
+        taken = _saved(found.messages, self._channels(None), self._salvage)
         self._salvage.told(
             f"{self.path}: {len(taken)} of {found.message_count} messages of the chunk at byte"
             f" {chunk.chunk_start_offset} are saved; its checksum is wrong, so what they say may"
@@ -340,6 +356,17 @@ def _chosen(
                 message.data,
                 message.sequence,
             )
+
+
+def _saved(
+    messages: Iterable[Message], channels: Mapping[int, str], salvage: Salvage
+) -> list[Message]:
+    return [
+        message
+        for message in messages
+        for read in _chosen((message,), channels, 0, NO_TIME_NS)
+        if salvage.takes(read)
+    ]
 
 
 def _broken(chunk: ChunkIndex, error: BaseException) -> str:

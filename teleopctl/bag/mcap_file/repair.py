@@ -7,6 +7,7 @@ from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import RecordBuilder
 
+from teleopctl.bag.mcap_file.cut_chunk import CutChunk, chunk_of, read_cut_chunk
 from teleopctl.bag.mcap_file.file_end import taken, write_end
 from teleopctl.bag.mcap_file.lock import hold
 from teleopctl.bag.mcap_file.scan import Scan, scan
@@ -20,16 +21,19 @@ class Repair(NamedTuple):
     Attributes:
         message_count: How many messages it has.
         bytes_cut: Bytes at its end that belonged to no whole record, and are gone.
+        saved_count: How many of the messages were in a chunk that was cut off, whose checksum
+            cannot be compared; the bytes above are uncompressed ones of that chunk then.
     """
 
     message_count: int
     bytes_cut: int
+    saved_count: int = 0
 
 
 def finish_file(path: Path) -> Repair:
     """Give a file its end, in place; one that has it is left alone.
 
-    Nothing but what stands behind the last whole record is lost.
+    Nothing but what stands behind the last whole record is lost, also inside a chunk.
 
     Raises:
         InvalidFileError: It is not an MCAP file, cannot be read, or is broken otherwise than by
@@ -38,30 +42,55 @@ def finish_file(path: Path) -> Repair:
         SystemFailureError: It cannot be written.
     """
     found = scan(path)
-    statistics = found.summary.statistics
-    assert statistics is not None
     try:
-        with path.open("r+b") as stream:
-            if not hold(stream):
-                raise RefusedError(
-                    f"{path} is being written by another program",
-                    hint="Stop the recorder first; it ends its files itself.",
-                )
-            if has_end(stream):
-                return Repair(statistics.message_count, 0)
-            if found.gaps or not found.tail_is_cut_off:
-                where = found.gaps[0][0] if found.gaps else found.end
-                raise InvalidFileError(
-                    f"{path} is not only cut off, but broken at byte {where}",
-                    hint=f"teleopctl bag recover {path} -o FOLDER saves what can be read.",
-                )
-            stream.truncate(found.end)
-            stream.seek(found.end)
-            _write_missing_indexes(stream, found)
-            write_end(stream, stream.tell(), found.summary)
+        try:
+            return _finish(path, found, saves=True)
+        except OSError:
+            # A disk that is full may have room for the end without a chunk.
+            return _finish(path, found, saves=False)
     except OSError as error:
         raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
-    return Repair(statistics.message_count, found.bytes_beyond)
+
+
+def _finish(path: Path, found: Scan, *, saves: bool) -> Repair:
+    with path.open("r+b") as stream:
+        if not hold(stream):
+            raise RefusedError(
+                f"{path} is being written by another program",
+                hint="Stop the recorder first; it ends its files itself.",
+            )
+        if has_end(stream):
+            return Repair(_message_count(found), 0)
+        if found.gaps or not found.tail_is_cut_off:
+            where = found.gaps[0][0] if found.gaps else found.end
+            raise InvalidFileError(
+                f"{path} is not only cut off, but broken at byte {where}",
+                hint=f"teleopctl bag recover {path} -o FOLDER saves what can be read.",
+            )
+        cut = read_cut_chunk(stream, found) if saves else None
+        if cut is not None:
+            found = _write_chunk(stream, path, found.end, cut)
+        stream.truncate(found.end)
+        stream.seek(found.end)
+        _write_missing_indexes(stream, found)
+        write_end(stream, stream.tell(), found.summary)
+    if cut is None:
+        return Repair(_message_count(found), found.bytes_beyond)
+    return Repair(_message_count(found), cut.bytes_missing, len(cut.messages))
+
+
+def _message_count(found: Scan) -> int:
+    assert found.summary.statistics is not None
+    return found.summary.statistics.message_count
+
+
+def _write_chunk(stream: BinaryIO, path: Path, offset: int, cut: CutChunk) -> Scan:
+    """Put a whole chunk in place of one that was cut off; return what is found then."""
+    chunk = chunk_of(cut, offset)
+    stream.seek(offset)
+    stream.write(chunk)
+    stream.truncate(offset + len(chunk))
+    return scan(path)
 
 
 def _write_missing_indexes(stream: BinaryIO, found: Scan) -> None:

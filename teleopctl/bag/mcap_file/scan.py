@@ -13,7 +13,7 @@ import mmap
 import os
 import re
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -90,6 +90,31 @@ class Scan:
     gaps: list[tuple[int, int]] = field(default_factory=list)
     broken: list[tuple[int, str]] = field(default_factory=list)
     times: dict[int | None, dict[int, Times]] = field(default_factory=dict)
+
+    def add(self, record: Schema | Channel) -> None:
+        """Take a schema or a channel that is not known yet."""
+        if isinstance(record, Schema):
+            self.summary.schemas.setdefault(record.id, record)
+        else:
+            self.summary.channels.setdefault(record.id, record)
+
+    def count(self, messages: Iterable[Message] = ()) -> None:
+        """Fill the statistics: with what was found, and with messages that stand nowhere else."""
+        statistics = self.summary.statistics
+        assert statistics is not None
+        statistics.chunk_count = len(self.summary.chunk_indexes)
+        every: dict[int, Times] = {}
+        for of_chunk in self.times.values():
+            for channel_id, times in of_chunk.items():
+                _add_times(every, channel_id, times)
+        for message in messages:
+            _note(every, message.channel_id, [message.log_time])
+        statistics.schema_count = len(self.summary.schemas)
+        statistics.channel_count = len(self.summary.channels)
+        statistics.channel_message_counts = {id_: times.messages for id_, times in every.items()}
+        statistics.message_count = sum(times.messages for times in every.values())
+        statistics.message_start_time = min((t.first_ns for t in every.values()), default=0)
+        statistics.message_end_time = max((t.last_ns for t in every.values()), default=0)
 
 
 def scan(path: Path) -> Scan:
@@ -172,9 +197,7 @@ class _Walk:
         found.is_finished = found.data_is_whole and self._stream.read() == MAGIC
         if not found.data_is_whole:
             found.bytes_beyond = self._size - found.end
-        self._count()
-        self._statistics.schema_count = len(found.summary.schemas)
-        self._statistics.channel_count = len(found.summary.channels)
+        found.count()
         return found
 
     def _records(self) -> Iterator[tuple[int, int, int]]:
@@ -242,9 +265,9 @@ class _Walk:
         if opcode == Opcode.MESSAGE_INDEX:
             self._take_message_index(start, length)
         elif opcode == Opcode.SCHEMA:
-            self._add(read_record(Schema, self._stream.read(length)))
+            self._scan.add(read_record(Schema, self._stream.read(length)))
         elif opcode == Opcode.CHANNEL:
-            self._add(read_record(Channel, self._stream.read(length)))
+            self._scan.add(read_record(Channel, self._stream.read(length)))
         elif opcode == Opcode.MESSAGE:
             # A file without chunks has them between the other records.
             channel, _, log_ns, _ = MESSAGE_HEAD.unpack(self._stream.read(MESSAGE_HEAD.size))
@@ -283,7 +306,7 @@ class _Walk:
             # Channels that have no message yet stand in an earlier chunk.
             with contextlib.suppress(*BROKEN):
                 for record in self._descriptions(self._unopened.pop()):
-                    self._add(record)
+                    self._scan.add(record)
         times = [time_ns for time_ns, _ in found.records]
         _note(self._times[chunk.chunk_start_offset], found.channel_id, times)
 
@@ -308,7 +331,7 @@ class _Walk:
                     if isinstance(record, Message):
                         _note(times, record.channel_id, [record.log_time])
                     else:
-                        self._add(record)
+                        self._scan.add(record)
             except BROKEN:
                 # With whole records behind it the disk has damaged it; without, its writer ended.
                 if chunk is last and self._scan.end == start + chunk.chunk_length:
@@ -359,21 +382,3 @@ class _Walk:
         if length > limit:
             raise ValueError("a text is longer than its record")
         return self._stream.read(length).decode()
-
-    def _add(self, record: Schema | Channel) -> None:
-        if isinstance(record, Schema):
-            self._scan.summary.schemas.setdefault(record.id, record)
-        else:
-            self._scan.summary.channels.setdefault(record.id, record)
-
-    def _count(self) -> None:
-        statistics = self._statistics
-        statistics.chunk_count = len(self._scan.summary.chunk_indexes)
-        every: dict[int, Times] = {}
-        for of_chunk in self._times.values():
-            for channel_id, times in of_chunk.items():
-                _add_times(every, channel_id, times)
-        statistics.channel_message_counts = {id_: times.messages for id_, times in every.items()}
-        statistics.message_count = sum(times.messages for times in every.values())
-        statistics.message_start_time = min((t.first_ns for t in every.values()), default=0)
-        statistics.message_end_time = max((t.last_ns for t in every.values()), default=0)
