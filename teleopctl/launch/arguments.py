@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.loops import For, ForEach
-from teleopctl.launch.actions.nesting import Group, Include, Timer, included_path
+from teleopctl.launch.actions.nesting import Group, Include, IncludeSteps, Timer, included_path
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.evaluation import undeclared
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step
-from teleopctl.launch.model.template import Template
+from teleopctl.launch.model.template import Call, Template
 
 _MAX_DEPTH = 30
+
+
+class _Declared(NamedTuple):
+    """An argument, and whether it stands under a condition."""
+
+    argument: DeclareArgument
+    may_be_missing: bool
 
 
 def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str]:
@@ -27,19 +35,23 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
     """
     yield "Arguments (pass arguments as '<name>:=<value>'):"
     context = LaunchContext(arguments, Path())
-    seen: set[str] = set()
-    for argument in _declared(file, context, 0):
+    seen: dict[str, _Declared] = {}
+    for declared in _declared(file, context, 0):
+        argument = declared.argument
         if argument.name in seen:
             continue
-        seen.add(argument.name)
+        seen[argument.name] = declared
         yield ""
-        yield f"    '{argument.name}':"
+        yield f"    '{argument.name}':{'*' if declared.may_be_missing else ''}"
         yield f"        {argument.in_words}"
         if argument.default is not None:
             yield f"        (default: {_describe(argument.default)})"
     if not seen:
         yield ""
         yield "  No arguments."
+    if any(declared.may_be_missing for declared in seen.values()):
+        yield ""
+        yield "* argument(s) which are only used if specific conditions occur"
 
 
 def argument_names(file: Path) -> list[str]:
@@ -49,7 +61,7 @@ def argument_names(file: Path) -> list[str]:
         TeleopctlError: When the file cannot be read.
     """
     declared = _declared(file, LaunchContext({}, Path()), 0)
-    return list(dict.fromkeys(argument.name for argument in declared))
+    return list(dict.fromkeys(each.argument.name for each in declared))
 
 
 def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
@@ -66,10 +78,15 @@ def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
 def _describe(default: Template) -> str:
     if default.is_literal:
         return f"'{default.render(lambda _: '')}'"
-    return default.source
+    calls = [part for part in default.parts if not isinstance(part, str)]
+    if all(call.source.startswith("$(") for call in calls):
+        return default.source
+    # A program's, which has no text as a whole.
+    parts = (f"'{part}'" if isinstance(part, str) else part.source for part in default.parts)
+    return " + ".join(parts)
 
 
-def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[DeclareArgument]:
+def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[_Declared]:
     if depth > _MAX_DEPTH:
         return
     with context.inside(file):
@@ -77,34 +94,61 @@ def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[Declar
 
 
 def _declared_in(
-    steps: tuple[Step, ...], context: LaunchContext, depth: int
-) -> Iterator[DeclareArgument]:
+    steps: tuple[Step, ...], context: LaunchContext, depth: int, *, conditional: bool = False
+) -> Iterator[_Declared]:
     variables = context.scope.variables
-    for action in (step.action for step in steps):
+    for step in steps:
+        action = step.action
+        may_be_missing = conditional or bool(step.conditions)
         if isinstance(action, DeclareArgument):
-            yield action
+            yield _Declared(action, may_be_missing)
             if action.default is not None and action.name not in variables:
                 _try_to_set(context, action.name, action.default)
         elif isinstance(action, Let):
             if action.name.is_literal:
                 _try_to_set(context, action.name.source, action.value)
-        elif isinstance(action, Group | Timer | For | ForEach):
-            yield from _declared_in(action.steps, context, depth)
+        elif isinstance(action, Group | Timer | For | ForEach | IncludeSteps):
+            given = action.arguments if isinstance(action, IncludeSteps) else ()
+            below = _declared_in(
+                action.steps,
+                context,
+                depth,
+                conditional=may_be_missing or isinstance(action, Timer),
+            )
+            yield from _not_given(below, given)
         elif isinstance(action, Include):
             try:
                 path = included_path(render(action.file, context), context.file)
             except TeleopctlError:
                 continue  # which file it is depends on what is known only at the start
-            given = {name.source for name, _ in action.arguments}
-            for argument in _declared(path, context, depth + 1):
-                if argument.name not in given:
-                    yield argument
+            for argument, is_conditional in _not_given(
+                _declared(path, context, depth + 1), action.arguments
+            ):
+                yield _Declared(argument, may_be_missing or is_conditional)
+
+
+def _not_given(
+    declared: Iterator[_Declared], given: tuple[tuple[Template, Template], ...]
+) -> Iterator[_Declared]:
+    names = {name.source for name, _ in given}
+    return (each for each in declared if each.argument.name not in names)
 
 
 def _try_to_set(context: LaunchContext, name: str, value: Template) -> None:
-    if "$(xacro" in value.source or "$(command" in value.source:
-        return  # too costly for a default that only names a file elsewhere
+    if _is_costly(value):
+        return  # for a default that only names a file elsewhere
     try:
         context.scope.variables[name] = render(value, context)
     except TeleopctlError:
         return
+
+
+def _is_costly(text: Template) -> bool:
+    return any(
+        isinstance(part, Call)
+        and (
+            part.name in ("xacro", "command")
+            or any(_is_costly(argument.template) for argument in part.arguments)
+        )
+        for part in text.parts
+    )
