@@ -107,6 +107,9 @@ if TYPE_CHECKING:
     from teleopctl.launch.frontends import (
         read_launch_file as read_launch_file,
     )
+    from teleopctl.launch.frontends.steps import (
+        read_step as read_step,
+    )
     from teleopctl.launch.model.action import (
         Action as Action,
         Entity as Entity,
@@ -124,6 +127,9 @@ if TYPE_CHECKING:
         Place as Place,
         Process as Process,
     )
+    from teleopctl.launch.model.element import (
+        Element as Element,
+    )
     from teleopctl.launch.model.events import (
         ProcessEvent as ProcessEvent,
         ProcessExited as ProcessExited,
@@ -131,6 +137,10 @@ if TYPE_CHECKING:
         ProcessStarted as ProcessStarted,
         ShutdownBegan as ShutdownBegan,
         SignalRequested as SignalRequested,
+    )
+    from teleopctl.launch.model.exposed import (
+        exposed_actions as exposed_actions,
+        exposed_substitutions as exposed_substitutions,
     )
     from teleopctl.launch.model.plan import (
         Further as Further,
@@ -190,11 +200,14 @@ else:
             "execution.supervisor": "Supervisor",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
             "frontends": "read_launch_file",
+            "frontends.steps": "read_step",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
             "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree Place "
             "Process",
+            "model.element": "Element",
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",
+            "model.exposed": "exposed_actions exposed_substitutions",
             "model.plan": "Further LaunchPlan ProcessPlan",
             "model.request": "LaunchRequest",
             "model.template": "Argument Call ComputedText Template literal",

@@ -15,6 +15,7 @@ from teleopctl.launch.actions.messages import Log
 from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
 from teleopctl.launch.model.descriptions import Condition
 from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.exposed import exposed_actions
 from teleopctl.launch.model.template import literal
 
 _UNSUPPORTED = dict.fromkeys(
@@ -45,10 +46,22 @@ def launch_file(path: Path, actions: Element, deprecated: Element | None = None)
 def _steps(element: Element) -> tuple[Step, ...]:
     if element.value is None:
         return ()
-    return tuple(_step(*item.action()) for item in element.items("a list of actions"))
+    return tuple(read_step(*item.action()) for item in element.items("a list of actions"))
 
 
-def _step(name: str, content: Element) -> Step:
+def read_step(name: str, content: Element) -> Step:
+    """Return one entry.
+
+    Args:
+        name: The name of its action.
+        content: What belongs to it.
+
+    Raises:
+        TeleopctlError: It does not follow the vocabulary.
+    """
+    known = plugins.find(plugins.LAUNCH_ACTIONS, name.replace("-", "_"))
+    if known is None and name in exposed_actions:
+        return exposed_actions[name](name, content)
     action = _action_class(name, content)
     entity = Entity(content, (*action.keys, "if", "unless"), _steps, action.renamed)
     conditions = tuple(

@@ -9,7 +9,6 @@ from launch.conditions import (
     LaunchConfigurationNotEquals,
     UnlessCondition,
 )
-from launch.frontend import expose_substitution
 from launch.substitutions import (
     AllSubstitution,
     AndSubstitution,
@@ -120,16 +119,6 @@ def test_an_anonymous_name_is_the_same_for_the_same_word(context):
 )
 def test_a_substitution_describes_itself_as_in_ros_2(substitution, words):
     assert substitution.describe().startswith(words)
-
-
-def test_a_substitution_of_ones_own_stands_among_others(context):
-    @expose_substitution("shout")
-    def parse(data):
-        return Command, {"command": data[0]}
-
-    assert parse(["echo"]) == (Command, {"command": "echo"})
-    with pytest.raises(RuntimeError, match="exposed with the same name"):
-        expose_substitution("shout")(lambda data: data)
 
 
 @pytest.mark.parametrize("word", ["true", "True", " 1 "])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
 from teleopctl.errors import TeleopctlError
@@ -12,6 +12,8 @@ from .condition import Condition
 from .launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
+    from .frontend.entity import Entity
+    from .frontend.parser import Parser
     from .launch_context import LaunchContext
 
 
@@ -27,6 +29,22 @@ class Action(LaunchDescriptionEntity):
     def __init__(self, *, condition: Condition | None = None) -> None:
         super().__init__()
         self._condition = condition
+
+    # Any: the words that the class takes.
+    @classmethod
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
+        """Return the class and its words, from what stands in a text; a subclass adds its own."""
+        from .conditions import IfCondition, UnlessCondition
+
+        holds = entity.get_attr("if", optional=True)
+        fails = entity.get_attr("unless", optional=True)
+        if holds is not None and fails is not None:
+            raise RuntimeError("if and unless conditions can't be used simultaneously")
+        if holds is not None:
+            return cls, {"condition": IfCondition(parser.parse_substitution(holds))}
+        if fails is not None:
+            return cls, {"condition": UnlessCondition(parser.parse_substitution(fails))}
+        return cls, {}
 
     @property
     def condition(self) -> Condition | None:

@@ -15,9 +15,7 @@ from teleopctl.launch import (
     LaunchPlan,
     LaunchRequest,
     ProcessBuilder,
-    Supervisor,
     new_log_directory,
-    prepare,
 )
 
 from .event_handlers import OnIncludeLaunchDescription, OnShutdown
@@ -117,6 +115,8 @@ class LaunchService:
             self._task = None
 
     def _run(self, shutdown_when_idle: bool) -> int:
+        from teleopctl.launch import Supervisor, prepare
+
         with self._lock:
             if self._runs:
                 raise RuntimeError("LaunchService cannot be run multiple times concurrently.")

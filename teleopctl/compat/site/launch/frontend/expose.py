@@ -6,6 +6,16 @@ import inspect
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import (
+    Call,
+    Element,
+    Step,
+    Template,
+    exposed_actions,
+    exposed_substitutions,
+)
+
 if TYPE_CHECKING:
     from ..action import Action
     from ..substitution import Substitution
@@ -69,9 +79,42 @@ def __expose_impl(  # the original's name, which its tests import
                 f"Two {exposed_type} parsing methods exposed with the same name: [{name}]."
             )
         parse_methods_map[name] = method
+        if parse_methods_map is action_parse_methods:
+            exposed_actions[name] = _read_action
+        elif parse_methods_map is substitution_parse_methods:
+            exposed_substitutions[name] = _read_substitution
         return exposed
 
     return decorate
+
+
+def _read_action(name: str, content: Element) -> Step:
+    """Return the action that stands in a text, where it stands there."""
+    from .._entities import steps
+    from .._places import blamed
+    from .entity import Entity
+    from .parser import Parser
+
+    entity = Entity(name, content)
+    try:
+        action = instantiate_action(entity, Parser())
+        entity.assert_entity_completely_parsed()
+        action.defined_at = content.place
+        (step,) = steps(action)
+    except TeleopctlError:
+        raise
+    except Exception as error:
+        raise content.error(blamed(error, name).message) from error
+    return step
+
+
+def _read_substitution(call: Call) -> Template:
+    """Return the substitution that stands in a text, as the model has it."""
+    from .._texts import template
+    from .parse_substitution import substitutions_of
+
+    arguments = [substitutions_of(argument.template) for argument in call.arguments]
+    return template(instantiate_substitution(call.name, arguments))
 
 
 def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:

@@ -1,0 +1,111 @@
+"""``launch.frontend.entity``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, get_args
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import Element, read_step
+
+from ..utilities.type_utils import get_typed_value, is_instance_of
+
+if TYPE_CHECKING:
+    from ..action import Action
+
+
+class Entity:
+    """What stands in a launch file that is a text.
+
+    Args:
+        type_name: Its name.
+        element: What belongs to it.
+        parent: What it stands in, or None.
+    """
+
+    def __init__(self, type_name: str, element: Element, parent: Entity | None = None) -> None:
+        self._type_name = type_name
+        self._element = element
+        self._parent = parent
+        self._read: list[str] = []
+
+    @property
+    def type_name(self) -> str:
+        """Its name."""
+        return self._type_name
+
+    @property
+    def parent(self) -> Entity | None:
+        """What it stands in, or None."""
+        return self._parent
+
+    @property
+    def children(self) -> list[Entity]:
+        """What stands in it."""
+        self._read.append("children")
+        found = self._element.fields((*self._read, "children")).get("children")
+        if found is None:
+            return []
+        return [Entity(*item.action(), self) for item in found.items("a list of actions")]
+
+    # Any: the type of what is there is given by the caller.
+    def get_attr(
+        self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
+    ) -> Any:
+        """Return what stands under a key.
+
+        Args:
+            name: The key.
+            data_type: What it is to be: a scalar's type, a list of one, or a list of entities.
+            optional: Whether None is returned where it is missing.
+            can_be_str: Whether it may be a text with substitutions all the same.
+
+        Raises:
+            AttributeError: It is missing.
+            TypeError: It is something else.
+        """
+        self._read.append(name)
+        found = self._element.fields((name, "children")).get(name)
+        if found is None:
+            if optional:
+                return None
+            raise AttributeError(
+                f"Attribute '{name}' of type '{data_type}' not found in Entity '{self._type_name}'"
+            )
+        if get_args(data_type) == (Entity,):
+            return [Entity(name, item, self) for item in found.items("a list")]
+        value = _plain(found)
+        if data_type is str and isinstance(value, bool | int | float):
+            return found.text()
+        if is_instance_of(value, data_type, can_be_str=can_be_str):
+            return value
+        try:
+            return get_typed_value(value, data_type, can_be_str=can_be_str)
+        except (TypeError, ValueError) as error:
+            raise TypeError(
+                f"Attribute '{name}' of Entity '{self._type_name}' expected to be of type "
+                f"'{data_type}'.'{value}' can not be converted to one of those types"
+            ) from error
+
+    def known_action(self) -> Action:
+        """Return it as one of ROS 2's actions."""
+        from ..launch_description_sources._reading import ReadStep
+
+        return ReadStep(read_step(self._type_name, self._element))
+
+    def assert_entity_completely_parsed(self) -> None:
+        """Refuse keys that nobody has read.
+
+        Raises:
+            ValueError: There are such.
+        """
+        try:
+            left = self._element.fields((*self._read, "children")).keys() - set(self._read)
+        except TeleopctlError:
+            return  # a list, which has no keys
+        if left := left - {"if", "unless"}:
+            raise ValueError(f"Unexpected attribute(s) found in `{self._type_name}`: {left}")
+
+
+def _plain(element: Element) -> Any:
+    value = element.value
+    return [_plain(item) for item in value] if isinstance(value, list) else value
