@@ -45,7 +45,9 @@ def read(path: Path) -> LaunchFile:
             raise LaunchError(
                 f"{_FUNCTION}() returned {type(description).__name__}, expected a LaunchDescription"
             )
-        return LaunchFile(path, steps(description.entities))
+        return LaunchFile(
+            path, steps(description.with_warning(f"launch file [{path}] is deprecated"))
+        )
     except FileNotFoundError as error:
         if error.filename == str(path):
             raise LaunchError(f"there is no launch file {path}") from error

@@ -48,15 +48,23 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Return the entities, with a warning where there is a reason not to use them."""
+        known = context.get_locals_as_dict()
+        if "current_launch_file_path" in known:
+            file = known["current_launch_file_path"]
+            return self.with_warning(f"launch file [{file}] is deprecated")
+        return self.with_warning("deprecated launch description")
+
+    def with_warning(self, words: str) -> list[LaunchDescriptionEntity]:
+        """Return the entities, behind a warning where there is a reason not to use them.
+
+        Args:
+            words: What the warning begins with.
+        """
         if self._deprecated_reason is None:
             return self._entities
         from .actions.log_info import Warn
 
-        known = context.get_locals_as_dict()
-        what = "deprecated launch description"
-        if "current_launch_file_path" in known:
-            what = f"launch file [{known['current_launch_file_path']}] is deprecated"
-        return [Warn(f"{what}: {self._deprecated_reason}"), *self._entities]
+        return [Warn(f"{words}: {self._deprecated_reason}"), *self._entities]
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """Return the entities."""

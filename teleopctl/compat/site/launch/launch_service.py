@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import threading
 from collections.abc import Callable, Iterable
@@ -25,6 +24,8 @@ from .launch_context import LaunchContext
 from .logging import launch_config
 
 if TYPE_CHECKING:
+    import asyncio
+
     from .event import Event
     from .launch_description import LaunchDescription
 
@@ -102,6 +103,8 @@ class LaunchService:
 
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
         """Launch beside other tasks; see `run`. A cancelled task ends the launch."""
+        import asyncio
+
         self._task = asyncio.current_task()
         loop = asyncio.get_running_loop()
         running = loop.run_in_executor(None, self._run, shutdown_when_idle)

@@ -90,5 +90,8 @@ class IncludeLaunchDescription(Action):
         )
         description = self._source.launch_description
         if description is not None:
-            return IncludeSteps(steps=steps(description.entities), arguments=arguments)
+            return IncludeSteps(
+                steps=steps(description.with_warning("deprecated launch description")),
+                arguments=arguments,
+            )
         return Include(file=self._source.file, arguments=arguments)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import asyncio
+import inspect
 from collections.abc import Callable, Coroutine, Iterable, Mapping
-from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
 from teleopctl.errors import TeleopctlError
 
-from .._asyncio import told
 from ..action import Action
 from ..event_handlers.on_shutdown import OnShutdown
 from ..launch_context import LaunchContext
 from ..utilities import ensure_argument_type
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from ..events.shutdown import Shutdown
 
 
@@ -46,7 +46,7 @@ class OpaqueCoroutine(Action):
         **left_over_kwargs: Any,
     ) -> None:
         super().__init__(**left_over_kwargs)
-        if not asyncio.iscoroutinefunction(coroutine):
+        if not inspect.iscoroutinefunction(coroutine):
             raise TypeError(
                 "OpaqueCoroutine expected a coroutine function for 'coroutine', "
                 f"got '{type(coroutine)}'"
@@ -64,6 +64,10 @@ class OpaqueCoroutine(Action):
         self, context: LaunchContext, report: Callable[[TeleopctlError | None], None]
     ) -> None:
         """Begin the coroutine, and report its end."""
+        import asyncio
+
+        from .._asyncio import told
+
         arguments = self._args if self._ignore_context else (context, *self._args)
         loop = context.asyncio_loop
         assert loop is not None

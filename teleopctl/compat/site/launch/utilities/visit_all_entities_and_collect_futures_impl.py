@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
 from ..launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
+    import asyncio
+
     from ..launch_context import LaunchContext
 
 
