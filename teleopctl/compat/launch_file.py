@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
 from teleopctl.compat.activation import SITE, activate
 from teleopctl.errors import LaunchError
+from teleopctl.interfaces import distribution
 from teleopctl.launch import LaunchFile
 
 _FUNCTION = "generate_launch_description"
@@ -21,6 +23,7 @@ def read(path: Path) -> LaunchFile:
             message has file and line.
     """
     activate()
+    _source()
     if sys.path[0] != SITE:
         # A launch is evaluated here, so that the classes have to be these and no others.
         sys.path.insert(0, SITE)
@@ -56,3 +59,10 @@ def read(path: Path) -> LaunchFile:
         raise LaunchError(f"{error.filename}:{error.lineno}: {error.msg}") from error
     except Exception as error:
         raise blamed(error, str(path)) from error
+
+
+def _source() -> None:
+    """Set what is set where a ROS 2 has been sourced, for the file and for what it starts."""
+    given = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": distribution()}
+    for name, value in given.items():
+        os.environ.setdefault(name, value)

@@ -165,3 +165,15 @@ def test_the_spellings_of_old_releases_are_understood_with_a_warning(plan):
     with pytest.warns(UserWarning, match="'node_executable' is deprecated, use 'executable'"):
         (process,) = plan("Node(package='camera', node_executable='camera')").processes
     assert process.name == "camera-1"
+
+
+def test_a_file_sees_what_a_sourced_ros2_sets(plan, monkeypatch):
+    for name in ("ROS_DISTRO", "ROS_VERSION", "ROS_PYTHON_VERSION"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    (process,) = plan(
+        "camera(arguments=[__import__('os').environ['ROS_DISTRO'],\n"
+        "                  FindPackageShare('teleopctl').find('teleopctl')])"
+    ).processes
+    assert process.command[6] == "jazzy"
+    assert process.command[7].endswith("teleopctl")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from launch._texts import template
 from launch.substitution import Substitution, call
 
@@ -50,6 +51,10 @@ class FindPackagePrefix(FindPackage):
         """Return it as the model has it."""
         return call("find-pkg-prefix", self._package, source=self.describe())
 
+    def find(self, package_name: str) -> str:
+        """Return the folder that a package is installed in."""
+        return get_package_prefix(package_name)
+
     def perform(self, context: LaunchContext) -> str:
         """Return the folder."""
         return Substitution.perform(self, context)
@@ -61,6 +66,10 @@ class FindPackageShare(FindPackage):
     def template(self) -> Template:
         """Return it as the model has it."""
         return call("find-pkg-share", self._package, source=self.describe())
+
+    def find(self, package_name: str) -> str:
+        """Return the folder of a package's files."""
+        return get_package_share_directory(package_name)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the folder."""
