@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
-from collections.abc import Iterable
+import shutil
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from teleopctl.errors import RefusedError, SystemFailureError
@@ -28,6 +30,27 @@ def make_folder(folder: Path) -> None:
         raise RefusedError(
             f"Output folder '{folder}' already exists.", hint="Name another one with -o."
         )
+
+
+@contextlib.contextmanager
+def whole_or_gone(paths: Collection[Path]) -> Iterator[None]:
+    """Remove what was begun where writing it does not come to its end, as by Ctrl-C.
+
+    Half a table can be read as well as a whole one, and nothing would tell.
+
+    Args:
+        paths: Files, and folders with all that is in them; more may come meanwhile.
+    """
+    try:
+        yield
+    except BaseException:
+        for path in paths:
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                with contextlib.suppress(OSError):
+                    path.unlink()
+        raise
 
 
 def file_stems(topics: Iterable[str]) -> dict[str, str]:

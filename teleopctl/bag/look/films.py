@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.bag.look.decoding import PICTURES, Decoder
-from teleopctl.bag.look.file_names import file_stems, make_folder
+from teleopctl.bag.look.file_names import file_stems, make_folder, whole_or_gone
 from teleopctl.bag.look.film import Film
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import InvalidFileError, SystemFailureError, UsageError
@@ -108,14 +108,15 @@ class FilmExport:
             frames = at_rate(frames, self._rate)
         film = None
         last_s = 0.0
-        try:
-            for time_s, image in frames:
-                film = film or Film(path, image.size)
-                film.add(time_s, image)
-                last_s = time_s
-        finally:
-            if film is not None:
-                film.close()
+        with whole_or_gone((path,)):
+            try:
+                for time_s, image in frames:
+                    film = film or Film(path, image.size)
+                    film.add(time_s, image)
+                    last_s = time_s
+            finally:
+                if film is not None:
+                    film.close()
         if film is None:
             return None
         left_out, reason = pictures.left_out, pictures.reason

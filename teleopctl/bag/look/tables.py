@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 from teleopctl.bag.look.columns import Lengths, measure
 from teleopctl.bag.look.csv_table import CsvTable
 from teleopctl.bag.look.decoding import PICTURES, Decoder
-from teleopctl.bag.look.file_names import file_stems, make_folder
+from teleopctl.bag.look.file_names import file_stems, make_folder, whole_or_gone
 from teleopctl.bag.look.parquet_table import ParquetTable
 from teleopctl.bag.storage.bag import Bag
 from teleopctl.errors import SystemFailureError
@@ -101,10 +101,10 @@ class TableExport:
 
     def _write(self, stems: dict[str, str]) -> Iterator[ExportedFile]:
         lengths = self._measured(stems) if self._form == "csv" else {}
-        with ExitStack() as stack:
+        paths = {name: self._folder / f"{stem}.{self._form}" for name, stem in stems.items()}
+        with whole_or_gone(paths.values()), ExitStack() as stack:
             tables = {}
-            for name, stem in stems.items():
-                path = self._folder / f"{stem}.{self._form}"
+            for name, path in paths.items():
                 tables[name] = table = self._table(path, name, lengths.get(name, {}))
                 stack.callback(table.close)
             for decoded in self._decoder.messages(stems):

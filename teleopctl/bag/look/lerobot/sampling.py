@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from teleopctl.bag.look.decoding import PICTURES, Decoded, Decoder
-from teleopctl.bag.look.file_names import file_stems, make_folder
+from teleopctl.bag.look.file_names import file_stems, make_folder, whole_or_gone
 from teleopctl.bag.look.film import Film
 from teleopctl.bag.look.lerobot.files import (
     Episode,
@@ -101,7 +101,8 @@ def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSu
     recording = _Recording(bag, folder, options)
     make_folder(folder)
     try:
-        return recording.write()
+        with whole_or_gone((folder,)):
+            return recording.write()
     except OSError as error:
         raise SystemFailureError(f"Cannot write to {folder}: {error.strerror or error}") from error
 
