@@ -110,6 +110,20 @@ NODES = Kind(
             "tf2_tools/view_frames": "tf2.view_frames",
         }.items()
     }
+    | {
+        name: f"teleopctl.nodes.gazebo.{target}"
+        for name, target in {
+            "gazebo_ros/gazebo": "host:gazebo",
+            "gazebo_ros/gzclient": "host:gzclient",
+            "gazebo_ros/gzserver": "host:gzserver",
+            "gazebo_ros/spawn_entity.py": "spawning:spawn_entity",
+            "ros_gz_bridge/bridge_node": "bridges:parameter_bridge",
+            "ros_gz_bridge/parameter_bridge": "bridges:parameter_bridge",
+            "ros_gz_image/image_bridge": "bridges:image_bridge",
+            "ros_gz_sim/create": "spawning:create",
+            "ros_gz_sim/gz": "host:gz",
+        }.items()
+    }
     | {"xacro/xacro": "xacro:main"},  # the library's own program
 )
 """Programs of packages, as ``package/executable``: functions that take no argument."""

@@ -11,12 +11,15 @@ from teleopctl.packages.records import Executable, Package
 
 HERE: Final = Path(__file__).resolve().parents[1]
 
-# Packages that consist of files: name → folder at the root of a source checkout; a wheel has them
+# Packages that have files: name → folder at the root of a source checkout; a wheel has all of them
 # below share/.
 _DATA_PACKAGES: Final = {
     "teleop_description": "robot",
     "teleop_controller": "config",
-    "teleopctl": "teleopctl/share/teleopctl",
+    **{
+        name: f"teleopctl/share/{name}"
+        for name in ("gazebo_ros", "ros_gz_sim", "teleopctl", "urdf_launch")
+    },
 }
 
 
@@ -26,19 +29,21 @@ def own_names() -> set[str]:
 
 
 def has_files(name: str) -> bool:
-    """Whether a package that teleopctl brings consists of files, rather than of programs."""
+    """Whether a package that teleopctl brings has files, rather than programs alone."""
     return name in _DATA_PACKAGES
 
 
 def builtin_package(name: str) -> Package | None:
     """Return the package of that name that teleopctl brings itself, or None."""
-    if name in _DATA_PACKAGES:
-        installed = HERE / "share" / name
-        return Package(
-            name, installed if installed.is_dir() else HERE.parent / _DATA_PACKAGES[name]
-        )
     programs = executables_of(name, plugins.NODES.ours.items())
-    return Package(name, HERE, read_executables=lambda: programs) if programs else None
+    folder = HERE
+    if name in _DATA_PACKAGES:
+        folder = HERE / "share" / name
+        if not folder.is_dir():
+            folder = HERE.parent / _DATA_PACKAGES[name]
+    elif not programs:
+        return None
+    return Package(name, folder, read_executables=lambda: programs)
 
 
 def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, Executable]:

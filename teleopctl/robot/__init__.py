@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription as RobotDescription
     from teleopctl.robot.free_joints import JointSet as JointSet
-    from teleopctl.robot.gazebo_tag import Sensor as Sensor
+    from teleopctl.robot.gazebo_tag import Plugin as Plugin, Sensor as Sensor
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
@@ -44,7 +44,7 @@ else:
         {
             "description": "RobotDescription",
             "free_joints": "JointSet",
-            "gazebo_tag": "Sensor",
+            "gazebo_tag": "Plugin Sensor",
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",

@@ -14,6 +14,7 @@ import yaml
 from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.actions.settings import join_namespace
+from teleopctl.launch.evaluation.commands import line_with_ours, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
 from teleopctl.launch.evaluation.substitution import render
@@ -158,7 +159,10 @@ class ProcessBuilder:
             command = [" ".join(command)]
         if not command or not command[0].strip():
             raise LaunchError("'cmd': the command is empty")
-        return "", Path(command[0].split()[0] if shell else command[0]).name, command
+        name = Path(command[0].split()[0] if shell else command[0]).name
+        path = self._context.environment_value("PATH")
+        ours = [line_with_ours(command[0], path)] if shell else with_ours(command, path)
+        return "", name, ours
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
         scope = self._context.scope

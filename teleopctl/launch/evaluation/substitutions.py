@@ -7,13 +7,13 @@ Their names stand in `teleopctl.plugins`; those of ours are in
 from __future__ import annotations
 
 import math
-import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
+from teleopctl.launch.evaluation.commands import find_command, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.own_substitutions import expand
 from teleopctl.launch.evaluation.parameters import parameter_value
@@ -100,9 +100,7 @@ def _executable_in_package(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _find_exec(arguments: Sequence[str], context: LaunchContext) -> str:
-    found = shutil.which(arguments[0], path=context.environment_value("PATH"))
-    if found is None and arguments[0] == "xacro":
-        return "xacro"  # which $(command …) is at hand for
+    found = find_command(arguments[0], context.environment_value("PATH"))
     if found is None:
         raise LaunchError(f"executable '{arguments[0]}' not found on the PATH")
     return found
@@ -131,6 +129,7 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     if Path(words[0]).name == "xacro" and len(words) > 1 and words[1][:1] != "-":
         # What every launch file in the world does; it needs no xacro on the PATH here.
         return expand(words[1:], context)
+    words = with_ours(words, context.environment_value("PATH"))
     on_stderr = arguments[1] if len(arguments) > 1 else "fail"
     if on_stderr not in ("fail", "ignore", "warn", "capture"):
         raise LaunchError(

@@ -1,0 +1,88 @@
+"""Processes that come and go with the one that started them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from teleopctl import progress
+from teleopctl.nodes.gazebo.simulation import Program
+
+# Ctrl-C, and a launch that ends, reach the whole process group: at first they end by themselves.
+_GRACE_S = 2.0
+
+
+class Children:
+    """Programs in this process's group; a context manager that ends them."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="teleopctl-gazebo-")
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+
+    def __enter__(self) -> Children:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        interrupted = kind is not None and issubclass(kind, KeyboardInterrupt)
+        self._end(at_once=not interrupted)
+        self._folder.cleanup()
+
+    def start(self, programs: Iterable[Program]) -> None:
+        """Start programs; what they say of themselves is read by `said`."""
+        for program in programs:
+            said = progress.file_of(self._log(program.name))
+            self._processes[program.name] = subprocess.Popen(
+                program.command,
+                env={**os.environ, progress.VARIABLE: str(said)},
+                stdin=subprocess.DEVNULL,
+                restore_signals=False,
+            )
+
+    def said(self, name: str) -> progress.Progress | None:
+        """What one of them has said last of how far it has come."""
+        return progress.read(self._log(name))
+
+    def ended(self) -> tuple[str, int] | None:
+        """Name and exit status of one that has ended; None while all of them run."""
+        for name, process in self._processes.items():
+            status = process.poll()
+            if status is not None:
+                return name, status if status >= 0 else 128 - status
+        return None
+
+    def _log(self, name: str) -> Path:
+        return Path(self._folder.name) / f"{name}.log"
+
+    def _end(self, *, at_once: bool) -> None:
+        # The simulator last: a controller manager tells its hardware good-bye.
+        steps = [signal.SIGTERM] if sys.platform == "win32" else [signal.SIGINT, signal.SIGTERM]
+        if not at_once:
+            self._wait()
+        for number in steps:
+            for process in reversed(self._processes.values()):
+                if process.poll() is None:
+                    process.send_signal(number)
+            self._wait()
+        for process in self._processes.values():
+            process.kill()
+            process.wait()
+
+    def _wait(self) -> None:
+        deadline = time.monotonic() + _GRACE_S
+        for process in self._processes.values():
+            try:
+                process.wait(max(0.0, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                return

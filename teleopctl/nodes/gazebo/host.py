@@ -1,0 +1,162 @@
+"""``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
+
+As with Gazebo there is nothing in the world before somebody spawns it: ``create`` and
+``spawn_entity.py`` set the parameter ``robot_description``, whose setting succeeds once the robot
+stands in the simulator. What simulates it are programs of ours, which end with this one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from typing import Any
+
+from teleopctl import progress
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import get_message
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    init,
+    parse_ros_arguments,
+    qos_profile_latched,
+    spin_once,
+)
+from teleopctl.nodes.gazebo.children import Children
+from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
+from teleopctl.nodes.gazebo.simulation import programs_for
+from teleopctl.nodes.only_one import refuse_a_second
+from teleopctl.robot import RobotDescription
+
+NAME = "gazebo"
+PARAMETER = "robot_description"
+_TOPIC = f"/{PARAMETER}"
+_SIMULATOR = "mujoco_sim"
+# The end of a child, and what it says of itself, are looked for this often, in seconds.
+_LOOK_EVERY_S = 0.1
+_PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's window is not there"
+
+
+class Host(Node):
+    """Starts the simulation of the first robot that is spawned.
+
+    Args:
+        request: What the command line wants.
+        children: Takes the programs.
+    """
+
+    def __init__(self, request: Request, children: Children) -> None:
+        super().__init__(NAME)
+        self._paused = request.paused
+        self._children = children
+        self._has_robot = False
+        refuse_a_second(self)
+        logger = self.get_logger()
+        if not request.has_empty_world:
+            logger.warning(f"World {request.world} is not built: the robot stands in an empty one")
+        if request.has_window:
+            logger.info(_PAGE)
+        self.declare_parameter(PARAMETER, "")
+        self.add_on_set_parameters_callback(self._on_set_parameters)
+        logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
+        progress.tell(progress.READY)
+
+    def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
+        for parameter in parameters:
+            if parameter.name != PARAMETER:
+                continue
+            reason = self._spawn(str(parameter.value))
+            if reason:
+                self.get_logger().error(reason)
+                return _result(successful=False, reason=reason)
+        return _result(successful=True)
+
+    def _spawn(self, urdf: str) -> str:
+        """Simulate a robot, and return why that cannot be; empty when it stands there."""
+        if self._has_robot:
+            return "There is a robot already: this simulator takes one"
+        try:
+            description = RobotDescription.from_urdf(urdf)
+            programs = programs_for(description, paused=self._paused)
+        except TeleopctlError as error:
+            return f"{error.message} ({error.hint})" if error.hint else error.message
+        self._has_robot = True
+        if not self.get_publishers_info_by_topic(_TOPIC):
+            # It was read from a file; the programs take it from where ROS has it.
+            message = get_message("std_msgs/msg/String")
+            self._publisher = self.create_publisher(message, _TOPIC, qos_profile_latched)
+            self._publisher.publish(message(data=urdf))
+        names = ", ".join(program.name for program in programs)
+        self.get_logger().info(f"Simulating '{description.name}': {names}")
+        self._children.start(programs)
+        return self._wait_for_the_simulator()
+
+    def _wait_for_the_simulator(self) -> str:
+        while True:
+            said = self._children.said(_SIMULATOR)
+            if said is not None and said.state == progress.READY:
+                return ""
+            if said is not None and said.state == progress.FAILED:
+                return f"{_SIMULATOR}: {said.detail}"
+            if (end := self._children.ended()) is not None:
+                return f"{end[0]} has ended with status {end[1]}"
+            time.sleep(_LOOK_EVERY_S)
+
+
+def gz() -> int:
+    """Run ``gz sim``.
+
+    Raises:
+        UsageError: It is another subcommand, which needs Gazebo itself.
+    """
+    words = parse_ros_arguments(sys.argv[1:]).program
+    command = words[0] if words else ""
+    if command not in ("sim", "gazebo"):
+        raise UsageError(
+            f"gz {command}: of gz's subcommands there is `gz sim`, with MuJoCo",
+            hint="The simulator speaks ROS 2: `teleopctl topic list`, `teleopctl service list`.",
+        )
+    return _run(sim_request(words[1:]))
+
+
+def gazebo() -> int:
+    """Run ``gazebo``: the server, and a word on the window."""
+    return _run(server_request(parse_ros_arguments(sys.argv[1:]).program, has_window=True))
+
+
+def gzserver() -> int:
+    """Run ``gzserver``."""
+    return _run(server_request(parse_ros_arguments(sys.argv[1:]).program, has_window=False))
+
+
+def gzclient() -> int:
+    """Say where Gazebo's picture is."""
+    sys.stderr.write(f"{_PAGE}\n")
+    return 0
+
+
+def _run(request: Request) -> int:
+    """Run until it is interrupted, or until one of the programs ends."""
+    if not request.has_server:
+        return gzclient()
+    # Behind `init`: what is told while the children end may still be published.
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(),
+        Children() as children,
+        Host(request, children) as node,
+    ):
+        while True:
+            spin_once(node, timeout_sec=_LOOK_EVERY_S)
+            if (end := children.ended()) is not None:
+                node.get_logger().error(f"{end[0]} has ended with status {end[1]}: so does this")
+                return end[1]
+    return 0
+
+
+def _result(*, successful: bool, reason: str = "") -> Any:
+    return get_message("rcl_interfaces/msg/SetParametersResult")(
+        successful=successful, reason=reason
+    )

@@ -1,0 +1,188 @@
+"""``ros_gz_sim create`` and ``gazebo_ros spawn_entity.py``: put a robot into the simulator."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import get_message
+from teleopctl.node import (
+    AsyncParameterClient,
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    init,
+    parse_ros_arguments,
+    qos_profile_latched,
+    spin_once,
+    spin_until_future_complete,
+)
+from teleopctl.nodes.gazebo.host import NAME, PARAMETER
+from teleopctl.text_file import read_text
+
+_NUMBERS = ("x", "y", "z", "R", "P", "Y")
+_TEXTS = ("world", "file", "string", "topic", "name")
+# As often as the programs of ROS tell that they still wait, in seconds.
+_PATIENCE_S = 1.0
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports a wrong command line as all of teleopctl does."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing and leaving."""
+        raise UsageError(message, hint=self.format_usage().strip())
+
+
+def create() -> int:
+    """Spawn as ``ros_gz_sim create`` does, by arguments or by parameters.
+
+    Raises:
+        TeleopctlError: The command line, the file or the description is wrong.
+    """
+    parser = _Parser(prog="create", description="Put a robot into the simulator.")
+    source = parser.add_argument_group("where its description is")
+    for name in ("file", "param", "string", "topic"):
+        source.add_argument(f"-{name}", f"--{name}", default="")
+    for name in ("name", "world"):
+        parser.add_argument(f"-{name}", f"--{name}", default="")
+    # A flag of its own, or with its value behind it: `-allow_renaming true`.
+    parser.add_argument("-allow_renaming", "--allow_renaming", nargs="?", default="false")
+    _add_pose(parser)
+    options = parser.parse_args(_words())
+    with _node("ros_gz_sim") as node:
+        for name in _TEXTS:
+            value = node.declare_parameter(name, "").value
+            setattr(options, name, value or getattr(options, name))
+        node.declare_parameter("allow_renaming", False)
+        for name in _NUMBERS:
+            value = node.declare_parameter(name, 0.0).value
+            setattr(options, name, value or getattr(options, name))
+        urdf = _description(node, options)
+        if urdf is None:
+            node.get_logger().error("Must specify either -file, -param, -string or -topic")
+            return 255
+        _tell_pose(node, options)
+        reason = _spawn(node, urdf)
+        if reason is None:
+            node.get_logger().info("Entity creation successfull.")
+            return 0
+        node.get_logger().error(f"Entity creation failed.\n {reason}")
+        return 1
+    return 0
+
+
+def spawn_entity() -> int:
+    """Spawn as ``gazebo_ros spawn_entity.py`` does.
+
+    Raises:
+        TeleopctlError: The command line, the file or the description is wrong.
+    """
+    parser = _Parser(prog="spawn_entity.py", description="Put a robot into the simulator.")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("-file", default="")
+    source.add_argument("-topic", default="")
+    source.add_argument("-stdin", action="store_true")
+    source.add_argument("-database", default="")
+    parser.add_argument("-entity", required=True)
+    for name in ("reference_frame", "gazebo_namespace", "robot_namespace", "wait"):
+        parser.add_argument(f"-{name}", default="")
+    for name in ("timeout", "spawn_service_timeout"):
+        parser.add_argument(f"-{name}", type=float)
+    for flag in ("unpause", "package_to_model", "b"):
+        parser.add_argument(f"-{flag}", action="store_true")
+    _add_pose(parser)
+    options = parser.parse_args(_words())
+    if options.database:
+        raise UsageError("-database: there is no data base of models", hint="Give -file or -topic.")
+    options.param = options.string = ""
+    with _node("spawn_entity") as node:
+        node.get_logger().info("Spawn Entity started")
+        urdf = sys.stdin.read() if options.stdin else _description(node, options)
+        _tell_pose(node, options)
+        reason = _spawn(node, urdf or "")
+        if reason is None:
+            text = f"SpawnEntity: Successfully spawned entity [{options.entity}]"
+            node.get_logger().info(f"Spawn status: {text}")
+            return 0
+        node.get_logger().error(f"Spawn status: {reason}")
+        node.get_logger().error("Spawn service failed. Exiting.")
+        return 1
+    return 0
+
+
+def _add_pose(parser: argparse.ArgumentParser) -> None:
+    pose = parser.add_argument_group("where it stands, in metres and radians")
+    for name in _NUMBERS:
+        pose.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
+
+
+def _words() -> Sequence[str]:
+    return parse_ros_arguments(sys.argv[1:]).program
+
+
+@contextlib.contextmanager
+def _node(name: str) -> Any:
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(),
+        Node(name) as node,
+    ):
+        yield node
+
+
+def _description(node: Node, options: argparse.Namespace) -> str | None:
+    """Return the description from where the options say it is; None when they do not."""
+    if options.file:
+        node.get_logger().info(f"Loading entity XML from file {options.file}")
+        return read_text(Path(options.file))
+    if options.param:
+        return str(node.declare_parameter(options.param, "").value)
+    if options.string:
+        return str(options.string)
+    return _heard(node, options.topic) if options.topic else None
+
+
+def _heard(node: Node, topic: str) -> str:
+    heard: list[str] = []
+    node.create_subscription(
+        get_message("std_msgs/msg/String"),
+        topic,
+        lambda message: heard.append(message.data),
+        qos_profile_latched,
+    )
+    while not heard:
+        node.get_logger().info(f"Waiting messages on topic [{topic}].")
+        spin_once(node, timeout_sec=_PATIENCE_S)
+    return heard[0]
+
+
+def _tell_pose(node: Node, options: argparse.Namespace) -> None:
+    if any(getattr(options, name) for name in _NUMBERS):
+        node.get_logger().warning(
+            "The robot stands where its description puts it: the simulator takes no other pose"
+        )
+
+
+def _spawn(node: Node, urdf: str) -> str | None:
+    """Hand the description to the simulator; return why it refuses it, or None."""
+    simulator = AsyncParameterClient(node, f"/{NAME}")
+    while not simulator.wait_for_services(_PATIENCE_S):
+        node.get_logger().info(f"Waiting for the simulator, node /{NAME}")
+    future = simulator.set_parameters([Parameter(PARAMETER, value=urdf)])
+    while not future.done():
+        spin_until_future_complete(node, future, timeout_sec=_PATIENCE_S)
+        if not future.done() and f"/{NAME}" not in node.get_fully_qualified_node_names():
+            return "the simulator has ended"
+    try:
+        response = future.result()
+    except TeleopctlError as error:
+        return error.message
+    assert response is not None
+    result = response.results[0]
+    return None if result.successful else str(result.reason)

@@ -1,0 +1,34 @@
+"""Publishes a package's robot description and its frames."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import Command, LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what is to be launched."""
+    path = PathJoinSubstitution(
+        [
+            FindPackageShare(LaunchConfiguration("urdf_package")),
+            LaunchConfiguration("urdf_package_path"),
+        ]
+    )
+    description = ParameterValue(Command(["xacro ", path]), value_type=str)
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "urdf_package", description="Package that has the robot description."
+            ),
+            DeclareLaunchArgument(
+                "urdf_package_path", description="Its URDF or xacro file, from its share folder."
+            ),
+            Node(
+                package="robot_state_publisher",
+                executable="robot_state_publisher",
+                parameters=[{"robot_description": description}],
+            ),
+        ]
+    )

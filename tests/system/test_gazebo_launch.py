@@ -1,0 +1,91 @@
+"""A launch file that was written for Gazebo, on our simulator."""
+
+from teleopctl.testing import eventually, serial_robot
+
+CONTROL = """
+<gazebo>
+  <plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2ControlPlugin">
+    <parameters>{file}</parameters>
+  </plugin>
+</gazebo>
+"""
+CONTROLLERS = """
+controller_manager:
+  ros__parameters:
+    update_rate: 50
+    forward:
+      type: forward_command_controller/ForwardCommandController
+forward:
+  ros__parameters:
+    joints: [joint1]
+    interface_name: position
+"""
+LAUNCH = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, IncludeLaunchDescription, RegisterEventHandler
+from launch.event_handlers import OnProcessExit
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import FindExecutable, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    simulator = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(
+            [PathJoinSubstitution([FindPackageShare("ros_gz_sim"), "launch", "gz_sim.launch.py"])]
+        ),
+        launch_arguments=[("gz_args", " -r -v 4 shapes.sdf"), ("on_exit_shutdown", "true")],
+    )
+    create = Node(
+        package="ros_gz_sim",
+        executable="create",
+        output="screen",
+        arguments=["-topic", "robot_description", "-name", "arm", "-z", "0.5",
+                   "-allow_renaming", "true"],
+    )
+    load = ExecuteProcess(
+        cmd=[FindExecutable(name="ros2"), "control", "load_controller", "--set-state", "active",
+             "forward"],
+        output="screen",
+    )
+    return LaunchDescription([
+        simulator,
+        Node(package="ros_gz_bridge", executable="parameter_bridge",
+             arguments=["/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock"], output="screen"),
+        Node(package="robot_state_publisher", executable="robot_state_publisher",
+             parameters=[{"robot_description": open("arm.urdf").read(), "use_sim_time": True}]),
+        create,
+        RegisterEventHandler(OnProcessExit(target_action=create, on_exit=[load])),
+    ])
+"""
+
+
+def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
+    controllers = ros.folder / "controllers.yaml"
+    controllers.write_text(CONTROLLERS, encoding="utf-8")
+    urdf = serial_robot(
+        plugin="gz_ros2_control/GazeboSimSystem",
+        extra_joints=CONTROL.format(file=controllers),
+    )
+    (ros.folder / "arm.urdf").write_text(urdf, encoding="utf-8")
+    (ros.folder / "arm.launch.py").write_text(LAUNCH, encoding="utf-8")
+
+    system = ros.launch("arm.launch.py")
+
+    assert "no bridge is needed for /clock" in system.output
+    assert "World shapes.sdf is not built" in system.output
+    assert "the simulator takes no other pose" in system.output
+    assert "Entity creation successfull." in system.output
+    eventually(lambda: "active" in ros.run("control list_controllers").stdout)
+    assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
+    assert (
+        ros.run("param get /controller_manager use_sim_time").stdout == "Boolean value is: True\n"
+    )
+    again = ros.run("run ros_gz_sim create -topic robot_description -name twin")
+    assert again.returncode == 1
+    assert "There is a robot already" in again.stderr + again.stdout
+
+    ros.run(f"stop {system.name}")
+    assert not system.is_running
+    assert ros.run("node list").stdout == ""
