@@ -62,7 +62,7 @@ def test_the_words_of_gz_sim_are_read(words, expected):
 
 
 def test_the_words_of_gzserver_are_read():
-    words = "--verbose -s libgazebo_ros_factory.so house.world -u".split()
+    words = ["--verbose", "-s", "libgazebo_ros_factory.so", "house.world", "-u"]
     request = server_request(words, has_window=False)
     assert request == Request("house.world", paused=True, has_window=False)
     assert not request.has_empty_world

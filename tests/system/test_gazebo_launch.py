@@ -76,7 +76,7 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "no bridge is needed for /clock" in system.output
     assert "World shapes.sdf is not built" in system.output
     assert "the simulator takes no other pose" in system.output
-    assert "Entity creation successfull." in system.output
+    system.wait_for_line(r"Entity creation successfull\.")
     eventually(lambda: "active" in ros.run("control list_controllers").stdout)
     assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
     assert (

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from teleopctl import progress
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
@@ -128,6 +129,7 @@ def _words() -> Sequence[str]:
 
 @contextlib.contextmanager
 def _node(name: str) -> Any:
+    progress.tell(progress.STARTING)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(),
