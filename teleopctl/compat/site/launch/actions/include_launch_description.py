@@ -64,6 +64,13 @@ class IncludeLaunchDescription(Action):
         description = self._source.try_get_launch_description_without_context()
         return [] if description is None else [description]
 
+    def names(self, context: LaunchContext) -> list[str]:
+        """Return the names of the arguments."""
+        return [
+            perform_substitutions(context, normalize_to_list_of_substitutions(name))
+            for name, _ in self._arguments
+        ]
+
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Return what is to be visited.
 
@@ -71,11 +78,9 @@ class IncludeLaunchDescription(Action):
             RuntimeError: An argument is missing.
         """
         description = self._source.get_launch_description(context)
-        given = [
-            perform_substitutions(context, normalize_to_list_of_substitutions(name))
-            for name, _ in self._arguments
-        ]
-        for argument in description.get_launch_arguments():
+        declared = description.get_launch_arguments_with_include_launch_description_actions()
+        for argument, includes in declared:
+            given = [name for each in (self, *(includes or ())) for name in each.names(context)]
             if argument.is_required and argument.name not in given:
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "
