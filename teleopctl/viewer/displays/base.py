@@ -221,6 +221,10 @@ class Display:
         """What can be shown or not one by one, such as namespaces: whether each is, by name."""
         return {}
 
+    def parts_text(self) -> str:
+        """What is to be read beside the parts, as Markdown; empty for nothing."""
+        return ""
+
     def show_part(self, name: str, *, shown: bool) -> None:
         """Show one of `parts`, or do not."""
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, TypeGuard
 
 from teleopctl.viewer.displays.base import OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.page.html import escaped_markdown
 from teleopctl.viewer.scene.frame_buffer import MOST_FRAMES, SILENT_S
 
 # Any stands for what YAML holds.
@@ -77,6 +78,15 @@ class TfDisplay(Display):
             name: self._is_on(name) for name in sorted(self.stage.frames.by_name)[:_MOST_LISTED]
         }
 
+    def parts_text(self) -> str:
+        """The parent of each frame, and how long ago it was heard of."""
+        ages = sorted(self.stage.frames.buffer.ages().items())[:_MOST_LISTED]
+        rows = [
+            f"| {escaped_markdown(name)} | {escaped_markdown(parent)} | {_ago(age_s)} |"
+            for name, (parent, age_s) in ages
+        ]
+        return "\n".join(["| frame | in | heard |", "|---|---|---|", *rows]) if rows else ""
+
     def show_part(self, name: str, *, shown: bool) -> None:
         """Show a frame, or do not."""
         given = self.values.given
@@ -117,6 +127,15 @@ class TfDisplay(Display):
 
     def time_jumped_back(self) -> None:
         """Frames move by themselves."""
+
+
+def _ago(age_s: float | None) -> str:
+    """How old a frame is, coarsely, so that the text seldom changes."""
+    if age_s is None:
+        return "static"
+    if age_s < 1.0:
+        return "now"
+    return f"{age_s:.0f} s ago" if age_s < 60.0 else f"{age_s / 60.0:.0f} min ago"
 
 
 def _is_mapping(value: Any) -> TypeGuard[dict[Any, Any]]:

@@ -134,6 +134,8 @@ class _Row:
                 self._parts_folder = gui.add_folder(
                     display.parts_title, visible=False, expand_by_default=False
                 )
+                with self._parts_folder:
+                    self._parts_text = gui.add_markdown("", visible=False)
             gui.add_button("Remove", color="red").on_click(
                 page.on(lambda _event: page.picture.remove(display))
             )
@@ -200,6 +202,10 @@ class _Row:
     def _offer_parts(self) -> None:
         """Offer to switch the display's parts on and off, as they come and go."""
         parts = self._display.parts()
+        text = self._display.parts_text()
+        if text and text != self._parts_text.content:
+            self._parts_text.content = text
+            self._parts_text.visible = True
         for name in self._parts.keys() - parts.keys():
             self._parts.pop(name).remove()
         for name, shown in parts.items():

@@ -64,6 +64,18 @@ class FrameBuffer(Buffer):
         since_s = max(moving.values(), default=0.0) - longer_than_s
         return {name for name, at_s in moving.items() if at_s < since_s}
 
+    def ages(self) -> dict[str, tuple[str, float | None]]:
+        """The parent of each frame, and how long ago it was heard of, in seconds; None: static."""
+        now_s = time.monotonic()
+        parents = {name: sample.parent for name, sample in self.latest()}
+        with self._changed:
+            heard = dict(self._heard)
+        return {
+            name: (parent, None if math.isinf(at_s) else now_s - at_s)
+            for name, parent in parents.items()
+            if (at_s := heard.get(name)) is not None
+        }
+
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         name, now_s = message.child_frame_id.removeprefix("/"), time.monotonic()
         with self._changed:

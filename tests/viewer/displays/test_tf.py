@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from teleopctl.tf import Transform
+from teleopctl.tf import Transform, transform_stamped
 from teleopctl.viewer import OK, WARN
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import Draw, look, put_frame
@@ -73,3 +73,11 @@ def test_an_expression_that_is_none_is_told_and_hides_nothing(frames: FakePage, 
     assert dressed(frames) == ALL
     assert display.status[0] == WARN
     assert display.status[1].startswith("Filter (whitelist) is no regular expression")
+
+
+def test_parent_and_age_of_each_frame_can_be_read(frames: FakePage, draw: Draw):
+    display = draw("TF")
+    assert "| hand | map | now |" in display.parts_text().splitlines()
+    bolt = transform_stamped("hand", "bolt", 0, Transform())
+    frames.frames.buffer.set_transform_static(bolt)
+    assert "| bolt | hand | static |" in display.parts_text().splitlines()
