@@ -1,5 +1,7 @@
 """``launch_ros.actions``."""
 
+from .composable_node_container import ComposableNodeContainer
+from .load_composable_nodes import LoadComposableNodes
 from .node import Node
 from .push_ros_namespace import PushROSNamespace
 from .ros_timer import ROSTimer
@@ -13,6 +15,8 @@ PushRosNamespace = PushROSNamespace
 RosTimer = ROSTimer
 
 __all__ = [
+    "ComposableNodeContainer",
+    "LoadComposableNodes",
     "Node",
     "PushROSNamespace",
     "PushRosNamespace",

@@ -1,0 +1,1 @@
+"""``controller_manager``: the part that launch files use."""

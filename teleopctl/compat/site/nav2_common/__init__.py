@@ -1,0 +1,1 @@
+"""``nav2_common``: the part that launch files use."""

@@ -1,0 +1,38 @@
+"""``nav2_common.launch.has_node_params``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+from launch import LaunchContext, SomeSubstitutionsType, Substitution
+from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+
+
+class HasNodeParams(Substitution):
+    """Whether a parameter file has a section for a node: ``True`` or ``False``.
+
+    Args:
+        source_file: The file.
+        node_name: The node, as the file's first level has it.
+    """
+
+    def __init__(self, source_file: SomeSubstitutionsType, node_name: str) -> None:
+        super().__init__()
+        self._source_file = normalize_to_list_of_substitutions(source_file)
+        self._node_name = node_name
+
+    @property
+    def name(self) -> list[Substitution]:
+        """The file."""
+        return self._source_file
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"HasNodeParams('{self._node_name}')"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Read the file."""
+        with Path(perform_substitutions(context, self._source_file)).open(encoding="utf-8") as file:
+            sections = yaml.safe_load(file)
+        return str(isinstance(sections, dict) and self._node_name in sections)

@@ -1,0 +1,28 @@
+"""``nav2_common.launch.launch_config_as_bool``."""
+
+from __future__ import annotations
+
+from launch import LaunchContext, Substitution
+from launch.substitutions import LaunchConfiguration
+
+_TRUE = ("true", "1", "yes", "on")
+
+
+class LaunchConfigAsBool(Substitution):
+    """A launch configuration as ``True`` or ``False``, whatever way of writing it has.
+
+    Args:
+        name: The launch configuration.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._config = LaunchConfiguration(name)
+
+    def describe(self) -> str:
+        """Return it in words."""
+        return f"LaunchConfigAsBool({self._config.describe()})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """Evaluate it."""
+        return str(self._config.perform(context).strip().lower() in _TRUE)

@@ -1,0 +1,33 @@
+"""``nav2_common.launch.parse_multirobot_pose``."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import yaml
+
+_POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+class ParseMultiRobotPose:
+    """Poses of several robots, from an argument of the command line: ``NAME={x: 1.0}; …``.
+
+    Args:
+        target_argument: The argument's name.
+    """
+
+    def __init__(self, target_argument: str) -> None:
+        start = f"{target_argument}:="
+        given = (word.removeprefix(start) for word in sys.argv if word.startswith(start))
+        self._text = next(given, "")
+
+    # Any: numbers, unless somebody writes something else.
+    def value(self) -> dict[str, dict[str, Any]]:
+        """Return the pose of each robot by its name, zero for what is not given."""
+        poses = {}
+        for entry in self._text.split(";"):
+            name, separator, pose = entry.partition("=")
+            if separator:
+                poses[name.strip()] = dict.fromkeys(_POSE, 0.0) | yaml.safe_load(pose)
+        return poses
