@@ -1,6 +1,8 @@
 """``launch_ros.actions``."""
 
 from .composable_node_container import ComposableNodeContainer
+from .lifecycle_node import LifecycleNode
+from .lifecycle_transition import LifecycleTransition
 from .load_composable_nodes import LoadComposableNodes
 from .node import Node
 from .push_ros_namespace import PushROSNamespace
@@ -16,6 +18,8 @@ RosTimer = ROSTimer
 
 __all__ = [
     "ComposableNodeContainer",
+    "LifecycleNode",
+    "LifecycleTransition",
     "LoadComposableNodes",
     "Node",
     "PushROSNamespace",

@@ -1,0 +1,68 @@
+"""``launch_ros.actions.lifecycle_node``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launch._entities import steps
+from launch._texts import optional, template
+from lifecycle_msgs.msg import Transition
+
+from teleopctl.launch import Launch, ProcessPlan, Template, flag
+
+from .._lifecycle import LifecycleLink
+from .lifecycle_transition import LifecycleTransition
+from .node import Node
+
+if TYPE_CHECKING:
+    from launch.some_substitutions_type import SomeSubstitutionsType
+
+
+class LifecycleNode(Node):
+    """A node with a life cycle: its transitions are events, and events ask it for transitions.
+
+    Args:
+        name: The node's name.
+        namespace: Its namespace.
+        autostart: Whether it is configured and activated once it is there.
+        kwargs: What `Node` takes.
+    """
+
+    # Any: the words of Node.
+    def __init__(
+        self,
+        *,
+        name: SomeSubstitutionsType,
+        namespace: SomeSubstitutionsType,
+        autostart: bool | SomeSubstitutionsType = False,
+        **kwargs: Any,
+    ) -> None:
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self._autostart = optional(autostart) or template("false")
+
+    @property
+    def node_autostart(self) -> Template:
+        """Whether it is configured and activated once it is there."""
+        return self._autostart
+
+    @property
+    def is_lifecycle_node(self) -> bool:
+        """Whether it has a life cycle."""
+        return True
+
+    def planned(self, plan: ProcessPlan, launch: Launch) -> None:
+        """Take in that it is going to be started."""
+        super().planned(plan, launch)
+        launch.register(LifecycleLink(self, plan, launch))
+        if flag(launch.text(self._autostart)):
+            launch.run(
+                steps(
+                    LifecycleTransition(
+                        lifecycle_node_names=[self.node_name],
+                        transition_ids=[
+                            Transition.TRANSITION_CONFIGURE,
+                            Transition.TRANSITION_ACTIVATE,
+                        ],
+                    )
+                )
+            )

@@ -1,0 +1,5 @@
+"""``launch_ros.events``."""
+
+from . import lifecycle, matchers
+
+__all__ = ["lifecycle", "matchers"]

@@ -1,0 +1,5 @@
+"""``launch_ros.events.matchers``."""
+
+from .matches_node_name import matches_node_name
+
+__all__ = ["matches_node_name"]

@@ -1,0 +1,20 @@
+"""``launch_ros.events.matchers.matches_node_name``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ...actions.node import Node
+
+
+def full_name(node_name: str) -> str:
+    """Return a node's name with the slash in front that it may lack."""
+    return node_name if node_name.startswith("/") else f"/{node_name}"
+
+
+def matches_node_name(node_name: str) -> Callable[[Node], bool]:
+    """Return a function that tells whether an action is the node of a name."""
+    name = full_name(node_name)
+    return lambda action: action.node_name == name
