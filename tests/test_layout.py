@@ -44,7 +44,7 @@ ALLOWED = {
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
-    "compat": {"interfaces", "launch", "node", "tf"},
+    "compat": {"interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),

@@ -223,6 +223,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
             self.pilz_cartesian_limits()
         return configs
 
+    # Any: values of any kind.
     def to_dict(self, include_moveit_configs: bool = True) -> dict[str, Any]:
         """Return all parameters, or only those that `ParameterBuilder` gathers."""
         if include_moveit_configs:
