@@ -322,7 +322,8 @@ class MujocoSim(Node):
         """End physics, then the node."""
         if self._loop is not None:
             self._loop.stop()
-        if self._thread is not None:
+        # Ctrl-C may have come while the thread was being started.
+        if self._thread is not None and self._thread.is_alive():
             self._thread.join()
         super().destroy_node()
 
