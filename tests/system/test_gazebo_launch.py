@@ -21,6 +21,8 @@ forward:
     interface_name: position
 """
 LAUNCH = """
+import os
+
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, IncludeLaunchDescription, RegisterEventHandler
 from launch.event_handlers import OnProcessExit
@@ -37,12 +39,17 @@ def generate_launch_description():
         ),
         launch_arguments=[("gz_args", " -r -v 4 shapes.sdf"), ("on_exit_shutdown", "true")],
     )
+    assert os.environ["ROS_DISTRO"] in ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
+    window = IncludeLaunchDescription(
+        PathJoinSubstitution([FindPackageShare("ros_gz_sim"), "launch", "gz_sim.launch.py"]),
+        launch_arguments=[("gz_args", "-g"), ("on_exit_shutdown", "true")],
+    )
     create = Node(
         package="ros_gz_sim",
         executable="create",
         output="screen",
         arguments=["-topic", "robot_description", "-name", "arm", "-z", "0.5",
-                   "-allow_renaming", "true"],
+                   "-allow_renaming", "true", "-use_sim", "true"],
     )
     load = ExecuteProcess(
         cmd=[FindExecutable(name="ros2"), "control", "load_controller", "--set-state", "active",
@@ -51,6 +58,7 @@ def generate_launch_description():
     )
     return LaunchDescription([
         simulator,
+        window,
         Node(package="ros_gz_bridge", executable="parameter_bridge",
              arguments=["/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock"], output="screen"),
         Node(package="robot_state_publisher", executable="robot_state_publisher",

@@ -38,7 +38,7 @@ from teleopctl.text_file import read_text
 
 # Programs that do their work and end: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(
-    {("controller_manager", "spawner"), ("controller_manager", "unspawner")}
+    ("controller_manager", name) for name in ("spawner", "spawner.py", "unspawner", "unspawner.py")
 )
 _UNSAFE = re.compile(r"[^\w.\-]")
 

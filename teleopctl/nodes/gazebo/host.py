@@ -22,6 +22,7 @@ from teleopctl.node import (
     init,
     parse_ros_arguments,
     qos_profile_latched,
+    spin,
     spin_once,
 )
 from teleopctl.nodes.gazebo.children import Children
@@ -132,8 +133,14 @@ def gzserver() -> int:
 
 
 def gzclient() -> int:
-    """Say where Gazebo's picture is."""
-    sys.stderr.write(f"{_PAGE}\n")
+    """Say where Gazebo's picture is, and stay: with the window's end many a launch ends."""
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(),
+        Node("gzclient") as node,
+    ):
+        node.get_logger().info(_PAGE)
+        spin(node)
     return 0
 
 

@@ -46,7 +46,9 @@ def create() -> int:
     Raises:
         TeleopctlError: The command line, the file or the description is wrong.
     """
-    parser = _Parser(prog="create", description="Put a robot into the simulator.")
+    parser = _Parser(
+        prog="create", description="Put a robot into the simulator.", allow_abbrev=False
+    )
     source = parser.add_argument_group("where its description is")
     for name in ("file", "param", "string", "topic"):
         source.add_argument(f"-{name}", f"--{name}", default="")
@@ -55,7 +57,8 @@ def create() -> int:
     # A flag of its own, or with its value behind it: `-allow_renaming true`.
     parser.add_argument("-allow_renaming", "--allow_renaming", nargs="?", default="false")
     _add_pose(parser)
-    options = parser.parse_args(_words())
+    # The real one passes over what it does not know.
+    options, _ = parser.parse_known_args(_words())
     with _node("ros_gz_sim") as node:
         for name in _TEXTS:
             value = node.declare_parameter(name, "").value
