@@ -12,7 +12,8 @@ from launch import LaunchDescription
 from launch.actions import EmitEvent, LogInfo, RegisterEventHandler
 from launch_ros.actions import LifecycleNode
 from launch_ros.event_handlers import OnStateTransition
-from launch_ros.events.lifecycle import ChangeState, matches_node_name
+from launch_ros.events import matches_node_name
+from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
 
 def generate_launch_description():

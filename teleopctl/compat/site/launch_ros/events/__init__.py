@@ -1,5 +1,6 @@
 """``launch_ros.events``."""
 
-from . import lifecycle, matchers
+from . import lifecycle
+from .matchers import matches_node_name
 
-__all__ = ["lifecycle", "matchers"]
+__all__ = ["lifecycle", "matches_node_name"]
