@@ -15,6 +15,9 @@ from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
+# What only a semantic description of MoveIt has (SRDF), whose root is called ``robot``, too.
+_SEMANTIC = re.compile("<(?:group|group_state|end_effector|virtual_joint|disable_collisions)[ />]")
+
 
 class Moment(NamedTuple):
     """Where an evaluation stood.
@@ -168,7 +171,7 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
         # It names the file at fault, which is not the launch file.
         error.place = str(file)
         raise
-    if "<robot" in text:
+    if "<robot" in text and not _SEMANTIC.search(text):
         # A mistake is told here, once, and not by each of the nodes that would read it.
         try:
             RobotDescription.from_urdf(text)

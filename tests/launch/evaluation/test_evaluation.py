@@ -503,6 +503,13 @@ def test_a_mistake_in_a_world_names_the_world_and_not_the_launch_file(plan, tmp_
     assert raised.value.message.startswith(f"{world}: ")
 
 
+def test_a_semantic_description_is_no_robot_that_lacks_links(plan, tmp_path):
+    srdf = tmp_path / "arm.srdf.xacro"
+    srdf.write_text('<robot name="arm"><group name="all"><link name="base"/></group></robot>')
+    ((_, word),) = [one.command for one in plan("launch:\n" + echo(f"$(xacro {srdf})")).processes]
+    assert '<group name="all">' in word
+
+
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
     from teleopctl import robot
 
