@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from tests.compat.activated import output
+
 PROGRAM = Path(__file__).parents[1] / "programs/lifecycle.py"
 LAUNCH = f"""
 from launch import LaunchDescription
@@ -74,3 +76,8 @@ def test_only_a_lifecycle_node_has_transitions():
         OnStateTransition(entities=[], target_lifecycle_node=camera)
     with pytest.raises(ValueError, match="No transition_ids"):
         LifecycleTransition(lifecycle_node_names=["arm"], transition_ids=[])
+
+
+def test_a_launch_without_them_imports_no_messages_and_no_nodes():
+    code = "import sys, launch_ros.actions; print({'rclpy', 'lifecycle_msgs'} & {*sys.modules})"
+    assert output(code).strip() == "set()"

@@ -1,8 +1,9 @@
 """``launch_ros.actions``."""
 
+from typing import TYPE_CHECKING
+
 from .composable_node_container import ComposableNodeContainer
 from .lifecycle_node import LifecycleNode
-from .lifecycle_transition import LifecycleTransition
 from .load_composable_nodes import LoadComposableNodes
 from .node import Node
 from .push_ros_namespace import PushROSNamespace
@@ -12,6 +13,9 @@ from .set_parameters_from_file import SetParametersFromFile
 from .set_remap import SetRemap
 from .set_ros_log_dir import SetROSLogDir
 from .set_use_sim_time import SetUseSimTime
+
+if TYPE_CHECKING:
+    from .lifecycle_transition import LifecycleTransition
 
 PushRosNamespace = PushROSNamespace
 RosTimer = ROSTimer
@@ -32,3 +36,12 @@ __all__ = [
     "SetRemap",
     "SetUseSimTime",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # It imports messages, which few launches need.
+    if name == "LifecycleTransition":
+        from .lifecycle_transition import LifecycleTransition
+
+        return LifecycleTransition
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

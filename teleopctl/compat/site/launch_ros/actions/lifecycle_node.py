@@ -6,12 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from launch._entities import steps
 from launch._texts import optional, template
-from lifecycle_msgs.msg import Transition
 
 from teleopctl.launch import Launch, ProcessPlan, Template, flag
 
-from .._lifecycle import LifecycleLink
-from .lifecycle_transition import LifecycleTransition
 from .node import Node
 
 if TYPE_CHECKING:
@@ -52,6 +49,12 @@ class LifecycleNode(Node):
 
     def planned(self, plan: ProcessPlan, launch: Launch) -> None:
         """Take in that it is going to be started."""
+        # Messages and nodes, which few launches need.
+        from lifecycle_msgs.msg import Transition
+
+        from .._lifecycle import LifecycleLink
+        from .lifecycle_transition import LifecycleTransition
+
         super().planned(plan, launch)
         launch.register(LifecycleLink(self, plan, launch))
         if flag(launch.text(self._autostart)):
