@@ -4,6 +4,7 @@ The floor is what no implementation could avoid: an interpreter that imports muj
 compiles the arm's model.
 """
 
+import os
 import re
 import statistics
 import subprocess
@@ -93,3 +94,53 @@ def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, capsys):
         print("\nimports, median of a whole process:")
         for name, seconds in times.items():
             print(f"  {statistics.median(seconds[1:]) * 1e3:6.0f} ms  {name}")
+
+
+LANGUAGES = {
+    "yaml": "launch:\n- arg: {name: word, default: a}\n- executable: {cmd: 'cat $(var word)'}\n",
+    "xml": "<launch><arg name='word' default='a'/><executable cmd='cat $(var word)'/></launch>",
+    "py": """
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+def generate_launch_description():
+    return LaunchDescription([
+        DeclareLaunchArgument("word", default_value="a"),
+        ExecuteProcess(cmd=["cat", LaunchConfiguration("word")]),
+    ])
+""",
+}
+
+
+def test_from_the_command_to_the_first_process_in_each_language(
+    ros: RosGraph, tmp_path: Path, capsys
+):
+    ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
+    for language, text in LANGUAGES.items():
+        (ros.folder / f"one.launch.{language}").write_text(text)
+    # A process that starts at once and waits: opening the pipe is what it does first.
+    os.mkfifo(ros.folder / "a")
+
+    def seconds_to_start(command: list[str]) -> float:
+        start = time.perf_counter()
+        process = subprocess.Popen(command, env=ros.env, cwd=ros.folder, stdout=subprocess.DEVNULL)
+        with (ros.folder / "a").open("w"):
+            taken = time.perf_counter() - start
+        process.wait()
+        return taken
+
+    bare = [sys.executable, "-c", "import subprocess; subprocess.run(['cat', 'a'])"]
+    commands = {"a bare script": bare} | {
+        language: [sys.executable, "-m", "teleopctl", "launch", f"one.launch.{language}"]
+        for language in LANGUAGES
+    }
+    runs = [
+        {name: seconds_to_start(command) for name, command in commands.items()}
+        for _ in range(2 * ROUNDS + 1)
+    ]
+    medians = {name: statistics.median(run[name] for run in runs[1:]) for name in commands}
+    with capsys.disabled():
+        print(f"\nto the first process, median of {2 * ROUNDS}:")
+        for name, seconds in medians.items():
+            ratio = seconds / medians["a bare script"]
+            print(f"  {1000 * seconds:6.0f} ms  {name} ({ratio:.1f})")
