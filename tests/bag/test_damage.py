@@ -158,8 +158,11 @@ def test_damaged_files_raise_nothing_but_our_errors(
         is_cut = any("checksum cannot be compared" in sentence for sentence in recovery.done)
         assert is_cut or place_of(read_message) in places
         assert is_told or read_message in written
-    # The times of a broken chunk's head are not covered by its checksum: order may be lost.
-    assert [f for f in findings(recovery.path) if "the clock was set back" not in f] == []
+    # The times of a broken chunk's head are not covered by its checksum: order may be lost. What is
+    # taken over from the chunk may have another hash than it says.
+    tolerated = ("the clock was set back", "its definition has the hash")
+    left = [f for f in findings(recovery.path) if not any(words in f for words in tolerated)]
+    assert left == []
     if len(messages) < len(written):
         assert found
 

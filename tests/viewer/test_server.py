@@ -153,7 +153,8 @@ def test_a_browser_that_takes_nothing_is_let_go(monkeypatch):
 
         def nothing_waits_for_it():
             gc.collect()
-            return connection() is None
+            left = connection()
+            return left is None or left.transport.get_write_buffer_size() == 0
 
         eventually(nothing_waits_for_it)
     finally:

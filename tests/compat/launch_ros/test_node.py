@@ -5,9 +5,10 @@ import textwrap
 import pytest
 import yaml
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import NotFoundError, TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
+from teleopctl.launch.model.request import LaunchRequest
 
 HEAD = """
 from pathlib import Path
@@ -34,7 +35,8 @@ def plan(tmp_path):
     def plan(entities, **arguments):
         path = tmp_path / "file.launch.py"
         path.write_text(HEAD + textwrap.indent(entities, " " * 8) + "\n    ])\n", encoding="utf-8")
-        return evaluate(read_launch_file(path), arguments, tmp_path / "log")[0]
+        request = LaunchRequest(file=str(path), skip_missing=arguments.pop("skip_missing", False))
+        return evaluate(read_launch_file(path), arguments, tmp_path / "log", request)[0]
 
     return plan
 
@@ -177,3 +179,29 @@ def test_a_file_sees_what_a_sourced_ros2_sets(plan, monkeypatch):
     ).processes
     assert process.command[6] == "jazzy"
     assert process.command[7].endswith("teleopctl")
+
+
+def test_a_package_that_python_asks_for_in_an_included_file_can_be_left_out(plan, tmp_path):
+    included = tmp_path / "inner.launch.py"
+    included.write_text(
+        "from ament_index_python.packages import get_package_share_directory\n"
+        "def generate_launch_description():\n"
+        "    get_package_share_directory('nowhere')\n"
+    )
+    entities = (
+        f"__import__('launch').actions.IncludeLaunchDescription(\n    {str(included)!r}), camera()"
+    )
+    with pytest.raises(NotFoundError, match=r"inner\.launch\.py:3: .*'nowhere'"):
+        plan(entities)
+    result = plan(entities, skip_missing=True)
+    assert [process.name for process in result.processes] == ["camera-1"]
+    ((level, _, message),) = result.start.messages
+    assert level == "WARNING"
+    assert message.startswith("left out: ")
+
+
+def test_import_launch_ros_alone_reaches_all_its_parts():
+    import launch_ros
+
+    assert launch_ros.events.matches_node_name
+    assert launch_ros.event_handlers.OnStateTransition

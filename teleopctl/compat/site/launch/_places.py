@@ -7,7 +7,7 @@ import sysconfig
 import traceback
 from pathlib import Path
 
-from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch import Place
 
 _OURS = str(Path(__file__).resolve().parents[3])
@@ -47,5 +47,6 @@ def blamed(error: Exception, doing: str) -> TeleopctlError:
     text = str(error) or doing
     if not isinstance(error, RuntimeError):
         text = f"{type(error).__name__}: {text}"
-    told = LaunchError(text)
+    # What --skip-missing may leave out, such as a package that ament_index_python does not find.
+    told = NotFoundError(text) if isinstance(error.__cause__, NotFoundError) else LaunchError(text)
     return told.at(lines[-1]) if lines else told
