@@ -47,6 +47,8 @@ __all__ = [
 _KIND = "router"
 _MODULE = "teleopctl.wire.router"
 _READY_WITHIN_S = 10.0
+# How long it may stay unknown who has the port.
+_UNKNOWN_WITHIN_S = 1.0
 
 
 def daemon_address() -> RouterAddress:
@@ -209,14 +211,17 @@ def _router_answers(address: RouterAddress) -> bool:
     Raises:
         UnavailableError: A program that is no router has a port of the address.
     """
-    deadline = time.monotonic() + _READY_WITHIN_S
+    began = time.monotonic()
     while not router_is_running(address):
         taken = next(_taken_ports(address), None)
         if taken is None:
             return False
         host, port = taken
         holder = _holder(port)
-        if time.monotonic() >= deadline or not _is_our_router(holder):
+        # Whoever held it a moment ago may have let go of it, or be one of whom nothing is told.
+        patience_s = _UNKNOWN_WITHIN_S if holder is None else _READY_WITHIN_S
+        waits = holder is None or _is_our_router(holder)
+        if not waits or time.monotonic() - began >= patience_s:
             name = f"{holder.name()} (pid {holder.pid})" if holder else "another program"
             raise UnavailableError(
                 f"Port {port} is taken by {name}, which does not answer as a Zenoh router.",

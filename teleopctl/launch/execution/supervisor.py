@@ -94,6 +94,8 @@ class Supervisor:
             respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
         self._shutting_down = False
         self._interrupted = False
+        # Whether a launch file's own code may be running.
+        self._is_asking = False
         self._step = 0
         self._asked_at = 0.0
         self._failed = self.could_not_go_on = False
@@ -240,11 +242,18 @@ class Supervisor:
         self._end_companions()
 
     def _take_further(self, ask: Callable[[], Further]) -> None:
+        further = None
         try:
+            self._is_asking = True
             further = ask()
+        except KeyboardInterrupt:
+            pass  # by the handler: a user's function takes long; what is to be done is in the loop
         except TeleopctlError as error:
+            self._is_asking = False
             self._fail(str(error))
-        else:
+        finally:
+            self._is_asking = False
+        if further is not None:
             self._go_on(further)
 
     def _fail(self, text: str) -> None:
@@ -347,6 +356,9 @@ class Supervisor:
 
     def _on_signal(self, number: int, _: FrameType | None) -> None:
         self._loop.put(lambda: self._signalled(signal.Signals(number)))
+        if self._is_asking:
+            self._is_asking = False
+            raise KeyboardInterrupt
 
     def _signalled(self, number: signal.Signals) -> None:
         reason = "user interrupted with ctrl-c (SIGINT)"

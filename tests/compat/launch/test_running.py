@@ -183,6 +183,32 @@ def test_ctrl_c_ends_a_chain_that_is_under_way(shared_ros):
     assert launch.wait() == 130
 
 
+def test_ctrl_c_is_heard_while_a_function_of_the_file_takes_its_time(shared_ros):
+    path = shared_ros.folder / "slow.launch.py"
+    path.write_text(
+        HEAD
+        + textwrap.dedent("""
+        import time
+
+        def takes_long(context):
+            print("begun", flush=True)
+            time.sleep(600)
+
+        def generate_launch_description():
+            return LaunchDescription([
+                ExecuteProcess(cmd=["sleep", "600"], name="waits"),
+                TimerAction(period=0.0, actions=[OpaqueFunction(function=takes_long)]),
+            ])
+        """),
+        encoding="utf-8",
+    )
+    launch = shared_ros.spawn("launch slow.launch.py")
+    launch.wait_for_line(r"^begun$")
+    launch.interrupt()
+    launch.wait_for_line(r"\[waits-1\]: process has finished cleanly")
+    assert launch.wait() == 130
+
+
 def test_a_program_launches_by_a_service_of_its_own(shared_ros):
     (shared_ros.folder / "program.py").write_text(
         HEAD
