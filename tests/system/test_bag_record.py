@@ -190,9 +190,13 @@ def test_a_killed_recorder_leaves_all_but_its_last_second(ros, attempt):
     assert ros.node.wait_for_subscribers("/chatter", 1, 20)
     file = ros.folder / "bag" / "bag_0.mcap"
     sent = 0
-    size = file.stat().st_size
-    # Killed while it writes: once more of the file is there.
-    while file.stat().st_size < size + 100 * (attempt + 1):
+
+    def is_written():
+        with open_bag(ros.folder / "bag") as bag:
+            return sum(1 for _ in bag.messages()) > 100 * attempt
+
+    # Killed while it writes: once some messages stand in the file.
+    while sent % 100 or not is_written():
         publisher.publish(String(data=str(sent)))
         sent += 1
     process.kill()
