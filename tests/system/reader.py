@@ -19,6 +19,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import pytest
@@ -281,8 +282,11 @@ class Reader:
         shown = _of_this_command(step.shown)
 
         def has_come() -> bool:
-            assert process.returncode is None, f"it ends by itself:\n{process.report()}"
-            return not step.lacks(shown, process)
+            has_ended = process.returncode is not None
+            if not step.lacks(shown, process):
+                return True
+            assert not has_ended, f"it ends by itself:\n{process.report()}"
+            return False
 
         what = f"what the page shows of {step.line}, {shown}"
         eventually(has_come, LONGEST_COMMAND_S, what)
@@ -330,5 +334,6 @@ def _of_this_command(shown: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _press_ctrl_c(process: Process | Terminal) -> None:
-    os.killpg(process.pid, signal.SIGINT)
+    with suppress(ProcessLookupError):  # it may have done its work and ended
+        os.killpg(process.pid, signal.SIGINT)
     assert process.wait() in (0, 130, -signal.SIGINT), process.report()
