@@ -136,9 +136,6 @@ def test_no_imports_run_in_a_circle():
         }
         for module, path in modules().items()
     }
-    # The classes of ROS 2's launch know each other as those of the original do; to be untied.
-    tied = ("teleopctl.compat.site.launch", "teleopctl.compat.site.launch_ros")
-    graph = {name: names for name, names in graph.items() if not name.startswith(tied)}
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:

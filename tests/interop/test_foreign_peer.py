@@ -3,9 +3,11 @@
 import threading
 
 import pytest
+import zenoh
 
 from teleopctl.interfaces.store import get_service
 from teleopctl.node import Context, Node, SingleThreadedExecutor
+from teleopctl.testing import LONGEST_WAIT_S
 from tests import ROOT
 
 pytest.importorskip("zenoh_ros2_sdk")
@@ -65,9 +67,20 @@ def test_it_calls_a_service_of_ours(node, peer):
     peer("call").wait_for_line("sum 42")
 
 
+def wait_until_served(session, key):
+    """Wait until the router has told this session of somebody who answers all of a key."""
+    served = threading.Event()
+    querier = session.declare_querier(key, target=zenoh.QueryTarget.ALL_COMPLETE)
+    querier.declare_matching_listener(lambda status: served.set() if status.matching else None)
+    assert querier.matching_status.matching or served.wait(LONGEST_WAIT_S)
+    querier.undeclare()
+
+
 def test_we_call_a_service_of_it(node, peer):
     add = get_service("example_interfaces/srv/AddTwoInts")
     client = node.create_client(add, "/add_two_ints")
     peer("serve").wait_for_line("ready")
     assert client.wait_for_service(timeout_sec=10)
+    # It announces the service before it serves it: a request in between reaches nobody.
+    wait_until_served(node.context.session, client.key)
     assert client.call(add.Request(a=20, b=22), timeout_sec=10).sum == 42

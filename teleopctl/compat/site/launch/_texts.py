@@ -10,6 +10,7 @@ from typing import Any
 from teleopctl.launch import Call, ComputedText, LaunchContext as Evaluated, Template, literal
 
 from ._places import blamed
+from .launch_context import LaunchContext
 from .substitution import Substitution
 
 
@@ -26,8 +27,6 @@ class _Performed:
 
     def evaluate(self, context: object) -> str:
         """Perform it."""
-        from .launch_context import LaunchContext
-
         assert isinstance(context, Evaluated)
         try:
             return str(self.substitution.perform(LaunchContext.of(context)))

@@ -12,8 +12,6 @@ from .condition import Condition
 from .launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
-    from .frontend.entity import Entity
-    from .frontend.parser import Parser
     from .launch_context import LaunchContext
 
 
@@ -30,9 +28,9 @@ class Action(LaunchDescriptionEntity):
         super().__init__()
         self._condition = condition
 
-    # Any: the words that the class takes.
+    # Any: `frontend.Entity` and `frontend.Parser`, which know actions; the words of the class.
     @classmethod
-    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
         """Return the class and its words, from what stands in a text; a subclass adds its own."""
         from .conditions import IfCondition, UnlessCondition
 

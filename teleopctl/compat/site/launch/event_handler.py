@@ -10,11 +10,10 @@ from teleopctl.launch import ProcessOutput
 
 from ._entities import steps
 from ._places import blamed
-from .events._model import event_of
+from .event import Event, event_of
+from .launch_context import LaunchContext
 
 if TYPE_CHECKING:
-    from .event import Event
-    from .launch_context import LaunchContext
     from .some_entities_type import SomeEntitiesType
 
 
@@ -137,8 +136,6 @@ class _ModelHandler:
 
     def respond(self, event: object, launch: model.Launch) -> tuple[model.Step, ...]:
         """Return what is to be done on an event."""
-        from .launch_context import LaunchContext
-
         if isinstance(event, ProcessOutput) and not self._handler.wants_output:
             return ()
         told = event_of(event, launch)

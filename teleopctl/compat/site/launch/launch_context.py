@@ -6,11 +6,12 @@ import os
 from collections.abc import Iterable, Iterator, MutableMapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 from weakref import WeakKeyDictionary
 
 from teleopctl.launch import (
     Evaluation,
+    Handler,
     Launch,
     LaunchContext as State,
     LaunchRequest,
@@ -18,15 +19,30 @@ from teleopctl.launch import (
     Template,
 )
 
+from .event import Event, emit, event_of
 from .logging import launch_config as log_config
 
 if TYPE_CHECKING:
     import asyncio
 
     from ._asyncio import BackgroundLoop
-    from .event import Event
-    from .event_handler import BaseEventHandler
-    from .substitution import Substitution
+
+
+class _Substitution(Protocol):
+    """What stands for a text."""
+
+    def perform(self, context: LaunchContext, /) -> str:
+        """Return the text."""
+        ...
+
+
+class _EventHandler(Protocol):
+    """What answers events."""
+
+    def model_handler(self) -> Handler:
+        """Return it as the model has it."""
+        ...
+
 
 _known: WeakKeyDictionary[Launch, LaunchContext] = WeakKeyDictionary()
 
@@ -79,7 +95,7 @@ class LaunchContext:
         """Evaluate a text of the model."""
         return self.launch.text(text)
 
-    def perform_substitution(self, substitution: Substitution) -> str:
+    def perform_substitution(self, substitution: _Substitution) -> str:
         """Return the text that a substitution stands for."""
         return substitution.perform(self)
 
@@ -97,8 +113,6 @@ class LaunchContext:
     # Any: as in ROS 2.
     def get_locals_as_dict(self) -> dict[str, Any]:
         """Return what is known at this place, by name."""
-        from .events._model import event_of
-
         found: dict[str, Any] = {}
         if self.launch.file != Path():
             found["current_launch_file_path"] = str(self.launch.file)
@@ -163,18 +177,16 @@ class LaunchContext:
         """Tell whether a handler would answer an event."""
         return self.launch.is_awaited(event)
 
-    def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
+    def register_event_handler(self, event_handler: _EventHandler, append: bool = False) -> None:
         """Let a handler answer events: before those that are there, or after them."""
         self.launch.register(event_handler.model_handler(), last=append)
 
-    def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
+    def unregister_event_handler(self, event_handler: _EventHandler) -> None:
         """Let a handler answer no more events."""
         self.launch.unregister(event_handler.model_handler())
 
     def emit_event_sync(self, event: Event) -> None:
         """Make an event happen once this is done."""
-        from .events._model import emit
-
         emit(event, self.launch)
 
     async def emit_event(self, event: Event) -> None:

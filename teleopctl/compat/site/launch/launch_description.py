@@ -9,7 +9,6 @@ from .launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
     from .actions.declare_launch_argument import DeclareLaunchArgument
-    from .actions.include_launch_description import IncludeLaunchDescription
     from .launch_context import LaunchContext
 
 
@@ -97,17 +96,16 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     def get_launch_arguments_with_include_launch_description_actions(
         self, conditional_inclusion: bool = False
-    ) -> list[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription] | None]]:
+    ) -> list[tuple[DeclareLaunchArgument, list[LaunchDescriptionEntity] | None]]:
         """Return the launch arguments, each with the includes that lead to it, None for none."""
         from .actions.declare_launch_argument import DeclareLaunchArgument
-        from .actions.include_launch_description import IncludeLaunchDescription
         from .actions.reset_launch_configurations import ResetLaunchConfigurations
 
-        found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription] | None]] = {}
+        found: dict[str, tuple[DeclareLaunchArgument, list[LaunchDescriptionEntity] | None]] = {}
 
         def look(
             entities: Iterable[LaunchDescriptionEntity],
-            under: list[IncludeLaunchDescription],
+            under: list[LaunchDescriptionEntity],
             *,
             conditional: bool,
         ) -> None:
@@ -117,7 +115,7 @@ class LaunchDescription(LaunchDescriptionEntity):
                 if isinstance(entity, DeclareLaunchArgument) and entity.name not in found:
                     entity._conditionally_included = conditional or entity.condition is not None  # noqa: SLF001 -- the original's name
                     found[entity.name] = (entity, under or None)
-                below = [*under, entity] if isinstance(entity, IncludeLaunchDescription) else under
+                below = [*under, entity] if entity.brings_arguments else under
                 look(entity.describe_sub_entities(), below, conditional=False)
                 for _, inner in entity.describe_conditional_sub_entities():
                     look(inner, below, conditional=True)

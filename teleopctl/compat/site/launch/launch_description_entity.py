@@ -18,7 +18,10 @@ class LaunchDescriptionEntity:
 
     Attributes:
         defined_at: The line where it was made.
+        brings_arguments: Whether it gives arguments to what it includes.
     """
+
+    brings_arguments = False
 
     def __init__(self) -> None:
         self.defined_at = here()

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from teleopctl.launch import Template
 
 from ._texts import template
+from .launch_context import LaunchContext
 from .utilities import normalize_to_list_of_substitutions, perform_substitutions
 
 if TYPE_CHECKING:
-    from .launch_context import LaunchContext
     from .launch_description import LaunchDescription
     from .some_substitutions_type import SomeSubstitutionsType
 
@@ -71,8 +71,6 @@ class LaunchDescriptionSource:
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
         """Return the description where its file can be told without a launch, else None."""
-        from .launch_context import LaunchContext
-
         if self._launch_description is not None:
             return self._launch_description
         try:

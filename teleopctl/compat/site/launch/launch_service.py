@@ -17,9 +17,9 @@ from teleopctl.launch import (
     new_log_directory,
 )
 
+from .event import emit
 from .event_handlers import OnIncludeLaunchDescription, OnShutdown
 from .events import IncludeLaunchDescription
-from .events._model import emit
 from .launch_context import LaunchContext
 from .logging import launch_config
 

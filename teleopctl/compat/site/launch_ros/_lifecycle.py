@@ -19,7 +19,7 @@ from .ros_adapters import shared_adapter
 if TYPE_CHECKING:
     from rclpy.client import Client
 
-    from .actions.lifecycle_node import LifecycleNode
+    from .actions.node import Node
 
     _Client = Client[ChangeStateService.Request, ChangeStateService.Response]
 
@@ -39,7 +39,7 @@ class LifecycleLink:
 
     wants_output: bool = False
 
-    def __init__(self, entity: LifecycleNode, plan: ProcessPlan, launch: Launch) -> None:
+    def __init__(self, entity: Node, plan: ProcessPlan, launch: Launch) -> None:
         self._entity = entity
         self._process = plan.name
         self._launch = launch

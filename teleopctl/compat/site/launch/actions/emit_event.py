@@ -8,8 +8,7 @@ from typing import Any
 from teleopctl import launch as model
 
 from ..action import Action
-from ..event import Event
-from ..events._model import emit
+from ..event import Event, emit
 
 
 class EmitEvent(Action):

@@ -11,13 +11,17 @@ from teleopctl.launch import Process, ProcessExited, ProcessPlan, ProcessStarted
 
 from .._texts import optional, template
 from ..action import Action
+from ..event import Event
+from ..event_handlers.on_action_event_base import OnActionEventBase
+from ..events import process as events
+from ..events._model import details
+from ..events.process import ProcessIO
 from ..launch_context import LaunchContext
 from ..launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
     from ..descriptions import Executable
     from ..event_handlers.on_action_event_base import OnEvent
-    from ..events.process import ProcessIO
     from ..some_substitutions_type import SomeSubstitutionsType
 
 
@@ -112,8 +116,6 @@ class ExecuteLocal(Action):
     @property
     def process_details(self) -> dict[str, Any] | None:
         """What was started: action, name, cmd, cwd, env and, once it runs, pid; None before."""
-        from ..events._model import details
-
         if self._plan is None:
             return None
         told = details(Process(origin=self), self._plan, self._pid or 0)
@@ -160,9 +162,6 @@ class ExecuteLocal(Action):
         Raises:
             RuntimeError: That has happened before.
         """
-        from ..event_handlers.on_process_exit import OnProcessExit
-        from ..event_handlers.on_process_io import OnProcessIO
-
         if self._plan is not None:
             raise RuntimeError(
                 f"ExecuteLocal action '{plan.name}': executed more than once: {self.describe()}"
@@ -175,14 +174,23 @@ class ExecuteLocal(Action):
             about = f"cmd='{words}', cwd='{plan.working_directory}', custom_env?=True"
             launch.say("INFO", f"process details: {about}", plan.name)
         if self._written is not None:
-            keep = OnProcessIO(target_action=self, on_stdout=self._keep, on_stderr=self._keep)
-            launch.register(keep.model_handler())
+            self._answer(ProcessIO, lambda event, _: self._keep(event), launch)
         if self._on_exit is not None:
-            handler = OnProcessExit(target_action=self, on_exit=self._on_exit)
-            launch.register(handler.model_handler())
+            self._answer(events.ProcessExited, self._on_exit, launch)
 
-    def _keep(self, event: ProcessIO) -> None:
+    def _answer(self, kind: type[Event], what: OnEvent, launch: model.Launch) -> None:
+        """Do something on each event of a kind that tells of this process."""
+        handler = OnActionEventBase(
+            action_matcher=self,
+            on_event=what,
+            target_event_cls=kind,
+            target_action_cls=ExecuteLocal,
+        )
+        launch.register(handler.model_handler())
+
+    def _keep(self, event: Event) -> None:
         assert self._written is not None
+        assert isinstance(event, ProcessIO)
         self._written["stdout" if event.from_stdout else "stderr"].append(event.text)
 
     # object: an event of the model.

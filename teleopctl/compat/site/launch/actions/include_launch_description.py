@@ -30,6 +30,8 @@ class IncludeLaunchDescription(Action):
         kwargs: What `Action` takes.
     """
 
+    brings_arguments = True
+
     # Any: the words of Action.
     def __init__(
         self,
@@ -80,7 +82,12 @@ class IncludeLaunchDescription(Action):
         description = self._source.get_launch_description(context)
         declared = description.get_launch_arguments_with_include_launch_description_actions()
         for argument, includes in declared:
-            given = [name for each in (self, *(includes or ())) for name in each.names(context)]
+            given = [
+                name
+                for include in (self, *(includes or ()))
+                if isinstance(include, IncludeLaunchDescription)
+                for name in include.names(context)
+            ]
             if argument.is_required and argument.name not in given:
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "

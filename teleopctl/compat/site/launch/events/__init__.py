@@ -1,6 +1,6 @@
 """``launch.events``."""
 
-from . import process
+from . import _model as _model, process
 from .execution_complete import ExecutionComplete
 from .include_launch_description import IncludeLaunchDescription
 from .matchers import matches_action

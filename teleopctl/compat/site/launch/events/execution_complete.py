@@ -1,7 +1,7 @@
 """``launch.events.execution_complete``."""
 
-from ..action import Action
 from ..event import Event
+from ..launch_description_entity import LaunchDescriptionEntity
 
 
 class ExecutionComplete(Event):
@@ -13,5 +13,5 @@ class ExecutionComplete(Event):
 
     name = "launch.events.ExecutionComplete"
 
-    def __init__(self, *, action: Action) -> None:
+    def __init__(self, *, action: LaunchDescriptionEntity) -> None:
         self.action = action

@@ -1,5 +1,7 @@
 """``launch.events.shutdown``."""
 
+from teleopctl.launch import Launch
+
 from ..event import Event
 
 
@@ -16,3 +18,7 @@ class Shutdown(Event):
     def __init__(self, *, reason: str = "reason not given", due_to_sigint: bool = False) -> None:
         self.reason = reason
         self.due_to_sigint = due_to_sigint
+
+    def happen(self, launch: Launch) -> None:
+        """End the launch."""
+        launch.shut_down(self.reason)

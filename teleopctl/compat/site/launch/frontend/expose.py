@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import (
@@ -16,48 +16,28 @@ from teleopctl.launch import (
     exposed_substitutions,
 )
 
-if TYPE_CHECKING:
-    from ..action import Action
-    from ..substitution import Substitution
+from ._methods import (
+    Methods,
+    action_parse_methods,
+    instantiate_action,
+    instantiate_substitution,
+    substitution_parse_methods,
+)
+
+__all__ = [
+    "action_parse_methods",
+    "expose_action",
+    "expose_substitution",
+    "instantiate_action",
+    "instantiate_substitution",
+    "substitution_parse_methods",
+]
 
 _Exposed = TypeVar("_Exposed")
-# Any: what a method returns is a class and the words that it takes.
-_Methods = dict[str, Callable[..., Any]]
-
-action_parse_methods: _Methods = {}
-substitution_parse_methods: _Methods = {}
-
-
-# Any: the entity and the parser of a text front end.
-def instantiate_action(entity: Any, parser: Any) -> Action:
-    """Return the action that stands in a launch file.
-
-    Raises:
-        RuntimeError: Nobody has exposed one of that name.
-    """
-    if entity.type_name not in action_parse_methods:
-        raise RuntimeError(f"Unrecognized entity of the type: {entity.type_name}")
-    kind, kwargs = action_parse_methods[entity.type_name](entity, parser)
-    made: Action = kind(**kwargs)
-    return made
-
-
-# Any: texts with substitutions.
-def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) -> Substitution:
-    """Return the substitution that stands in a text.
-
-    Raises:
-        RuntimeError: Nobody has exposed one of that name.
-    """
-    if type_name not in substitution_parse_methods:
-        raise RuntimeError(f"Unknown substitution: {type_name}")
-    kind, kwargs = substitution_parse_methods[type_name](list(args or ()))
-    made: Substitution = kind(**kwargs)
-    return made
 
 
 def __expose_impl(  # the original's name, which its tests import
-    name: str, parse_methods_map: _Methods, exposed_type: str
+    name: str, parse_methods_map: Methods, exposed_type: str
 ) -> Callable[[_Exposed], _Exposed]:
     def decorate(exposed: _Exposed) -> _Exposed:
         method: Callable[..., Any] | None = None

@@ -10,7 +10,7 @@ from teleopctl.launch import Call, ComputedText, Element, Place, Template
 
 from ..substitution import Substitution
 from ..substitutions.text_substitution import TextSubstitution
-from .expose import instantiate_substitution, substitution_parse_methods
+from ._methods import instantiate_substitution, substitution_parse_methods
 
 _NOWHERE = Place(Path("<text>"), 1)
 

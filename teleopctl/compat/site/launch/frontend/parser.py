@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ._methods import action_parse_methods, instantiate_action
 from .entity import Entity
-from .expose import action_parse_methods, instantiate_action
 from .parse_substitution import (
     parse_if_substitutions,
     parse_substitution,

@@ -3,6 +3,8 @@
 import signal
 from collections.abc import Callable
 
+from teleopctl.launch import Launch, Process, ProcessPlan, SignalRequested
+
 from ...action import Action
 from ...event import Event
 
@@ -18,6 +20,18 @@ class ProcessTargetedEvent(Event):
 
     def __init__(self, *, process_matcher: Callable[[Action], bool]) -> None:
         self.process_matcher = process_matcher
+
+    def happen(self, launch: Launch) -> None:
+        """Tell the processes that are meant."""
+
+        def is_meant(process: Process, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- ours know it
+            return isinstance(process.origin, Action) and self.process_matcher(process.origin)
+
+        launch.emit(SignalRequested(is_meant, self._number()))
+
+    def _number(self) -> signal.Signals | None:
+        """Return the signal that is sent; None for those of a shutdown."""
+        return None
 
 
 class ShutdownProcess(ProcessTargetedEvent):
@@ -47,6 +61,9 @@ class SignalProcess(ProcessTargetedEvent):
             self.signal = signal.Signals[signal_number]
         else:
             self.signal = signal.Signals(signal_number)
+
+    def _number(self) -> signal.Signals:
+        return self.signal
 
     @property
     def signal_name(self) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 from launch.event import Event
 from lifecycle_msgs.msg import State, Transition
 
-if TYPE_CHECKING:
-    from ...actions.lifecycle_node import LifecycleNode
+# Any: a lifecycle node, which knows these events.
+_Matcher = Callable[[Any], bool]
 
 _TRANSITIONS = (
     "CREATE",
@@ -54,9 +54,7 @@ class ChangeState(Event):
         for name in (f"{'PRIMARY' if number < 5 else 'TRANSITION'}_STATE_{state}",)
     }
 
-    def __init__(
-        self, *, lifecycle_node_matcher: Callable[[LifecycleNode], bool], transition_id: int
-    ) -> None:
+    def __init__(self, *, lifecycle_node_matcher: _Matcher, transition_id: int) -> None:
         super().__init__()
         if transition_id not in self.valid_transitions:
             known = ", ".join(f"{name}: {id_}" for id_, name in self.valid_transitions.items())
@@ -65,7 +63,7 @@ class ChangeState(Event):
         self._transition_id = transition_id
 
     @property
-    def lifecycle_node_matcher(self) -> Callable[[LifecycleNode], bool]:
+    def lifecycle_node_matcher(self) -> _Matcher:
         """Tells which nodes are meant."""
         return self._matcher
 

@@ -8,7 +8,7 @@ from launch.event import Event
 from lifecycle_msgs.msg import TransitionEvent
 
 if TYPE_CHECKING:
-    from ...actions.lifecycle_node import LifecycleNode
+    from ...actions.node import Node
 
 
 class StateTransition(Event):
@@ -21,13 +21,13 @@ class StateTransition(Event):
 
     name = "launch_ros.events.lifecycle.StateTransition"
 
-    def __init__(self, *, action: LifecycleNode, msg: TransitionEvent) -> None:
+    def __init__(self, *, action: Node, msg: TransitionEvent) -> None:
         super().__init__()
         self._action = action
         self._msg = msg
 
     @property
-    def action(self) -> LifecycleNode:
+    def action(self) -> Node:
         """The node."""
         return self._action
 
