@@ -15,9 +15,10 @@ These sources form one overlay, the first one that knows a name wins:
    are named ``package/executable``.
 
 As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
-that is used in it, while executables that it does not define still come from the others. The one
-exception: the programs that teleopctl's own launch files name are always teleopctl's own, since the
-sources of ROS 2's ``controller_manager`` in some folder are no reason not to simulate there.
+that is used in it, while executables that it does not define still come from the others. There are
+two exceptions, since the sources of ROS 2's ``controller_manager`` in some folder are no reason not
+to simulate there: sources that are of no use before they are built stand behind a package of
+teleopctl of that name, and the programs that teleopctl's own launch files name are always its own.
 
 Where ROS was sourced, ``rviz2`` and ``tf2_ros`` are names of both: the programs are ours, which
 talk to each other whatever middleware that ROS has, and the files are ROS's, as ours have none.
@@ -37,6 +38,7 @@ from teleopctl.packages.prefixes import installed_names, installed_packages, is_
 from teleopctl.packages.records import OWN, SOURCES, Executable, Package
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
+_QT = "python_qt_binding"
 
 
 def find_package(name: str) -> Package:
@@ -169,13 +171,28 @@ def resolve_uri(uri: str) -> Path:
 
 def known_layers(name: str) -> Iterator[Package]:
     """Yield the packages of a name, first ones first, without those of distributions."""
-    yield from _source_packages().get(name, ())
+    own = builtin_package(name)
+    unbuilt: list[Package] = []
+    for package in _source_packages().get(name, ()):
+        if own is not None and _needs_building(package):
+            unbuilt.append(_source_package(name, package.folder, f"{package.found_by}, not built"))
+        else:
+            yield package
     installed = [(is_ros(package.prefix), package) for package in installed_packages(name)]
     yield from (package for of_ros, package in installed if not of_ros)
-    own = builtin_package(name)
     if own is not None:
         yield own
+    yield from unbuilt
     yield from (package for of_ros, package in installed if of_ros)
+
+
+def _needs_building(package: Package) -> bool:
+    """Whether sources are of no use as they lie: they are compiled, or draw with ROS's Qt."""
+    from teleopctl.packages.source_programs import compiles, depends_on
+
+    return compiles(package.folder) or (
+        depends_on(package.folder, _QT) and not any(installed_packages(_QT))
+    )
 
 
 def _of_distribution(name: str) -> list[Package]:
@@ -201,7 +218,8 @@ def _overlay(layers: list[Package]) -> Package | None:
 
 def _executables(layers: list[Package]) -> dict[str, Executable]:
     # Two folders of sources with one name are a mistake, as for colcon: the second is not used.
-    used = [p for at, p in enumerate(layers) if p.kind != SOURCES or at == 0]
+    first = next((package for package in layers if package.kind == SOURCES), None)
+    used = [package for package in layers if package.kind != SOURCES or package is first]
     executables: dict[str, Executable] = {}
     for package in reversed(used):
         executables.update(package.executables)
@@ -243,11 +261,13 @@ def _packages_below(roots: tuple[tuple[str, str], ...]) -> dict[str, list[Packag
         for name, folder in find_package_folders(Path(root)):
             known = packages.setdefault(name, []) if name else []
             if name and all(package.folder != folder for package in known):
-                read = partial(_source_executables, name, folder)
-                known.append(
-                    Package(name, folder, kind=SOURCES, found_by=found_by, read_executables=read)
-                )
+                known.append(_source_package(name, folder, found_by))
     return packages
+
+
+def _source_package(name: str, folder: Path, found_by: str) -> Package:
+    read = partial(_source_executables, name, folder)
+    return Package(name, folder, kind=SOURCES, found_by=found_by, read_executables=read)
 
 
 def _source_executables(name: str, folder: Path) -> dict[str, Executable]:

@@ -7,12 +7,16 @@ Nothing is built and nothing is executed: ``setup.py``, ``setup.cfg``, ``pyproje
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
+from typing import Final
 
 from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.records import Executable
 from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
+
+_BUILT: Final = re.compile(r"^[^#\n]*\badd_(?:executable|library)\s*\(", re.MULTILINE)
 
 
 def executables(package: str, folder: Path) -> dict[str, Executable]:
@@ -42,6 +46,18 @@ def compiled_programs(folder: Path) -> set[str]:
     """Return the names of the programs that a package's ``CMakeLists.txt`` compiles."""
     text = text_of(folder / "CMakeLists.txt")
     return set() if text is None else installation(text, folder).targets
+
+
+def compiles(folder: Path) -> bool:
+    """Whether a package's ``CMakeLists.txt`` builds a library or a program."""
+    text = text_of(folder / "CMakeLists.txt")
+    return text is not None and _BUILT.search(text) is not None
+
+
+def depends_on(folder: Path, name: str) -> bool:
+    """Whether a package's manifest names another one."""
+    text = text_of(folder / "package.xml")
+    return text is not None and re.search(rf">\s*{re.escape(name)}\s*<", text) is not None
 
 
 def console_scripts(folder: Path) -> dict[str, str]:

@@ -63,7 +63,7 @@ def test_the_packages_know_each_other_by_their_public_names():
     [
         "from tf2_ros.buffer import Buffer",
         "from tf2_ros.buffer_interface import BufferInterface, TypeException",
-        "from tf2_ros.transform_listener import TransformListener",
+        "from tf2_ros.transform_listener import DEFAULT_TF_TOPIC, TransformListener",
         "from tf2_ros.transform_broadcaster import TransformBroadcaster",
         "from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster",
         "from tf2_geometry_msgs import do_transform_pose_stamped, do_transform_point",

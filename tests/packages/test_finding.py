@@ -173,6 +173,48 @@ def test_a_users_package_overlays_a_built_in_one_and_leaves_it_its_executables(e
     assert found.executables["simple_subscriber"].target.startswith("teleopctl.nodes.")
 
 
+CMAKE = "install(PROGRAMS scripts/{} DESTINATION lib/${{PROJECT_NAME}})\n"
+
+
+@pytest.mark.parametrize("what", ["add_library(x SHARED x.cpp)", "add_executable(x x.cpp)", "Qt"])
+def test_sources_that_are_of_no_use_before_they_are_built_stand_behind_ours(empty_folder, what):
+    name = "gazebo_ros"
+    script = "cmake_minimum_required(VERSION 3.8)\nproject(gazebo_ros)\n" + CMAKE.format("more.py")
+    script += CMAKE.format("spawn_entity.py")
+    folder = make_package(
+        empty_folder / name, name, CMakeLists_dot_txt=script + ("" if what == "Qt" else what)
+    )
+    if what == "Qt":
+        manifest = f"<name>{name}</name><exec_depend>python_qt_binding</exec_depend>"
+        (folder / "package.xml").write_text(f"<package>{manifest}</package>")
+    (folder / "scripts").mkdir()
+    for program in ("more.py", "spawn_entity.py"):
+        (folder / "scripts" / program).touch()
+    found = packages.find_package(name)
+    assert (found.share / "launch" / "gzserver.launch.py").is_file()
+    assert found.executables["spawn_entity.py"].target.startswith("teleopctl.nodes.")
+    assert found.executables["more.py"].file == folder / "scripts" / "more.py"
+    hidden = packages.package_layers(name)[1]
+    assert (hidden.folder, hidden.found_by) == (folder, "below the current folder, not built")
+
+
+def test_unbuilt_sources_give_the_files_where_ours_has_none(empty_folder):
+    name = "controller_manager"
+    script = "# add_executable(no no.cpp)\nadd_executable(yes yes.cpp)\n"
+    folder = make_package(
+        empty_folder / name, name, CMakeLists_dot_txt=script, setup_dot_py=SETUP_PY
+    )
+    found = packages.find_package(name)
+    assert (found.folder, "talker" in found.executables) == (folder, True)
+    assert found.executables["spawner"].target == "teleopctl.nodes.spawner:main"
+
+
+def test_a_comment_in_a_cmakelists_compiles_nothing(empty_folder):
+    script = "# add_executable(no no.cpp)\n"
+    folder = make_package(empty_folder / "rviz2", "rviz2", CMakeLists_dot_txt=script)
+    assert packages.package_layers("rviz2")[0].folder == folder
+
+
 def test_a_name_that_means_different_programs_has_to_be_qualified(empty_folder):
     for name in ("one", "two"):
         make_package(empty_folder / name, name, setup_dot_py=SETUP_PY)

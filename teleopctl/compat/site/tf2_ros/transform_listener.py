@@ -1,5 +1,8 @@
 """``tf2_ros.transform_listener``. What fills a buffer."""
 
-from teleopctl.tf import TransformListener
+from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, TransformListener
 
-__all__ = ["TransformListener"]
+DEFAULT_TF_TOPIC = TF_TOPIC
+DEFAULT_STATIC_TF_TOPIC = TF_STATIC_TOPIC
+
+__all__ = ["DEFAULT_STATIC_TF_TOPIC", "DEFAULT_TF_TOPIC", "TransformListener"]
