@@ -30,6 +30,8 @@ from teleopctl.viewer.unknown_types import UnknownTypes
 if TYPE_CHECKING:
     import viser
 
+    from teleopctl.viewer.page.page_server import PageServer
+
 _PICTURES_PER_S = 30.0
 # Panels are read, not watched: every third picture is enough.
 _PICTURES_PER_PANEL_TICK = 3
@@ -50,7 +52,7 @@ class Viewer(Node):
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: PageServer,
         view: Path | None = None,
         panels: list[str] | None = None,
         cli_args: Sequence[str] | None = None,
@@ -86,6 +88,7 @@ class Viewer(Node):
         self.add_graph_callback(lambda: self.soon(self._tell_of_graph))
         server.on_client_connect(self.on(lambda _client: self._look()))
         server.on_client_disconnect(self.on(lambda _client: self._look()))
+        server.audience.on_change(self.on(self._look))
 
     def _make_panels(self, names: list[str] | None) -> list[Panel]:
         made: list[Panel] = []
@@ -177,7 +180,7 @@ class Viewer(Node):
         Who is back at once has not been away: plots go on, and nothing is listened to anew. Zenoh
         would keep some memory for each time, in every process (docs/robustness.md, Soak).
         """
-        if not self.server.get_clients():
+        if not any(map(self.server.audience.looks, self.server.get_clients())):
             if self._watched:
                 self._patience.reset()
             return

@@ -11,18 +11,24 @@ from playwright.sync_api import Browser, sync_playwright
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
 # WebGL without a graphics card.
-_SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+def chromium_program() -> str:
+    """Find the browser; skips the test where there is none."""
+    program = next(filter(None, map(shutil.which, _NAMES)), None)
+    if program is None:
+        pytest.skip("There is no Chromium; on Debian and Ubuntu: apt install chromium")
+    return program
 
 
 @contextmanager
 def browser() -> Iterator[Browser]:
     """Start a browser without a window; skips the test where there is none."""
-    program = next(filter(None, map(shutil.which, _NAMES)), None)
-    if program is None:
-        pytest.skip("There is no Chromium; on Debian and Ubuntu: apt install chromium")
+    program = chromium_program()
     with sync_playwright() as playwright:
         started = playwright.chromium.launch(
-            executable_path=program, args=["--no-sandbox", *_SOFTWARE_GL]
+            executable_path=program, args=["--no-sandbox", *SOFTWARE_GL]
         )
         try:
             yield started

@@ -13,6 +13,7 @@ from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, SegmentTree, expand_xacro
 from teleopctl.testing import RosGraph, eventually
 from tests.system.browser import browser
+from tests.system.window import window
 
 JointState = get_message("sensor_msgs/msg/JointState")
 TFMessage = get_message("tf2_msgs/msg/TFMessage")
@@ -152,7 +153,7 @@ def test_in_simulation_sliders_and_buttons_drive_the_controllers(ros, chromium):
     eventually(lambda: "inactive" not in states())
 
 
-def test_nothing_is_listened_to_while_nobody_looks(ros, chromium):
+def test_nothing_is_listened_to_while_nobody_looks(ros, tmp_path):
     address = launched(ros, "display.yaml")
 
     def listens() -> bool:
@@ -160,9 +161,12 @@ def test_nothing_is_listened_to_while_nobody_looks(ros, chromium):
         return "/joint_states" in topics or "/tf:" in topics
 
     assert not listens()
-    page = opened(chromium, address)
-    eventually(listens)
-    page.close()
+    with window(address, tmp_path / "browser") as seen:
+        eventually(listens, PAGE_WITHIN_MS / 1000)
+        seen.cover()
+        eventually(lambda: not listens())
+        seen.uncover()
+        eventually(listens)
     eventually(lambda: not listens())
 
 

@@ -19,6 +19,7 @@ from websockets.typing import Origin, Subprotocol
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import PageError, open_server, page_address
 from teleopctl.viewer.page import server as page_server
+from tests.benchmarks.page_client import PageClient
 
 # In bytes: half of what the kernel takes by itself.
 MUCH = 1_500_000
@@ -79,6 +80,38 @@ def test_with_a_token_nobody_gets_in_without():
             assert socket_to_page.recv(timeout=10)
     finally:
         server.stop()
+
+
+def tell_visibility(port, browser, visibility, **headers):
+    told = {"Teleopctl-Browser": str(browser), "Teleopctl-Visibility": visibility}
+    return get(port, "/visibility", **told, **headers)
+
+
+def test_a_browser_tells_whether_it_shows_the_page_and_no_foreign_page_does(page):
+    changes: list[bool] = []
+    client = PageClient(page.get_port())
+    eventually(page.get_clients)
+    (browser,) = page.get_clients()
+    page.audience.on_change(lambda: changes.append(page.audience.looks(browser)))
+    assert page.audience.looks(browser)
+    assert tell_visibility(page.get_port(), browser, "hidden").status == 200
+    assert tell_visibility(page.get_port(), browser + 1, "visible").status == 200
+    assert tell_visibility(page.get_port(), browser, "visible").status == 200
+    assert changes == [False, False, True]
+    assert tell_visibility(page.get_port(), browser, "hidden", Origin="http://evil").status == 403
+    # No headers: what a foreign page can send without being asked first.
+    assert get(page.get_port(), "/visibility").status == 404
+    # So browsers ask whether a foreign page may send them.
+    with pytest.raises((http.client.HTTPException, ConnectionError)):
+        preflight(page.get_port())
+    assert page.audience.looks(browser)
+    client.close()
+
+
+def preflight(port):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("OPTIONS", "/visibility", headers={"Origin": "http://evil.com"})
+    connection.getresponse()
 
 
 def test_a_port_that_is_taken_gives_way_to_the_next():

@@ -6,6 +6,7 @@ from teleopctl.node import QoSProfile, SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import Panel, Viewer, open_server, viewer as viewer_module
 from tests.benchmarks.page_client import PageClient
+from tests.viewer.test_server import tell_visibility
 
 String = get_message("std_msgs/msg/String")
 
@@ -113,4 +114,41 @@ def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
             client.close()
             spin_until(lambda: not node._patience.is_canceled())
         assert Attentive.noted == ["began"]
+        executor.shutdown()
+
+
+def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
+    del ros  # this process is in it
+    monkeypatch.setattr(viewer_module, "_BACK_WITHIN_S", 0.1)
+    load = plugins.load
+    monkeypatch.setattr(
+        plugins,
+        "load",
+        lambda kind, name: Attentive if kind is plugins.PANELS else load(kind, name),
+    )
+    Attentive.noted.clear()
+    server = open_server(port=0)
+    with init(args=[]), Viewer(server, panels=["attentive"]) as node:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+
+        def spin_until_noted(*words):
+            def noted():
+                executor.spin_once(0.1)
+                return Attentive.noted == list(words)
+
+            eventually(noted)
+
+        clients = [PageClient(server.get_port()), PageClient(server.get_port())]
+        eventually(lambda: len(server.get_clients()) == 2)
+        first, second = server.get_clients()
+        spin_until_noted("began")
+        tell_visibility(server.get_port(), first, "hidden")
+        tell_visibility(server.get_port(), second, "hidden")
+        spin_until_noted("began", "ended")
+        tell_visibility(server.get_port(), first, "visible")
+        spin_until_noted("began", "ended", "began")
+        clients[0].close()
+        spin_until_noted("began", "ended", "began", "ended")
+        clients[1].close()
         executor.shutdown()

@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.page.access import Access, is_loopback
+from teleopctl.viewer.page.audience import Audience
 from teleopctl.viewer.page.waking import wake_in_its_thread
 
 if TYPE_CHECKING:
     import viser
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
+
+    from teleopctl.viewer.page.page_server import PageServer
 
 DEFAULT_PORT = 8080
 _PORTS_TRIED = 20
@@ -35,7 +38,7 @@ class PageError(TeleopctlError):
 
 def open_server(
     host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
-) -> viser.ViserServer:
+) -> PageServer:
     """Open the page.
 
     Args:
@@ -52,11 +55,11 @@ def open_server(
             hint="Give one: --host HOST --token SECRET",
         )
     port = _free_port(host, port)
-    access = Access(host, token)
-    import viser
+    access, audience = Access(host, token), Audience()
+    from teleopctl.viewer.page.page_server import PageServer
 
-    with _guarded(access), contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host, port, verbose=False)
+    with _guarded(access, audience), contextlib.redirect_stdout(io.StringIO()):
+        server = PageServer(host, port, audience)
     wake_in_its_thread(server)
     server.gui.configure_theme(
         show_logo=False,
@@ -89,8 +92,8 @@ _patching = threading.Lock()
 
 
 @contextlib.contextmanager
-def _guarded(access: Access) -> Iterator[None]:
-    """Have the server that viser starts meanwhile ask for access first.
+def _guarded(access: Access, audience: Audience) -> Iterator[None]:
+    """Have the server that viser starts meanwhile ask for access first, and then the audience.
 
     viser offers no way to look at requests. What it hands to the library below it does.
     """
@@ -101,7 +104,7 @@ def _guarded(access: Access) -> Iterator[None]:
     def guarded_serve(*args: Any, process_request: Any, **kwargs: Any) -> Any:
         def process(connection: ServerConnection, request: Request) -> Response | None:
             headers = {name.lower(): value for name, value in request.headers.raw_items()}
-            answer = access.check(request.path, headers)
+            answer = access.check(request.path, headers) or audience.take(request.path, headers)
             if answer is None:
                 _bear_with_the_slow(connection)
                 answered: Response | None = process_request(connection, request)

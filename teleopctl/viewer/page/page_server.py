@@ -1,0 +1,25 @@
+"""viser's server, which also knows who looks."""
+
+from __future__ import annotations
+
+import viser
+
+from teleopctl.viewer.page.audience import Audience
+
+
+class PageServer(viser.ViserServer):
+    """The server of a page; see `open_server`.
+
+    Args:
+        host: The address to listen on.
+        port: The port; any for 0.
+        audience: Hears of the requests that it takes; the server does not ask it.
+
+    Attributes:
+        audience: Who looks.
+    """
+
+    def __init__(self, host: str, port: int, audience: Audience) -> None:
+        super().__init__(host, port, verbose=False)
+        self.audience = audience
+        audience.follow(self)
