@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from teleopctl.node import MessageInfo, Node, Subscription
     from teleopctl.wire import EndpointToken, Graph
 
+_LOG = "/rosout"
+
 # What rosbag2 asks for where no publisher says what it offers.
 _DEFAULT_DEPTH = 10
 
@@ -113,7 +115,9 @@ class Topics:
 
     def follow(self, graph: Graph) -> None:
         """Subscribe to what is new, and describe what can be described without asking."""
-        for name, types in graph.topic_names_and_types(include_hidden=True):
+        named = graph.topic_names_and_types(include_hidden=True)
+        # The log first: what the recorder says while it begins with the others is in it.
+        for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):
             topic = self._topics.get(name)
             if topic is not None:
                 self._renew_if_latched_now(topic, graph)
