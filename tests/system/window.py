@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from tests.system.browser import SOFTWARE_GL, chromium_program
@@ -23,7 +24,7 @@ class Window:
         tab: Chromium's own protocol, with the tab at its other end.
     """
 
-    def __init__(self, tab: ClientConnection) -> None:
+    def __init__(self, tab: Connection) -> None:
         self._tab = tab
         self._sent = 0
 
