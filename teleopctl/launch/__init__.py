@@ -74,6 +74,10 @@ if TYPE_CHECKING:
         log_tail as log_tail,
         pages as pages,
     )
+    from teleopctl.launch.execution.line_format import (
+        LOG_FORMAT as LOG_FORMAT,
+        SCREEN_FORMAT as SCREEN_FORMAT,
+    )
     from teleopctl.launch.execution.readiness import (
         NewNodes as NewNodes,
         wait_for_node as wait_for_node,
@@ -142,6 +146,10 @@ if TYPE_CHECKING:
         exposed_actions as exposed_actions,
         exposed_substitutions as exposed_substitutions,
     )
+    from teleopctl.launch.model.output import (
+        output_alias as output_alias,
+        output_table as output_table,
+    )
     from teleopctl.launch.model.plan import (
         Further as Further,
         LaunchPlan as LaunchPlan,
@@ -167,6 +175,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.starting import (
         evaluated as evaluated,
         free_name as free_name,
+        log_directory_here as log_directory_here,
         new_log_directory as new_log_directory,
         prepare as prepare,
         run_here as run_here,
@@ -193,6 +202,7 @@ else:
             "evaluation.processes": "ProcessBuilder",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",
+            "execution.line_format": "LOG_FORMAT SCREEN_FORMAT",
             "execution.readiness": "NewNodes wait_for_node",
             "execution.running": "Running died duration find_running forget_died newest_log "
             "running stop_running stopped_by_ctrl_c",
@@ -208,12 +218,13 @@ else:
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",
             "model.exposed": "exposed_actions exposed_substitutions",
+            "model.output": "output_alias output_table",
             "model.plan": "Further LaunchPlan ProcessPlan",
             "model.request": "LaunchRequest",
             "model.template": "Argument Call ComputedText Template literal",
             "model.values": "flag",
             "recording": "bag_folder recorded",
-            "starting": "evaluated free_name new_log_directory prepare run_here "
+            "starting": "evaluated free_name log_directory_here new_log_directory prepare run_here "
             "start_in_background",
         },
     )

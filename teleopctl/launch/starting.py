@@ -23,6 +23,13 @@ from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest, load_request
 from teleopctl.launch.recording import recorded
 
+_log_directory: Path | None = None
+
+
+def log_directory_here() -> Path | None:
+    """Return the folder of the launch that this process evaluates, or None where it does not."""
+    return _log_directory
+
 
 def new_log_directory() -> Path:
     """Return the folder of a launch that starts now: date, host and process, as in ROS 2."""
@@ -44,6 +51,8 @@ def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, 
         TeleopctlError: The file cannot be read, does not follow the vocabulary, or something in it
             cannot be evaluated.
     """
+    global _log_directory
+    _log_directory = log_directory
     file = Path(request.file)
     plan, evaluation = evaluate(
         read_launch_file(file),
@@ -204,8 +213,20 @@ def _write(log_directory: Path, write: Callable[[], None]) -> None:
     try:
         log_directory.mkdir(parents=True, exist_ok=True)
         write()
+        _call_latest(log_directory)
     except OSError as error:
         raise LaunchError(
             f"Cannot write to the log folder {log_directory}: {error.strerror}",
             hint="Set ROS_LOG_DIR to a folder that you may write to.",
         ) from error
+
+
+def _call_latest(log_directory: Path) -> None:
+    """Let ``latest`` lead to the folder of the newest launch, as in ROS 2, where it can."""
+    link, new = (log_directory.with_name(name) for name in ("latest", f"latest.{os.getpid()}"))
+    if link.exists() and not link.is_symlink():
+        return
+    # Windows makes links for few; two launches at once may be in each other's way.
+    with contextlib.suppress(OSError):
+        new.symlink_to(log_directory, target_is_directory=True)
+        new.replace(link)

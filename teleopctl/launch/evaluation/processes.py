@@ -29,7 +29,7 @@ from teleopctl.launch.model.descriptions import (
     Words,
 )
 from teleopctl.launch.model.events import ProcessEvent, SignalRequested
-from teleopctl.launch.model.output import BOTH, Output, OutputTable, alias, table
+from teleopctl.launch.model.output import BOTH, Output, OutputTable, output_alias, output_table
 from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.template import Template, TemplateError, literal, parse
@@ -282,10 +282,10 @@ class ProcessBuilder:
             return BOTH, BOTH
         overridden = self._context.environment_value("OVERRIDE_LAUNCH_PROCESS_OUTPUT")
         if overridden:
-            return alias(overridden)
+            return output_alias(overridden)
         if isinstance(output, dict):
-            return table({key: frozenset(map(self._text, to)) for key, to in output.items()})
-        return alias(self._optional(output) or "log")
+            return output_table({key: frozenset(map(self._text, to)) for key, to in output.items()})
+        return output_alias(self._optional(output) or "log")
 
     def _emulates_tty(self, text: Template | None) -> bool:
         configured = self._context.scope.variables.get("emulate_tty")

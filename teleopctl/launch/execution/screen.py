@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from pathlib import Path
 
+from teleopctl.launch.execution.line_format import LOG_FORMAT, SCREEN_FORMAT
 from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.output import LogFile
 
@@ -27,10 +29,12 @@ class Screen:
 
     def say(self, level: str, name: str, text: str) -> None:
         """Write one of the launch's own lines, ``[INFO] [launch]: …``."""
-        line = f"[{level}] [{name}]: {text}\n".encode(errors="replace")
         if self._log is not None:
-            self._log.write(line)
-        self._write(line if self._terminal is None else self._terminal.own(level, name, text))
+            self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
+        if self._terminal is not None and SCREEN_FORMAT.is_default:
+            self._write(self._terminal.own(level, name, text))
+        else:
+            self._write(f"{SCREEN_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
 
     def relay(self, name: str, line: bytes, *, shown: bool, kept: bool) -> None:
         """Write a line of a process, whichever stream it came from, as ROS 2's launch does.
@@ -42,7 +46,7 @@ class Screen:
             kept: Whether it stands in the log file.
         """
         if kept and self._log is not None:
-            self._log.write(_prefixed(name, line))
+            self._log.write(f"{time.time():.7f} ".encode() + _prefixed(name, line))
         if not shown:
             return
         if self._terminal is not None:

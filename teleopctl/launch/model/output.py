@@ -53,7 +53,7 @@ _ALIASES: dict[str, Mapping[str, frozenset[str]]] = {
 }
 
 
-def alias(name: str) -> tuple[Output, Output]:
+def output_alias(name: str) -> tuple[Output, Output]:
     """Return what ``output: NAME`` means for stdout and stderr.
 
     Raises:
@@ -61,10 +61,10 @@ def alias(name: str) -> tuple[Output, Output]:
     """
     if name not in _ALIASES:
         raise LaunchError(f"'output': expected one of {', '.join(_ALIASES)}, got '{name}'")
-    return table(_ALIASES[name])
+    return output_table(_ALIASES[name])
 
 
-def table(destinations: Mapping[str, frozenset[str]]) -> tuple[Output, Output]:
+def output_table(destinations: Mapping[str, frozenset[str]]) -> tuple[Output, Output]:
     """Return what a table of destinations means for stdout and stderr.
 
     Raises:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from teleopctl.launch.execution.supervisor import Supervisor
-from teleopctl.launch.model.output import BOTH, alias
+from teleopctl.launch.model.output import BOTH, output_alias
 from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan
 from teleopctl.testing import eventually
 
@@ -151,7 +151,7 @@ def test_each_stream_goes_where_the_words_of_ros2_send_it(tmp_path, capfd):
     names = ("screen", "log", "both", "own_log", "full")
     processes = []
     for name in names:
-        stdout, stderr = alias(name)
+        stdout, stderr = output_alias(name)
         command = [sys.executable, "-c", code]
         processes.append(ProcessPlan(name=name, command=command, stdout=stdout, stderr=stderr))
     assert Supervisor(planned(tmp_path, processes)).run() == 0

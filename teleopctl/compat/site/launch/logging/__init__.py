@@ -1,4 +1,4 @@
-"""``launch.logging``: loggers that write as the launch's own lines do.
+"""``launch.logging``: loggers that write where the launch's own lines stand, and as they look.
 
 What processes write is relayed by the launch itself and passes through no logger.
 """
@@ -6,109 +6,109 @@ What processes write is relayed by the launch itself and passes through no logge
 from __future__ import annotations
 
 import logging
-import sys
-from pathlib import Path
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from teleopctl.launch import new_log_directory
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import output_alias, output_table
 
-_FORMATS = {
-    "default": "[{levelname}] [{name}]: {message}",
-    "default_with_timestamp": "{created:.7f} [{levelname}] [{name}]: {message}",
-}
-
-
-class _ScreenHandler(logging.Handler):
-    """Writes to what is standard output at that time."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write a line."""
-        sys.stdout.write(self.format(record) + "\n")
-        sys.stdout.flush()
-
-
-class LaunchConfig:
-    """What lines look like, and where logs are."""
-
-    def __init__(self) -> None:
-        self._handler = _ScreenHandler()
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget what was set."""
-        self._log_dir: Path | None = None
-        logging.root.setLevel(logging.INFO)
-        self.set_screen_format("default")
-
-    @property
-    def level(self) -> int:
-        """The least level that is shown."""
-        return logging.root.getEffectiveLevel()
-
-    @level.setter
-    def level(self, new_level: int) -> None:
-        logging.root.setLevel(new_level)
-
-    @property
-    def log_dir(self) -> str:
-        """The folder of the launch's logs."""
-        if self._log_dir is None:
-            self._log_dir = new_log_directory()
-        return str(self._log_dir)
-
-    @log_dir.setter
-    def log_dir(self, new_log_dir: str | None) -> None:
-        if new_log_dir is not None and not Path(new_log_dir).is_dir():
-            raise ValueError(f"{new_log_dir} is not a directory")
-        self._log_dir = None if new_log_dir is None else Path(new_log_dir)
-
-    def take_over(self, folder: Path) -> None:
-        """Take the folder of a launch that begins, which need not exist yet."""
-        if folder != Path():
-            self._log_dir = folder
-
-    def get_log_file_path(self, file_name: str = "launch.log") -> str:
-        """Return the path of a log."""
-        return str(Path(self.log_dir) / file_name)
-
-    def set_screen_format(self, screen_format: str, *, screen_style: str | None = None) -> None:
-        """Set what lines look like.
-
-        Args:
-            screen_format: ``default``, ``default_with_timestamp``, or one of Python's formats.
-            screen_style: How its fields are marked, for one of Python's formats.
-
-        Raises:
-            ValueError: There is a style for a format that has its own.
-        """
-        if screen_format in _FORMATS and screen_style is not None:
-            raise ValueError(
-                f'Cannot set a custom format style for the "{screen_format}" screen format.'
-            )
-        text = _FORMATS.get(screen_format, screen_format).replace("{msg}", "{message}")
-        if screen_style == "%":
-            self._handler.setFormatter(logging.Formatter(text, style="%"))
-        elif screen_style == "$":
-            self._handler.setFormatter(logging.Formatter(text, style="$"))
-        else:
-            self._handler.setFormatter(logging.Formatter(text, style="{"))
-
-    def get_screen_handler(self) -> logging.Handler:
-        """Return what writes to the screen."""
-        return self._handler
-
+from . import handlers
+from .launch_config import LaunchConfig, known_loggers as _known_loggers
 
 launch_config = LaunchConfig()
 
 
 def reset() -> None:
-    """Forget what was set."""
+    """Forget what was set, and let the loggers write nowhere."""
+    for logger in _known_loggers:
+        logger.setLevel(logging.NOTSET)
+        logger.handlers.clear()
+    _known_loggers.clear()
     launch_config.reset()
 
 
+def log_launch_config(*, logger: logging.Logger = logging.root) -> None:
+    """Tell where the logs are and which lines are shown."""
+    if launch_config.file_handlers:
+        logger.info("All log files can be found below %s", launch_config.log_dir)
+    logger.info("Default logging verbosity is set to %s", logging.getLevelName(launch_config.level))
+
+
 def get_logger(name: str | None = None) -> logging.Logger:
-    """Return a logger that writes to the screen."""
+    """Return a logger that writes to the screen and to the log of the launch."""
     logger = logging.getLogger(name)
-    handler = launch_config.get_screen_handler()
-    if handler not in logger.handlers:
-        logger.addHandler(handler)
+    _write_to(logger, launch_config.get_screen_handler())
+    _write_to(logger, launch_config.get_log_file_handler())
     return logger
+
+
+# Any: words, or a mapping from streams to a word or several.
+def get_output_loggers(process_name: str, output_config: Any) -> tuple[logging.Logger, ...]:
+    """Return loggers for what a process writes to stdout and to stderr.
+
+    Args:
+        process_name: The process.
+        output_config: ``screen``, ``log``, ``both``, ``own_log`` or ``full``, or for each of
+            ``stdout``, ``stderr`` and ``both`` the words ``screen``, ``log`` and ``own_log``.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    outputs = _outputs(output_config)
+    combined = "own_log" in _destinations(output_config, "both")
+    loggers = []
+    for source, output in zip(("stdout", "stderr"), outputs, strict=True):
+        logger = logging.getLogger(f"{process_name}-{source}")
+        loggers.append(logger)
+        _known_loggers.add(logger)
+        logger.propagate = False
+        if output.screen:
+            _write_to(logger, launch_config.get_screen_handler(), "{message}")
+        if output.log:
+            _write_to(logger, launch_config.get_log_file_handler(), "{created:.7f} {message}")
+        if output.own_log:
+            _write_to_own(logger, f"{process_name}-{source}.log")
+        if combined:
+            _write_to_own(logger, f"{process_name}.log")
+    return tuple(loggers)
+
+
+# Any, twice: see `get_output_loggers`.
+def _outputs(config: Any) -> tuple[Any, Any]:
+    try:
+        if isinstance(config, str):
+            return output_alias(config)
+        if isinstance(config, Mapping):
+            return output_table({source: _words(words) for source, words in config.items()})
+    except TeleopctlError as error:
+        raise ValueError(error.message) from error
+    raise ValueError(f"{config} is not a valid output configuration")
+
+
+def _destinations(config: Any, source: str) -> frozenset[str]:
+    if isinstance(config, str):
+        return frozenset({"own_log"} if config in ("own_log", "full") else ())
+    return _words(config.get(source, ()))
+
+
+def _words(words: str | Iterable[str]) -> frozenset[str]:
+    return frozenset({words} if isinstance(words, str) else words)
+
+
+def _write_to(logger: logging.Logger, handler: logging.Handler, text: str | None = None) -> None:
+    _known_loggers.add(logger)
+    # Each has handlers of its own: a line is not to be written by those above it again.
+    logger.propagate = False
+    if handler not in logger.handlers:
+        if text is not None and isinstance(handler, handlers.PerLoggerFormatting):
+            handler.setFormatterFor(logger, logging.Formatter(text, style="{"))
+        logger.addHandler(handler)
+
+
+def _write_to_own(logger: logging.Logger, file_name: str) -> None:
+    handler = launch_config.get_log_file_handler(file_name)
+    handler.setFormatter(logging.Formatter("{message}", style="{"))
+    _write_to(logger, handler)
+
+
+__all__ = ["get_logger", "get_output_loggers", "handlers", "launch_config", "reset"]

@@ -1,0 +1,44 @@
+"""``launch.logging.handlers``: Python's handlers, with a format of its own for each logger."""
+
+from __future__ import annotations
+
+import importlib
+import logging
+from typing import Any
+
+
+class PerLoggerFormatting(logging.Handler):
+    """A handler with which the lines of some loggers look different."""
+
+    # Any: what the handler takes.
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._formatters: dict[str, logging.Formatter] = {}
+
+    def setFormatterFor(self, logger: logging.Logger, formatter: logging.Formatter) -> None:  # noqa: N802 -- the original's name
+        """Let the lines of a logger look different."""
+        self._formatters[logger.name] = formatter
+
+    def unsetFormatterFor(self, logger: logging.Logger) -> None:  # noqa: N802 -- the original's name
+        """Let the lines of a logger look like others."""
+        self._formatters.pop(logger.name, None)
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line for a record."""
+        own = self._formatters.get(record.name)
+        return super().format(record) if own is None else own.format(record)
+
+
+def with_per_logger_formatting(cls: type[logging.Handler]) -> type[logging.Handler]:
+    """Return a kind of handler with which the lines of some loggers can look different."""
+    return type(cls.__name__, (PerLoggerFormatting, cls), {"__doc__": cls.__doc__})
+
+
+# Any: one of Python's handlers, which are made when they are asked for.
+def __getattr__(name: str) -> Any:
+    for module in ("logging", "logging.handlers"):
+        found = getattr(importlib.import_module(module), name, None)
+        if isinstance(found, type) and issubclass(found, logging.Handler):
+            made = globals()[name] = with_per_logger_formatting(found)
+            return made
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,205 @@
+"""Where a launch writes its lines, and what they look like."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Callable
+from logging.handlers import WatchedFileHandler
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, log_directory_here, new_log_directory
+
+from .handlers import PerLoggerFormatting
+
+if TYPE_CHECKING:
+    from typing import Literal
+
+    Style = Literal["%", "{", "$"]
+
+known_loggers: set[logging.Logger] = set()
+"""The loggers that write where the launch does."""
+
+
+class LaunchConfig:
+    """What the lines of a launch look like, where they are shown and where they are kept.
+
+    Attributes:
+        file_handlers: What writes into each log, by the file's name.
+    """
+
+    def __init__(self) -> None:
+        self.file_handlers: dict[str, logging.Handler] = {}
+        self._screen_handler = _ScreenHandler()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was set."""
+        self._log_dir: Path | None = None
+        self._is_taken_over = False
+        # Any handler: whoever makes one knows which.
+        self._factory: Callable[..., logging.Handler] = _LogFileHandler
+        for handler in self.file_handlers.values():
+            handler.close()
+        self.file_handlers = {}
+        logging.root.setLevel(logging.INFO)
+        SCREEN_FORMAT.reset()
+        LOG_FORMAT.reset()
+        self._screen_handler.setFormatter(SCREEN_FORMAT.formatter())
+
+    @property
+    def level(self) -> int:
+        """The least level that is shown."""
+        return logging.root.getEffectiveLevel()
+
+    @level.setter
+    def level(self, new_level: int) -> None:
+        logging.root.setLevel(new_level)
+
+    @property
+    def log_dir(self) -> str:
+        """The folder of the launch's logs, which is there as soon as something is started."""
+        if self._log_dir is None:
+            here = log_directory_here()
+            self._log_dir, self._is_taken_over = here or new_log_directory(), here is not None
+        return str(self._log_dir)
+
+    @log_dir.setter
+    def log_dir(self, new_log_dir: str | None) -> None:
+        if new_log_dir is not None:
+            if self.file_handlers:
+                warnings.warn(
+                    f"Loggers have been already configured to output to log files below "
+                    f"{self._log_dir}. Proceed at your own risk.",
+                    stacklevel=2,
+                )
+            if not Path(new_log_dir).is_dir():
+                raise ValueError(f"{new_log_dir} is not a directory")
+        self._log_dir = None if new_log_dir is None else Path(new_log_dir)
+        self._is_taken_over = False
+
+    def take_over(self, folder: Path) -> None:
+        """Take the folder of a launch that begins, which is made once it starts something."""
+        if folder != Path() and folder != self._log_dir:
+            self._log_dir, self._is_taken_over = folder, True
+            for handler in self.file_handlers.values():
+                if isinstance(handler, _LogFileHandler):
+                    handler.move(folder)
+
+    @property
+    def log_handler_factory(self) -> Callable[..., logging.Handler]:
+        """What makes that which writes into a log: called with its path and ``encoding``."""
+        return self._factory
+
+    @log_handler_factory.setter
+    def log_handler_factory(self, new_log_handler_factory: Callable[..., logging.Handler]) -> None:
+        self._factory = new_log_handler_factory
+
+    def set_screen_format(self, screen_format: str, *, screen_style: Style | None = None) -> None:
+        """Set what lines look like on the screen.
+
+        Args:
+            screen_format: ``default``, ``default_with_timestamp``, or one of Python's formats.
+            screen_style: How its fields are marked, for one of Python's formats.
+
+        Raises:
+            ValueError: There is a style for a format that has its own.
+        """
+        SCREEN_FORMAT.choose(screen_format, screen_style)
+        self._screen_handler.setFormatter(SCREEN_FORMAT.formatter())
+
+    def get_screen_handler(self) -> logging.Handler:
+        """Return what writes to the screen."""
+        return self._screen_handler
+
+    def set_log_format(self, log_format: str, *, log_style: Style | None = None) -> None:
+        """Set what lines look like in the log of the launch.
+
+        Args:
+            log_format: ``default``, or one of Python's formats.
+            log_style: How its fields are marked, for one of Python's formats.
+
+        Raises:
+            ValueError: There is a style for a format that has its own.
+        """
+        LOG_FORMAT.choose(log_format, log_style)
+        for handler in self.file_handlers.values():
+            handler.setFormatter(LOG_FORMAT.formatter())
+
+    def get_log_file_path(self, file_name: str = "launch.log") -> str:
+        """Return the path of a log."""
+        return str(Path(self.log_dir) / file_name)
+
+    def get_log_file_handler(self, file_name: str = "launch.log") -> logging.Handler:
+        """Return what writes into a log; always the same for the same file."""
+        if file_name not in self.file_handlers:
+            path = self.get_log_file_path(file_name)
+            made = self._factory(path, encoding="utf-8")
+            made.setFormatter(LOG_FORMAT.formatter())
+            if isinstance(made, _LogFileHandler):
+                made.waits_for_folder = self._is_taken_over
+            self.file_handlers[file_name] = made
+        return self.file_handlers[file_name]
+
+
+class _ScreenHandler(PerLoggerFormatting):
+    """Writes to what is standard output at that time."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a line."""
+        sys.stdout.write(self.format(record) + "\n")
+        sys.stdout.flush()
+
+
+class _LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
+    """Writes into a log, beside the launch itself.
+
+    Attributes:
+        waits_for_folder: Whether lines are kept until the launch has made its folder, which one
+            that is only printed never does.
+    """
+
+    def __init__(self, path: str, *, encoding: str) -> None:
+        super().__init__(path, encoding=encoding, errors="replace", delay=True)
+        self.waits_for_folder = False
+        self._kept: list[logging.LogRecord] = []
+
+    def move(self, folder: Path) -> None:
+        """Write into the file of that name in another folder from now on."""
+        self.flush()
+        if self.stream is not None:
+            self.stream.close()
+            self.stream = None  # as its own `close` does
+        self.baseFilename = str(folder.absolute() / Path(self.baseFilename).name)
+        self.waits_for_folder = True
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a line, unless it stands there already since the screen is that file."""
+        folder = Path(self.baseFilename).parent
+        if self.waits_for_folder and not folder.is_dir():
+            self._kept.append(record)
+            return
+        folder.mkdir(parents=True, exist_ok=True)
+        kept, self._kept = self._kept, []
+        if not _is_screen(self.baseFilename):
+            for each in (*kept, record):
+                super().emit(each)
+
+    def flush(self) -> None:
+        """Write what waited, where there is a folder now."""
+        if self._kept and Path(self.baseFilename).parent.is_dir():
+            *_, last = self._kept
+            self._kept.pop()
+            self.emit(last)
+        super().flush()
+
+
+def _is_screen(path: str) -> bool:
+    """Tell whether standard output goes into a file, as that of a launch in the background does."""
+    try:
+        return os.path.samestat(os.fstat(1), Path(path).stat())
+    except OSError:
+        return False
