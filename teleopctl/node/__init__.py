@@ -50,6 +50,24 @@ if TYPE_CHECKING:
         MultiThreadedExecutor as MultiThreadedExecutor,
         SingleThreadedExecutor as SingleThreadedExecutor,
     )
+    from teleopctl.node.lifecycle.managed_entity import (
+        ManagedEntity as ManagedEntity,
+        SimpleManagedEntity as SimpleManagedEntity,
+    )
+    from teleopctl.node.lifecycle.node import (
+        LifecycleNode as LifecycleNode,
+        LifecycleNodeMixin as LifecycleNodeMixin,
+    )
+    from teleopctl.node.lifecycle.publisher import LifecyclePublisher as LifecyclePublisher
+    from teleopctl.node.lifecycle.services import LifecycleStateMachine as LifecycleStateMachine
+    from teleopctl.node.lifecycle.state_machine import (
+        TransitionNotPossibleError as TransitionNotPossibleError,
+    )
+    from teleopctl.node.lifecycle.states import (
+        LifecycleState as LifecycleState,
+        PrimaryState as PrimaryState,
+        TransitionCallbackReturn as TransitionCallbackReturn,
+    )
     from teleopctl.node.lifetime import (
         create_node as create_node,
         get_default_context as get_default_context,
@@ -100,6 +118,7 @@ if TYPE_CHECKING:
         ParameterImmutableException as ParameterImmutableException,
         ParameterNotDeclaredException as ParameterNotDeclaredException,
         ParameterUninitializedException as ParameterUninitializedException,
+        RCLError as RCLError,
         ROSInterruptException as ROSInterruptException,
         ServiceUnavailableError as ServiceUnavailableError,
         ShutdownException as ShutdownException,
@@ -187,6 +206,12 @@ else:
             "endpoints.timer": "Rate Timer",
             "executor": "Executor",
             "executors": "MultiThreadedExecutor SingleThreadedExecutor",
+            "lifecycle.managed_entity": "ManagedEntity SimpleManagedEntity",
+            "lifecycle.node": "LifecycleNode LifecycleNodeMixin",
+            "lifecycle.publisher": "LifecyclePublisher",
+            "lifecycle.services": "LifecycleStateMachine",
+            "lifecycle.state_machine": "TransitionNotPossibleError",
+            "lifecycle.states": "LifecycleState PrimaryState TransitionCallbackReturn",
             "lifetime": "create_node get_default_context get_global_executor init ok shutdown "
             "spin spin_once spin_until_future_complete try_shutdown",
             "node": "Node",
@@ -204,7 +229,8 @@ else:
             "InvalidTopicNameException NameValidationException NotInitializedException "
             "ParameterAlreadyDeclaredException ParameterException ParameterImmutableException "
             "ParameterNotDeclaredException ParameterUninitializedException "
-            "ROSInterruptException ServiceUnavailableError ShutdownException TimeoutException",
+            "RCLError ROSInterruptException ServiceUnavailableError ShutdownException "
+            "TimeoutException",
             "values.future": "Future Task",
             "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
             "get_logger_level set_logger_level severity_from_name",

@@ -368,10 +368,11 @@ class NodeEndpoints(NodeCore):
     def destroy_timer(self, timer: Timer) -> bool:
         """Destroy a timer; False when it is not this node's."""
         with self._endpoints_lock:
-            known = timer in self._timers
+            if timer not in self._timers:
+                return False
             self._timers = tuple(other for other in self._timers if other is not timer)
         timer.destroy()
-        return known
+        return True
 
     def destroy_rate(self, rate: Rate) -> bool:
         """Destroy a rate and its timer."""

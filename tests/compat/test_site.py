@@ -21,8 +21,9 @@ RCLPY = """
 rclpy.action rclpy.callback_groups rclpy.client rclpy.clock rclpy.clock_type rclpy.constants
 rclpy.context rclpy.duration rclpy.event_handler rclpy.exceptions rclpy.executors
 rclpy.expand_topic_name rclpy.experimental rclpy.experimental.events_executor
-rclpy.guard_condition rclpy.impl rclpy.impl.logging_severity rclpy.impl.rcutils_logger
-rclpy.lifecycle rclpy.logging rclpy.node rclpy.parameter rclpy.parameter_client
+rclpy.guard_condition rclpy.impl rclpy.impl.implementation_singleton
+rclpy.impl.logging_severity rclpy.impl.rcutils_logger rclpy.lifecycle
+rclpy.lifecycle.managed_entity rclpy.lifecycle.node rclpy.lifecycle.publisher rclpy.logging rclpy.node rclpy.parameter rclpy.parameter_client
 rclpy.parameter_event_handler rclpy.publisher rclpy.qos rclpy.qos_event
 rclpy.qos_overriding_options rclpy.serialization rclpy.service rclpy.signals rclpy.subscription
 rclpy.task rclpy.time rclpy.time_source rclpy.timer rclpy.topic_endpoint_info
@@ -80,6 +81,7 @@ def test_the_packages_know_each_other_by_their_public_names():
         "from rclpy.qos_overriding_options import QosCallbackResult, QoSOverridingOptions",
         "from rclpy.exceptions import NoTypeSupportImportedException",
         "from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden",
+        "from rclpy.lifecycle import Node, NodeMixin, Publisher, State, TransitionCallbackReturn",
         "from rclpy.logging import get_logging_directory",
         "from rclpy.clock import ClockChange, JumpHandle, JumpThreshold, TimeJump",
         "from rclpy.time_source import TimeSource",

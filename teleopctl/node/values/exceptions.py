@@ -45,6 +45,10 @@ class InvalidHandle(Exception):
     """An entity was used after it was destroyed."""
 
 
+class RCLError(RuntimeError):
+    """What rclpy's C library raises where it refuses: base of those that have a name here."""
+
+
 class ServiceUnavailableError(UnavailableError):
     """A request has no answer: nobody serves the name, or the server went away."""
 

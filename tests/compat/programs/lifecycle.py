@@ -1,34 +1,28 @@
-"""A node that offers the services of a life cycle by hand; each transition succeeds."""
+"""A managed node as ROS 2's tutorials write one; its clean-up fails."""
 
 import contextlib
 
 import rclpy
-from lifecycle_msgs.msg import Transition, TransitionEvent
-from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-
-STATES = {
-    Transition.TRANSITION_CONFIGURE: ("configuring", "inactive"),
-    Transition.TRANSITION_ACTIVATE: ("activating", "active"),
-    Transition.TRANSITION_DEACTIVATE: ("deactivating", "inactive"),
-}
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from std_msgs.msg import String
 
 
-class Lively(Node):
+class Lively(LifecycleNode):
     def __init__(self):
         super().__init__("lively")
-        self.events = self.create_publisher(TransitionEvent, "~/transition_event", 10)
-        self.create_service(ChangeState, "~/change_state", self.change)
 
-    def change(self, request, response):
-        response.success = request.transition.id in STATES
-        if response.success:
-            event = TransitionEvent()
-            event.start_state.label, event.goal_state.label = STATES[request.transition.id]
-            event.transition.label = f"on_{request.transition.id}"
-            self.events.publish(event)
-        return response
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.publisher = self.create_lifecycle_publisher(String, "chatter", 10)
+        self.timer = self.create_timer(0.05, self.talk)
+        return super().on_configure(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.get_logger().info(f"cannot leave {state.label}")
+        return TransitionCallbackReturn.FAILURE
+
+    def talk(self):
+        self.publisher.publish(String(data=f"active: {self.publisher.is_activated}"))
 
 
 rclpy.init()

@@ -1,0 +1,111 @@
+"""What a managed node takes along through its transitions."""
+
+# ruff: noqa: ARG002 -- overrides look at the state before
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, Concatenate, ParamSpec, TypeVar, overload
+
+from teleopctl.node.lifecycle.states import LifecycleState, TransitionCallbackReturn
+
+_P = ParamSpec("_P")
+_ResultT = TypeVar("_ResultT")
+_EntityT = TypeVar("_EntityT", bound="SimpleManagedEntity")
+
+
+class ManagedEntity:
+    """Callbacks for the transitions of the node that has it, each called with the state before.
+
+    All succeed unless they are overridden.
+    """
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Take what is needed: parameters, publishers, devices."""
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give back what `on_configure` took."""
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give back everything, from whichever state."""
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to work."""
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Pause."""
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Put in order after another callback's error; success leads to unconfigured."""
+        return TransitionCallbackReturn.SUCCESS
+
+
+class SimpleManagedEntity(ManagedEntity):
+    """One that only knows whether it is activated."""
+
+    def __init__(self) -> None:
+        self._enabled = False
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to work."""
+        self._enabled = True
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Pause."""
+        self._enabled = False
+        return TransitionCallbackReturn.SUCCESS
+
+    @property
+    def is_activated(self) -> bool:
+        """Whether it works."""
+        return self._enabled
+
+    @overload
+    @staticmethod
+    def when_enabled(
+        wrapped: Callable[Concatenate[_EntityT, _P], _ResultT],
+        *,
+        when_not_enabled: Callable[[], object] | None = None,
+    ) -> Callable[Concatenate[_EntityT, _P], _ResultT | None]: ...
+
+    @overload
+    @staticmethod
+    def when_enabled(
+        wrapped: None = None, *, when_not_enabled: Callable[[], object] | None = None
+    ) -> Callable[
+        [Callable[Concatenate[_EntityT, _P], _ResultT]],
+        Callable[Concatenate[_EntityT, _P], _ResultT | None],
+    ]: ...
+
+    # Any: what the two forms above say.
+    @staticmethod
+    def when_enabled(
+        wrapped: Any = None, *, when_not_enabled: Callable[[], object] | None = None
+    ) -> Any:
+        """Decorate a method that does nothing while the entity is not activated.
+
+        Args:
+            wrapped: The method; without it, what decorates one is returned.
+            when_not_enabled: Called in its place.
+        """
+        if wrapped is None:
+            return functools.partial(
+                SimpleManagedEntity.when_enabled, when_not_enabled=when_not_enabled
+            )
+
+        @functools.wraps(wrapped)
+        def only_when_enabled(self: SimpleManagedEntity, *args: Any, **kwargs: Any) -> Any:
+            if self._enabled:
+                return wrapped(self, *args, **kwargs)
+            if when_not_enabled is not None:
+                when_not_enabled()
+            return None
+
+        return only_when_enabled

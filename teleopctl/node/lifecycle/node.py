@@ -1,0 +1,245 @@
+"""Managed nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import MessageT
+from teleopctl.node.lifecycle.managed_entity import ManagedEntity
+from teleopctl.node.lifecycle.publisher import LifecyclePublisher
+from teleopctl.node.lifecycle.services import LifecycleStateMachine
+from teleopctl.node.lifecycle.states import (
+    LifecycleState,
+    TransitionCallbackReturn,
+    TransitionState,
+)
+from teleopctl.node.node import Node
+from teleopctl.node.values.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.events import PublisherEventCallbacks
+    from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
+    from teleopctl.node.values.callback_groups import CallbackGroup
+
+_CALLBACKS = {
+    TransitionState.CONFIGURING: "on_configure",
+    TransitionState.CLEANINGUP: "on_cleanup",
+    TransitionState.SHUTTINGDOWN: "on_shutdown",
+    TransitionState.ACTIVATING: "on_activate",
+    TransitionState.DEACTIVATING: "on_deactivate",
+    TransitionState.ERRORPROCESSING: "on_error",
+}
+
+
+class LifecycleNodeMixin(ManagedEntity):
+    """The life cycle of a class that is a `Node` as well.
+
+    The callbacks ``on_…`` pass a transition on to the managed entities, in the order in which they
+    were added, up to the first one that does not succeed: an override calls ``super()``. A callback
+    that raises, or returns anything but a `TransitionCallbackReturn`, counts as one with an error,
+    and is logged.
+
+    Args:
+        enable_communication_interface: Offer the services and the topic of the life cycle.
+        callback_group: Of the services; the node's default group if None.
+
+    Raises:
+        TypeError: ``enable_communication_interface`` is no bool, or the class is no `Node`.
+    """
+
+    def __init__(
+        self,
+        *,
+        enable_communication_interface: bool = True,
+        callback_group: CallbackGroup | None = None,
+    ) -> None:
+        if not isinstance(enable_communication_interface, bool):
+            raise TypeError("enable_communication_interface must be a bool")
+        # Kept in order: what was made first is activated first.
+        self._managed_entities: dict[ManagedEntity, None] = {}
+        self._state_machine = LifecycleStateMachine(
+            self._node,
+            is_served=enable_communication_interface,
+            group=callback_group or self._node.default_callback_group,
+            change=self._change_state,
+        )
+
+    @property
+    def _node(self) -> Node:
+        if not isinstance(self, Node):
+            raise TypeError(f"{type(self).__name__} has a life cycle, and must be a Node as well")
+        return self
+
+    # -- transitions -----------------------------------------------------------------------------
+
+    def trigger_configure(self) -> TransitionCallbackReturn:
+        """Go from unconfigured to inactive; return what `on_configure` returned.
+
+        Raises:
+            TransitionNotPossibleError: The node is in another state. So the next four.
+        """
+        return self._change_state("configure")
+
+    def trigger_cleanup(self) -> TransitionCallbackReturn:
+        """Go from inactive to unconfigured."""
+        return self._change_state("cleanup")
+
+    def trigger_shutdown(self) -> TransitionCallbackReturn:
+        """Go to finalized, for good."""
+        return self._change_state("shutdown")
+
+    def trigger_activate(self) -> TransitionCallbackReturn:
+        """Go from inactive to active."""
+        return self._change_state("activate")
+
+    def trigger_deactivate(self) -> TransitionCallbackReturn:
+        """Go from active to inactive."""
+        return self._change_state("deactivate")
+
+    def _change_state(self, asked: int | str) -> TransitionCallbackReturn:
+        """Make a transition with its callback; then, after an error, the way out of it."""
+        before = self._state_machine.begin(asked)
+        outcome = self._call_back(before)
+        self._state_machine.end(outcome)
+        if outcome is TransitionCallbackReturn.ERROR:
+            self._state_machine.end(self._call_back(before))
+        return outcome
+
+    def _call_back(self, before: LifecycleState) -> TransitionCallbackReturn:
+        name = _CALLBACKS[TransitionState(self._state_machine.state.state_id)]
+        try:
+            # Any: overrides return what they like.
+            outcome: Any = getattr(self, name)(before)
+        except Exception:  # noqa: BLE001 -- to be an error of the callback
+            import traceback
+
+            self._node.get_logger().error(f"{name}() failed:\n{traceback.format_exc()}")
+            return TransitionCallbackReturn.ERROR
+        if isinstance(outcome, TransitionCallbackReturn):
+            return outcome
+        self._node.get_logger().error(
+            f"{name}() returned {outcome!r}, which is no TransitionCallbackReturn"
+        )
+        return TransitionCallbackReturn.ERROR
+
+    # -- callbacks -------------------------------------------------------------------------------
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Configure the managed entities."""
+        return self._pass_on("on_configure", state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Clean the managed entities up."""
+        return self._pass_on("on_cleanup", state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Shut the managed entities down."""
+        return self._pass_on("on_shutdown", state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Activate the managed entities."""
+        return self._pass_on("on_activate", state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Deactivate the managed entities."""
+        return self._pass_on("on_deactivate", state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Have the managed entities put themselves in order."""
+        return self._pass_on("on_error", state)
+
+    def _pass_on(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
+        for entity in list(self._managed_entities):
+            callback: Callable[[LifecycleState], object] = getattr(entity, name)
+            outcome = callback(state)
+            if not isinstance(outcome, TransitionCallbackReturn):
+                raise TypeError(
+                    f"{name}() of {entity!r} returned {outcome!r}, "
+                    "which is no TransitionCallbackReturn"
+                )
+            if outcome is not TransitionCallbackReturn.SUCCESS:
+                return outcome
+        return TransitionCallbackReturn.SUCCESS
+
+    # -- entities --------------------------------------------------------------------------------
+
+    def add_managed_entity(self, entity: ManagedEntity) -> None:
+        """Take something along through the transitions.
+
+        Raises:
+            TypeError: It is no `ManagedEntity`.
+        """
+        if not isinstance(entity, ManagedEntity):
+            raise TypeError("Expected a rclpy.lifecycle.ManagedEntity instance.")
+        self._managed_entities[entity] = None
+
+    def create_lifecycle_publisher(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
+    ) -> LifecyclePublisher[MessageT]:
+        """Make a publisher that sends only while the node is active; see `create_publisher`."""
+        publisher = Node.create_publisher(
+            self._node,
+            msg_type,
+            topic,
+            qos_profile,
+            callback_group=callback_group,
+            event_callbacks=event_callbacks,
+            qos_overriding_options=qos_overriding_options,
+            publisher_class=LifecyclePublisher,
+        )
+        assert isinstance(publisher, LifecyclePublisher)
+        # Programs, ROS 2's demo too, destroy them as others, and make new ones time and again.
+        self._managed_entities = {
+            entity: None
+            for entity in (*self._managed_entities, publisher)
+            if not (isinstance(entity, LifecyclePublisher) and entity.is_destroyed)
+        }
+        return publisher
+
+    def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[MessageT]) -> bool:
+        """Destroy such a publisher; False when it is not this node's."""
+        self._managed_entities.pop(publisher, None)
+        return Node.destroy_publisher(self._node, publisher)
+
+
+class LifecycleNode(LifecycleNodeMixin, Node):
+    """A managed node.
+
+    Args:
+        node_name: See `Node`.
+        enable_communication_interface: See `LifecycleNodeMixin`.
+        options: The others of `Node`.
+
+    Raises:
+        TypeError: ``enable_communication_interface`` is no bool.
+
+    Example:
+        ```python
+        class Camera(LifecycleNode):
+            def on_configure(self, state):
+                self.images = self.create_lifecycle_publisher(Image, "image", 1)
+                return super().on_configure(state)
+        ```
+    """
+
+    # Any: Node checks its own.
+    def __init__(
+        self, node_name: str, *, enable_communication_interface: bool = True, **options: Any
+    ) -> None:
+        Node.__init__(self, node_name, **options)
+        try:
+            LifecycleNodeMixin.__init__(
+                self, enable_communication_interface=enable_communication_interface
+            )
+        except BaseException:
+            # A node that could not be made must not stay in the graph.
+            Node.destroy_node(self)
+            raise
