@@ -23,7 +23,8 @@ rclpy.context rclpy.duration rclpy.event_handler rclpy.exceptions rclpy.executor
 rclpy.expand_topic_name rclpy.experimental rclpy.experimental.events_executor
 rclpy.guard_condition rclpy.impl rclpy.impl.implementation_singleton
 rclpy.impl.logging_severity rclpy.impl.rcutils_logger rclpy.lifecycle
-rclpy.lifecycle.managed_entity rclpy.lifecycle.node rclpy.lifecycle.publisher rclpy.logging rclpy.node rclpy.parameter rclpy.parameter_client
+rclpy.lifecycle.managed_entity rclpy.lifecycle.node rclpy.lifecycle.publisher rclpy.logging
+rclpy.node rclpy.parameter rclpy.parameter_client
 rclpy.parameter_event_handler rclpy.publisher rclpy.qos rclpy.qos_event
 rclpy.qos_overriding_options rclpy.serialization rclpy.service rclpy.signals rclpy.subscription
 rclpy.task rclpy.time rclpy.time_source rclpy.timer rclpy.topic_endpoint_info
