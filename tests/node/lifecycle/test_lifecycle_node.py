@@ -106,7 +106,7 @@ def test_without_the_interface_it_has_its_states_alone(make):
 def test_what_a_callback_returns_or_raises_decides_on_the_state(
     make, monkeypatch, order, on_error, outcome, state
 ):
-    node, logged = make(Told), []
+    node, logged = make(Told), list[str]()
     monkeypatch.setattr(node.get_logger(), "error", logged.append)
     node.orders.update(configure=order, error=on_error)
     assert node.trigger_configure() is outcome
