@@ -14,6 +14,9 @@ from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
+# How the groups begin that are read; the second one is that of ROS 2's components in Python.
+_MARKS = ("[teleopctl.", "[rclpy_components]")
+
 
 # Every command loads this module, and making a named tuple takes half a millisecond.
 class Kind:
@@ -154,7 +157,8 @@ def _installed() -> dict[str, dict[str, Plugin]]:
     owners: dict[str, list[tuple[str, str, str]]] = {}
     for distribution in distributions():
         try:
-            if "[teleopctl." not in (distribution.read_text("entry_points.txt") or ""):
+            text = distribution.read_text("entry_points.txt") or ""
+            if not any(mark in text for mark in _MARKS):
                 continue
             owner = distribution.name
             entries = [
@@ -171,7 +175,7 @@ def _installed() -> dict[str, dict[str, Plugin]]:
             # What stands in brackets are extras, an obsolete part of entry points.
             plugin = Plugin(name, value.partition("[")[0].strip(), owner)
             known = found.setdefault(group, {}).setdefault(name, plugin)
-            if known.distribution != owner and group.startswith("teleopctl."):
+            if known.distribution != owner and f"[{group}]".startswith(_MARKS):
                 _warn(
                     f"Both {known.distribution} and {owner} offer '{name}' in {group}: "
                     f"that of {known.distribution} is used"
@@ -195,7 +199,8 @@ def _has_strangers() -> bool:
         for name in names:
             try:
                 with open(f"{folder or '.'}/{name}/entry_points.txt", "rb") as file:  # noqa: PTH123
-                    if b"[teleopctl." in file.read():
+                    text = file.read()
+                    if any(mark.encode() in text for mark in _MARKS):
                         return True
             except (FileNotFoundError, NotADirectoryError):
                 continue

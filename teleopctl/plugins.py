@@ -126,9 +126,37 @@ NODES = Kind(
             "ros_gz_sim/gz": "host:gz",
         }.items()
     }
+    | {
+        f"{package}/component_container{kind}": f"teleopctl.nodes.components.containers:{function}"
+        for package in ("rclcpp_components", "rclpy_components")
+        for kind, function in (("", "single"), ("_mt", "multi"), ("_isolated", "isolated"))
+    }
     | {"xacro/xacro": "xacro:main"},  # the library's own program
 )
 """Programs of packages, as ``package/executable``: functions that take no argument."""
+
+_DEMOS = "teleopctl.nodes.components.demos"
+
+COMPONENTS = Kind(
+    "component",
+    "rclpy_components",
+    {
+        **{
+            f"composition::{name}": f"{_DEMOS}:{name}"
+            for name in ("Client", "Listener", "Server", "Talker")
+        },
+        "demo_nodes_cpp::Listener": f"{_DEMOS}:Listener",
+        "demo_nodes_cpp::Talker": f"{_DEMOS}:Talker",
+        "robot_state_publisher::RobotStatePublisher": (
+            "teleopctl.nodes.robot_state_publisher:RobotStatePublisher"
+        ),
+        "tf2_ros::StaticTransformBroadcasterNode": (
+            "teleopctl.nodes.components.static_transform:StaticTransformBroadcasterNode"
+        ),
+    },
+)
+"""Nodes that a component container loads, as ``package::Class``; see
+`teleopctl.packages.components`. Strangers' are registered as for ROS 2's `rclpy_components`."""
 
 _CONTROLLERS = "teleopctl.control.controllers"
 _FORWARD = f"{_CONTROLLERS}.forward_command_controller"

@@ -29,6 +29,7 @@ TYPED = {
 # What runs the commands of the other pages.
 ELSEWHERE = {
     "bag": "tests/bag",
+    "components": "tests/system/test_components.py",
     "own_robot": "tests/system/test_own_robot.py",
     "simulation": "tests/system/test_sim.py",
     "foxglove": "tests/system/test_foxglove_bridge.py",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         suited_to as suited_to,
         undecoded as undecoded,
     )
+    from teleopctl.node.builtins.node_options import NodeOptions as NodeOptions
     from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
     from teleopctl.node.clock_jumps import (
         ClockChange as ClockChange,
@@ -191,6 +192,7 @@ else:
         {
             "any_topic": "ask_for_description learn_type_from subscribe_undecoded suited_to "
             "undecoded",
+            "builtins.node_options": "NodeOptions",
             "clock": "Clock ROSClock",
             "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",
             "context": "Context",

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from teleopctl.node.builtins.node_options import next_options
 from teleopctl.node.context import Context
 from teleopctl.node.node_parameters import NodeParameters
 from teleopctl.node.values.handle import Handle
+from teleopctl.node.values.logging import set_logger_level
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
 
@@ -54,7 +56,23 @@ class Node(NodeParameters):
         automatically_declare_parameters_from_overrides: bool = False,
         enable_logger_service: bool = False,
     ) -> None:
+        overrides = tuple(parameter_overrides or ())
+        options = next_options()
+        if options is not None:
+            context = context or options.context
+            cli_args = options.command_line(cli_args)
+            overrides = (*overrides, *options.parameters)
+            use_global_arguments = options.use_global_arguments
+            enable_rosout = options.flag("enable_rosout", enable_rosout)
+            start_parameter_services = options.flag(
+                "start_parameter_services", start_parameter_services
+            )
+            enable_logger_service = options.flag("enable_logger_service", enable_logger_service)
         super().__init__(node_name, context, cli_args, namespace, use_global_arguments)
+        if options is not None:
+            options.node = self
+            if options.log_level:
+                set_logger_level(self._logger.name, options.log_level)
         self._rosout: RosoutPublisher | None = None
         try:
             self._announce()
@@ -63,7 +81,7 @@ class Node(NodeParameters):
 
                 self._rosout = RosoutPublisher(self, qos_from(rosout_qos_profile))
             self._start_parameters(
-                parameter_overrides or (),
+                overrides,
                 allow_undeclared=allow_undeclared_parameters,
                 start_services=start_parameter_services,
             )

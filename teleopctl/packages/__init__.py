@@ -5,6 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.packages.components import (
+        Component as Component,
+        find_component as find_component,
+        list_components as list_components,
+    )
     from teleopctl.packages.finding import (
         PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
         faults_of_search as faults_of_search,
@@ -40,6 +45,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "components": "Component find_component list_components",
             "finding": "PACKAGE_PATH_VARIABLE faults_of_search find_package include_package_of "
             "list_packages lookup_package package_layers package_names package_share resolve_uri",
             "modules": "installed_module_roots source_module_root",

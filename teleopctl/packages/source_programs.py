@@ -17,6 +17,7 @@ from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
 
 _BUILT: Final = re.compile(r"^[^#\n]*\badd_(?:executable|library)\s*\(", re.MULTILINE)
+_SCRIPTS = "console_scripts"
 
 
 def executables(package: str, folder: Path) -> dict[str, Executable]:
@@ -61,21 +62,26 @@ def depends_on(folder: Path, name: str) -> bool:
 
 
 def console_scripts(folder: Path) -> dict[str, str]:
-    """Read the programs that a Python package declares, as program name → ``module:function``.
+    """Read the programs that a Python package declares, as program name → ``module:function``."""
+    return entry_points(folder, _SCRIPTS)
+
+
+def entry_points(folder: Path, group: str) -> dict[str, str]:
+    """Read the entry points of a group that a Python package declares, by name.
 
     ``setup.py`` wins over ``setup.cfg``, which wins over ``pyproject.toml``.
     """
-    scripts: dict[str, str] = {}
+    found: dict[str, str] = {}
     for name, reader in (
-        ("pyproject.toml", _scripts_of_pyproject),
-        ("setup.cfg", _scripts_of_setup_cfg),
-        ("setup.py", _scripts_of_setup_py),
+        ("pyproject.toml", _of_pyproject),
+        ("setup.cfg", _of_setup_cfg),
+        ("setup.py", _of_setup_py),
     ):
         file = folder / name
         text = text_of(file)
         if text is not None:
-            scripts.update(reader(text))
-    return scripts
+            found.update(reader(text, group))
+    return found
 
 
 def import_root(folder: Path, target: str) -> Path:
@@ -97,7 +103,7 @@ def _parse_entry_points(lines: list[str]) -> dict[str, str]:
     return scripts
 
 
-def _scripts_of_setup_cfg(text: str) -> dict[str, str]:
+def _of_setup_cfg(text: str, group: str) -> dict[str, str]:
     import configparser
 
     parser = configparser.ConfigParser(interpolation=None)
@@ -105,11 +111,11 @@ def _scripts_of_setup_cfg(text: str) -> dict[str, str]:
         parser.read_string(text)
     except configparser.Error:
         return {}
-    lines = parser.get("options.entry_points", "console_scripts", fallback="")
+    lines = parser.get("options.entry_points", group, fallback="")
     return _parse_entry_points(lines.splitlines())
 
 
-def _scripts_of_pyproject(text: str) -> dict[str, str]:
+def _of_pyproject(text: str, group: str) -> dict[str, str]:
     import tomllib
 
     try:
@@ -117,15 +123,20 @@ def _scripts_of_pyproject(text: str) -> dict[str, str]:
     except tomllib.TOMLDecodeError:
         return {}
     project = document.get("project")
-    scripts = project.get("scripts") if isinstance(project, dict) else None
-    if not isinstance(scripts, dict):
+    if not isinstance(project, dict):
         return {}
-    return _parse_entry_points([f"{name} = {target}" for name, target in scripts.items()])
+    groups = {_SCRIPTS: project.get("scripts")}
+    if isinstance(others := project.get("entry-points"), dict):
+        groups |= others
+    entries = groups.get(group)
+    if not isinstance(entries, dict):
+        return {}
+    return _parse_entry_points([f"{name} = {target}" for name, target in entries.items()])
 
 
-def _scripts_of_setup_py(text: str) -> dict[str, str]:
-    entry_points = setup_arguments(text).get("entry_points")
-    lines = entry_points.get("console_scripts") if isinstance(entry_points, dict) else None
+def _of_setup_py(text: str, group: str) -> dict[str, str]:
+    groups = setup_arguments(text).get("entry_points")
+    lines = groups.get(group) if isinstance(groups, dict) else None
     if isinstance(lines, str):
         lines = lines.splitlines()
     if not isinstance(lines, list | tuple):

@@ -244,9 +244,9 @@ def test_uris_become_paths():
 
 @given(st.text())
 def test_no_setup_py_makes_the_reader_fail(text):
-    assert isinstance(source_programs._scripts_of_setup_py(text), dict)
-    assert isinstance(source_programs._scripts_of_setup_cfg(text), dict)
-    assert isinstance(source_programs._scripts_of_pyproject(text), dict)
+    assert isinstance(source_programs._of_setup_py(text, "console_scripts"), dict)
+    assert isinstance(source_programs._of_setup_cfg(text, "console_scripts"), dict)
+    assert isinstance(source_programs._of_pyproject(text, "console_scripts"), dict)
 
 
 @pytest.fixture

@@ -37,18 +37,24 @@ class StaticTransformPublisher(Node):
     def __init__(self, frame_id: str, child_frame_id: str, transform: Transform) -> None:
         # several of them run side by side as a rule, so each has a name of its own
         super().__init__(f"static_transform_publisher_{os.urandom(6).hex()}")
-        self._broadcaster = StaticTransformBroadcaster(self)
-        stamp = self.get_clock().now().nanoseconds
-        self._broadcaster.sendTransform(
-            transform_stamped(frame_id, child_frame_id, stamp, transform)
-        )
-        move = "', '".join(f"{value:f}" for value in transform.translation)
-        turn = "', '".join(f"{value:f}" for value in transform.rotation)
-        self.get_logger().info(
-            "Spinning until stopped - publishing transform\n"
-            f"translation: ('{move}')\nrotation: ('{turn}')\n"
-            f"from '{frame_id}' to '{child_frame_id}'"
-        )
+        self._broadcaster = broadcast(self, frame_id, child_frame_id, transform)
+
+
+def broadcast(
+    node: Node, frame_id: str, child_frame_id: str, transform: Transform
+) -> StaticTransformBroadcaster:
+    """Publish a transform, and say so."""
+    broadcaster = StaticTransformBroadcaster(node)
+    stamp = node.get_clock().now().nanoseconds
+    broadcaster.sendTransform(transform_stamped(frame_id, child_frame_id, stamp, transform))
+    move = "', '".join(f"{value:f}" for value in transform.translation)
+    turn = "', '".join(f"{value:f}" for value in transform.rotation)
+    node.get_logger().info(
+        "Spinning until stopped - publishing transform\n"
+        f"translation: ('{move}')\nrotation: ('{turn}')\n"
+        f"from '{frame_id}' to '{child_frame_id}'"
+    )
+    return broadcaster
 
 
 def main(args: list[str] | None = None) -> int:

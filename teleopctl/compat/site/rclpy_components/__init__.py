@@ -1,0 +1,1 @@
+"""``rclpy_components``: containers of components in Python."""

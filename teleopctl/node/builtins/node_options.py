@@ -1,0 +1,81 @@
+"""What whoever has a node made by somebody else's code gives that node, as a container does."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.node.context import Context
+    from teleopctl.node.node_parameters import NodeParameters
+    from teleopctl.node.values.parameter import Parameter
+
+
+class NodeOptions:
+    """Options of the next node that is made in a block, whatever its constructor passes on.
+
+    A component's class often has a constructor without arguments, which names its node itself.
+
+    Args:
+        arguments: A command line, with ``--ros-args`` groups; it counts before the node's own.
+        parameters: Values that replace the node's own overrides.
+        context: Where it lives, unless its own code says so.
+        log_level: The level of the node's logger, or 0 for that of the process.
+        use_global_arguments: Whether the command-line arguments of ``init()`` apply.
+        flags: Of ``enable_rosout``, ``start_parameter_services`` and ``enable_logger_service``
+            those that are not to be as the node's own code has them.
+
+    Attributes:
+        node: The node that was made with them; it may be there after an exception, too.
+    """
+
+    def __init__(
+        self,
+        arguments: Sequence[str] = (),
+        parameters: Sequence[Parameter] = (),
+        *,
+        context: Context | None = None,
+        log_level: int = 0,
+        use_global_arguments: bool = False,
+        flags: Mapping[str, bool] | None = None,
+    ) -> None:
+        self.arguments = arguments
+        self.parameters = parameters
+        self.context = context
+        self.log_level = log_level
+        self.use_global_arguments = use_global_arguments
+        self.flags = flags or {}
+        self.node: NodeParameters | None = None
+
+    @contextmanager
+    def given(self) -> Iterator[None]:
+        """Have the next node that this thread makes in the block take them."""
+        outer = next_options()
+        _given.options = self
+        try:
+            yield
+        finally:
+            _given.options = outer
+
+    def command_line(self, own: Sequence[str] | None) -> list[str]:
+        """Return the whole command line of the node."""
+        return [*self.arguments, *(["--", *own] if own else ())]
+
+    def flag(self, name: str, own: bool) -> bool:
+        """Return whether the node has something, which its own code may want or not."""
+        return self.flags.get(name, own)
+
+
+class _Given(threading.local):
+    options: NodeOptions | None = None
+
+
+_given = _Given()
+
+
+def next_options() -> NodeOptions | None:
+    """Return what the next node of this thread is given, if anything; it is given once."""
+    options, _given.options = _given.options, None
+    return options

@@ -1,0 +1,1 @@
+"""Component containers, and the components that they find with teleopctl."""

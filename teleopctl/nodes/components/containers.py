@@ -1,0 +1,70 @@
+"""``component_container`` and its kin: processes that load nodes, and unload them, by a service.
+
+Those of ``rclcpp_components`` are the same programs: what they find are components in Python, those
+of teleopctl among them, which stand for a few well-known ones in C++.
+"""
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+
+from rclpy_components.component_manager import ComponentManager
+
+from teleopctl import progress
+from teleopctl.node import (
+    Executor,
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+    init,
+    parse_ros_arguments,
+)
+
+_NAME = "ComponentManager"
+_POOLS = "--use_multi_threaded_executor"
+
+
+def single() -> int:
+    """Run all components in one thread."""
+    with _until_the_end():
+        executor = SingleThreadedExecutor()
+        _serve(executor, ComponentManager(executor, _NAME))
+    return 0
+
+
+def multi() -> int:
+    """Run all components in a pool of threads, whose size is the parameter ``thread_num``."""
+    with _until_the_end():
+        node = ComponentManager(None, _NAME)
+        size = node.declare_parameter("thread_num", os.cpu_count() or 1).value
+        executor = MultiThreadedExecutor(size)
+        node.set_executor(executor)
+        _serve(executor, node)
+    return 0
+
+
+def isolated() -> int:
+    """Run each component in a thread of its own, or with an option in a pool of its own."""
+    has_pools = _POOLS in parse_ros_arguments(sys.argv[1:]).program
+    make_executor = MultiThreadedExecutor if has_pools else SingleThreadedExecutor
+    with _until_the_end():
+        executor = SingleThreadedExecutor()
+        _serve(executor, ComponentManager(executor, _NAME, make_executor=make_executor))
+    return 0
+
+
+@contextlib.contextmanager
+def _until_the_end() -> Iterator[None]:
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), init():
+        yield
+
+
+def _serve(executor: Executor, node: ComponentManager) -> None:
+    executor.add_node(node)
+    progress.tell(progress.READY)
+    try:
+        executor.spin()
+    finally:
+        executor.shutdown()
+        node.destroy_node()

@@ -1,0 +1,127 @@
+"""Components: nodes that a container loads into its process.
+
+A Python package registers one as an entry point of the group ``rclpy_components``, with a class, or
+a function that makes the node: ``my_package::Talker = my_package.talker:Talker``. As with programs,
+that is read from the sources of a package that is not built.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from teleopctl import plugins
+from teleopctl.errors import NotFoundError, did_you_mean
+from teleopctl.packages.finding import known_layers, package_names
+from teleopctl.packages.prefixes import python_folders
+from teleopctl.packages.records import INSTALLED, SOURCES, Package
+
+GROUP = plugins.COMPONENTS.group
+
+
+class Component(NamedTuple):
+    """A component that can be loaded.
+
+    Attributes:
+        type_name: What it is registered as, such as ``composition::Talker``.
+        package: The package that brings it.
+        target: ``module:Class``.
+        import_roots: Folders to put on the import path first; empty when it is installed.
+    """
+
+    type_name: str
+    package: str
+    target: str
+    import_roots: tuple[Path, ...] = ()
+
+
+def list_components() -> dict[str, list[Component]]:
+    """Return all components by the package that brings them, both sorted."""
+    found: dict[str, list[Component]] = {}
+    for component in _all():
+        known = found.setdefault(component.package, [])
+        if all(other.type_name != component.type_name for other in known):
+            known.append(component)
+    return {package: sorted(found[package]) for package in sorted(found)}
+
+
+def find_component(package: str, plugin: str) -> Component:
+    """Find a component by its package and its type.
+
+    The type may be given without the package that stands in front of it, as
+    ``rclpy_components`` has it.
+
+    Raises:
+        NotFoundError: There is none. The message is that of ROS 2's containers.
+    """
+    wanted = _plain(package)
+    offered = [
+        component
+        for component in (*_of_layers(package), *_registered())
+        if wanted in (_plain(component.package), _plain(component.type_name.partition("::")[0]))
+    ]
+    for component in offered:
+        if component.type_name in (plugin, f"{package}::{plugin}"):
+            return component
+    if not offered:
+        known = list_components()
+        raise NotFoundError(
+            "Could not find requested resource in ament index",
+            hint=did_you_mean(package, known)
+            or f"Packages with components: {', '.join(known) or 'none'}.",
+        )
+    names = sorted({component.type_name for component in offered})
+    raise NotFoundError(
+        "Failed to find class with the requested plugin name.",
+        hint=did_you_mean(plugin, names) or f"{package} has {', '.join(names)}.",
+    )
+
+
+def _all() -> Iterator[Component]:
+    for name in package_names():
+        yield from _of_layers(name)
+    yield from _registered()
+
+
+def _of_layers(name: str) -> Iterator[Component]:
+    """Yield the components of sources and of packages below a prefix."""
+    for package in known_layers(name):
+        if package.kind == SOURCES:
+            yield from _of_sources(package)
+        elif package.kind == INSTALLED:
+            yield from _of_prefix(package)
+
+
+def _of_sources(package: Package) -> Iterator[Component]:
+    from teleopctl.packages.source_programs import entry_points, import_root
+
+    for name, target in entry_points(package.folder, GROUP).items():
+        roots = (import_root(package.folder, target),)
+        yield Component(name, package.name, target, roots)
+
+
+def _of_prefix(package: Package) -> Iterator[Component]:
+    roots = python_folders(package.prefix)
+    if not roots:
+        return
+    from importlib.metadata import distributions
+
+    for distribution in distributions(path=[str(root) for root in roots]):
+        # A prefix may be shared by many packages.
+        if _plain(distribution.name or "") == _plain(package.name):
+            for entry in distribution.entry_points.select(group=GROUP):
+                yield Component(entry.name, package.name, entry.value, roots)
+
+
+def _registered() -> Iterator[Component]:
+    """Yield ours, and those of installed distributions."""
+    for name, plugin in plugins.available(plugins.COMPONENTS).items():
+        package, separator, _ = name.partition("::")
+        owner = package if separator else plugin.distribution
+        yield Component(name, owner, plugin.target)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[-_.]+", "_", name).lower()
