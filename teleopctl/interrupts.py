@@ -4,11 +4,17 @@ Python reports what is raised in a finalizer or a weak reference's callback, and
 imports have such callbacks, so that Ctrl-C while a program starts may meet one. Zenoh does the same
 with what is raised in the functions that it calls, on whichever thread makes something known, which
 may be the main thread.
+
+Nor does Python see a signal that comes when the main thread has just looked for signals and is
+about to wait for a lock: it would be heard when something else ends the wait. So the main thread is
+woken a moment after each signal, with the one that Go's runtime uses for the like, since nobody
+else does.
 """
 
 from __future__ import annotations
 
 import _thread
+import os
 import signal
 import sys
 import time
@@ -24,7 +30,13 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 # What an interrupt must not meet, callbacks of imports or calls from Zenoh, lasts microseconds.
 _AGAIN_S = 0.001
 
+# After each of these the main thread will have got from its last look to its wait, if it ever will.
+_WAKE_AFTER_S = (0.002, 0.02, 0.2)
+
 _transport_callbacks: set[CodeType] = set()
+
+# What signals are written to, once the main thread is woken after them.
+_wakes: list[int] = []
 
 
 def transport_callback(function: _Function) -> _Function:
@@ -46,6 +58,42 @@ def take() -> None:
     """Have every SIGINT raise KeyboardInterrupt in the main thread, be it a moment later."""
     signal.signal(signal.SIGINT, _interrupt)
     sys.unraisablehook = _hook(sys.unraisablehook)
+    end_waits()
+
+
+def end_waits() -> None:
+    """Have each signal from now on end what the main thread waits for; for that thread to call.
+
+    Where a program listens to signals itself (`signal.set_wakeup_fd`), it is left alone.
+    """
+    if sys.platform == "win32" or _wakes:
+        return
+    signals, heard = os.pipe()
+    os.set_blocking(heard, False)
+    others = signal.set_wakeup_fd(heard, warn_on_full_buffer=False)
+    if others != -1:
+        signal.set_wakeup_fd(others)
+        os.close(signals)
+        os.close(heard)
+        return
+    _wakes.append(heard)
+    signal.signal(signal.SIGURG, _woken)
+    _thread.start_new_thread(_wake, (signals, _thread.get_ident()))
+
+
+def _woken(_signum: int, _frame: FrameType | None) -> None:
+    """Be a reason for a wait to end."""
+
+
+def _wake(signals: int, thread: int) -> None:
+    while numbers := os.read(signals, 64):
+        if all(number == signal.SIGURG for number in numbers):
+            continue
+        for wait_s in _WAKE_AFTER_S:
+            time.sleep(wait_s)
+            # A program may have a use of its own for it.
+            if signal.getsignal(signal.SIGURG) is _woken:
+                signal.pthread_kill(thread, signal.SIGURG)
 
 
 def come_again(signum: int = signal.SIGINT) -> None:

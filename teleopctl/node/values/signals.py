@@ -12,7 +12,7 @@ import threading
 from types import FrameType
 from typing import Protocol
 
-from teleopctl.interrupts import come_again, in_transport_callback
+from teleopctl.interrupts import come_again, end_waits, in_transport_callback
 
 
 class Endable(Protocol):
@@ -49,6 +49,8 @@ def heed(context: Endable, options: SignalHandlerOptions) -> None:
     """Have signals end a context; without effect outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
+    if _SIGNALS[options]:
+        end_waits()
     for number in _SIGNALS[options]:
         if signal.getsignal(number) is not _end_contexts:
             _previous[number] = signal.signal(number, _end_contexts)

@@ -1,0 +1,39 @@
+"""Interrupts that Python alone would hear late, or never."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+# A wait that the kernel does not end, as when the signal came just before it began.
+DEAF_WAIT = """
+import signal, threading
+from teleopctl import interrupts
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+interrupts.take()
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+ends = threading.Event()
+def stay():
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    print("waiting", flush=True)
+    ends.wait()
+threading.Thread(target=stay, daemon=True).start()
+try:
+    ends.wait()
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals go to processes there")
+def test_an_interrupt_ends_a_wait_that_began_as_it_came():
+    with subprocess.Popen(
+        [sys.executable, "-c", DEAF_WAIT], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "waiting\n"
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=30)
+    assert (stdout, stderr, process.returncode) == ("interrupted\n", "", 0)
