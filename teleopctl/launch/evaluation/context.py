@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,6 +43,7 @@ class LaunchContext:
     Attributes:
         arguments: The launch arguments that the command line gave.
         declared: Names of the launch arguments that have been declared.
+        node_names: How many nodes have a full name, where the launch file gives it.
         event: What has happened and is being answered; None in the first walk over the files.
         launch: The evaluation that this is the state of, once there is one.
     """
@@ -53,6 +55,7 @@ class LaunchContext:
         self.event: object | None = None
         self.launch: Launch | None = None
         self.declared: set[str] = set()
+        self.node_names: Counter[str] = Counter()
         self.file = Path()
         self.warnings: list[str] = []
         self._live_nodes: frozenset[str] | None = None
@@ -64,6 +67,7 @@ class LaunchContext:
         other = copy.copy(self)
         other.scope = self.scope.copy()
         other.declared = set(self.declared)
+        other.node_names = self.node_names.copy()
         other.warnings = []
         other.launch = None
         return other

@@ -186,7 +186,19 @@ class ProcessBuilder:
         if node.ros_arguments is not None:
             words += self._words(node.ros_arguments, "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
+        if full_name is not None and (inner is not None or scope.namespace != "/"):
+            self._count(full_name, process_name)
         return (["--ros-args", *words] if words else []), full_name
+
+    def _count(self, node_name: str, process_name: str) -> None:
+        names = self._context.node_names
+        names[node_name] += 1
+        if names[node_name] > 1:
+            self._warn(
+                f"there are now at least {names[node_name]} nodes with the name {node_name} "
+                "created within this launch context",
+                process_name,
+            )
 
     def _parameter_arguments(
         self, entries: tuple[Parameter | ParameterFile, ...], process_name: str

@@ -33,15 +33,15 @@ class LifecycleLink:
 
     Args:
         entity: The node.
-        plan: Its process.
+        plan: Its process, from whose start on it listens to the node; None where `begin` says so.
         launch: The launch.
     """
 
     wants_output: bool = False
 
-    def __init__(self, entity: Node, plan: ProcessPlan, launch: Launch) -> None:
+    def __init__(self, entity: Node, plan: ProcessPlan | None, launch: Launch) -> None:
         self._entity = entity
-        self._process = plan.name
+        self._process = None if plan is None else plan.name
         self._launch = launch
         self._listens = False
         self._name = entity.node_name
@@ -59,7 +59,7 @@ class LifecycleLink:
     def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
         """Listen to the node from its start on, and ask it for a transition where it is meant."""
         if isinstance(event, ProcessStarted) and event.plan.name == self._process:
-            self._begin()
+            self.begin()
         elif isinstance(event, ShutdownBegan):
             self._ending.set()
             self._requests.put(None)
@@ -70,7 +70,8 @@ class LifecycleLink:
             self._requests.put(event.transition_id)
         return ()
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Listen to the node from now on."""
         if not self._listens:
             self._listens = True
             # The launch does not wait for the thread, which may wait for the node.

@@ -12,7 +12,6 @@ from teleopctl.launch import (
     ParameterFile as ModelParameterFile,
     ParameterTree,
     Template,
-    flag,
 )
 
 from .parameter_descriptions import Parameter, ParameterFile, ParameterValue
@@ -31,9 +30,13 @@ def parameters(given: object) -> Iterator[ModelParameter | ModelParameterFile]:
         if isinstance(entry, Mapping):
             yield from _of_mapping(entry, ())
         elif isinstance(entry, Parameter):
-            yield _parameter(template(entry.name), entry.parameter_value)
+            yield _parameter(template(entry.normalized_name), entry.parameter_value)
         elif isinstance(entry, ParameterFile):
-            yield ModelParameterFile(entry.param_file, allow_substs=_allows(entry.allow_substs))
+            allows = entry.allows
+            yield ModelParameterFile(
+                template(entry.given),
+                allow_substs=allows if isinstance(allows, bool) else template(allows),
+            )
         else:
             yield ModelParameterFile(template(entry))
 
@@ -60,10 +63,7 @@ def _joined(names: tuple[Template, ...]) -> Template:
 def _parameter(name: Template, value: object) -> ModelParameter:
     type_name = None
     if isinstance(value, ParameterValue):
-        type_name = value.type_name
-        if type_name is not None and _is_text(value.value):
-            return ModelParameter(name, template(value.value), type_name)
-        value = value.value
+        type_name, value = value.type_name, value.normalized
     try:
         return ModelParameter(name, _tree(value), type_name)
     except TypeError as error:
@@ -93,7 +93,3 @@ def _item(value: object) -> ParameterTree:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return template(value)
     return _tree(value)
-
-
-def _allows(allow_substs: object) -> bool:
-    return allow_substs if isinstance(allow_substs, bool) else flag(template(allow_substs).source)

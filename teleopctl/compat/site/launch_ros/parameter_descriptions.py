@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-import typing
-from os import PathLike
-from typing import Any
+import os
+import weakref
+from collections.abc import Iterable
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import TYPE_CHECKING, Any, get_args
 
-from launch._texts import template
+import yaml
+from launch.frontend.parse_substitution import parse_substitution
 from launch.some_substitutions_type import SomeSubstitutionsType
+from launch.substitution import Substitution
+from launch.substitutions import SubstitutionFailure
+from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+from launch.utilities.type_utils import normalize_typed_substitution, perform_typed_substitution
+
+if TYPE_CHECKING:
+    from launch.launch_context import LaunchContext
 
 _SCALARS = (bool, int, float, str)
 
@@ -21,7 +32,7 @@ def type_name(value_type: object) -> str | None:
     if value_type is None:
         return None
     scalar: Any  # a type, as the next lines make sure
-    arguments = typing.get_args(value_type)
+    arguments = get_args(value_type)
     scalar = arguments[0] if arguments else value_type
     if scalar not in _SCALARS:
         raise TypeError(f"value_type={value_type} is none of the types that parameters have")
@@ -36,15 +47,39 @@ class ParameterValue:
         value_type: ``int``, ``float``, ``bool``, ``str`` or a list of them; None reads as YAML
             does what substitutions give.
 
+    Attributes:
+        type_name: What the model calls the type.
+        normalized: The value with its substitutions as lists of them.
+
     Raises:
-        TypeError: No parameter has that type.
+        TypeError: No parameter has that type, or the value cannot become of it.
     """
 
-    # Any: see parameters_type. object: a type or a generic alias.
-    def __init__(self, value: Any, *, value_type: object | None = None) -> None:
+    # Any: see parameters_type, and a type or a generic alias.
+    def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self.type_name = type_name(value_type)
-        self.value = value
-        self.value_type = value_type
+        self.normalized = normalize_typed_substitution(value, value_type)
+        self._value_type = value_type
+        self._evaluated: Any = None
+
+    @property
+    def value(self) -> Any:
+        """The value, with substitutions as long as it has not been evaluated."""
+        return self.normalized if self._evaluated is None else self._evaluated
+
+    @property
+    def value_type(self) -> Any:
+        """Its type, or None."""
+        return self._value_type
+
+    def evaluate(self, context: LaunchContext) -> Any:
+        """Return the value.
+
+        Raises:
+            ValueError: It turns out not to be of its type.
+        """
+        self._evaluated = perform_typed_substitution(context, self.normalized, self._value_type)
+        return self._evaluated
 
 
 class Parameter:
@@ -57,23 +92,45 @@ class Parameter:
         description: What it is for.
     """
 
-    # Any: see parameters_type. object: a type or a generic alias.
+    # Any: see parameters_type, and a type or a generic alias.
     def __init__(
         self,
         name: SomeSubstitutionsType,
         value: Any,
         *,
-        value_type: object | None = None,
+        value_type: Any = None,
         description: SomeSubstitutionsType = "",
     ) -> None:
-        self.name = name
+        self.normalized_name = normalize_to_list_of_substitutions(name)
         self.parameter_value = ParameterValue(value, value_type=value_type)
         self.description = description
+        self._evaluated: tuple[str, Any] | None = None
+
+    @property
+    def name(self) -> list[Substitution] | str:
+        """Its name: substitutions as long as it has not been evaluated."""
+        return self.normalized_name if self._evaluated is None else self._evaluated[0]
 
     @property
     def value(self) -> Any:
-        """Its value."""
+        """Its value, with substitutions as long as it has not been evaluated."""
         return self.parameter_value.value
+
+    @property
+    def value_type(self) -> Any:
+        """Its type, or None."""
+        return self.parameter_value.value_type
+
+    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
+        """Return name and value; once evaluated, they stay the same.
+
+        Raises:
+            ValueError: The value turns out not to be of its type.
+        """
+        if self._evaluated is None:
+            name = perform_substitutions(context, self.normalized_name)
+            self._evaluated = (name, self.parameter_value.evaluate(context))
+        return self._evaluated
 
 
 class ParameterFile:
@@ -82,13 +139,76 @@ class ParameterFile:
     Args:
         param_file: The file.
         allow_substs: Whether substitutions in it are evaluated.
+
+    Attributes:
+        given: The file as it was given.
+        allows: Whether substitutions are evaluated: a truth value or a list of substitutions.
+
+    Raises:
+        TypeError: It is no file, or no truth value.
     """
 
     def __init__(
         self,
-        param_file: PathLike[str] | SomeSubstitutionsType,
+        param_file: os.PathLike[str] | SomeSubstitutionsType,
         *,
         allow_substs: bool | SomeSubstitutionsType = False,
     ) -> None:
-        self.param_file = template(param_file)
-        self.allow_substs = allow_substs
+        self._remove: weakref.finalize[..., ParameterFile] | None = None
+        self._evaluated: tuple[Path, bool] | None = None
+        if not isinstance(param_file, str | os.PathLike | Substitution | Iterable):
+            raise TypeError(f"ParameterFile() expected a file, got {param_file!r}")
+        self.given: os.PathLike[str] | list[Substitution] = (
+            param_file
+            if isinstance(param_file, os.PathLike)
+            else normalize_to_list_of_substitutions(param_file)
+        )
+        self.allows = normalize_typed_substitution(allow_substs, bool)
+
+    @property
+    def param_file(self) -> os.PathLike[str] | list[Substitution]:
+        """The file: once it is evaluated, the one to read."""
+        return self.given if self._evaluated is None else self._evaluated[0]
+
+    # Any: a truth value, or a list of substitutions.
+    @property
+    def allow_substs(self) -> Any:
+        """Whether substitutions in it are evaluated, known once it is evaluated."""
+        return self.allows if self._evaluated is None else self._evaluated[1]
+
+    def evaluate(self, context: LaunchContext) -> Path:
+        """Return the file to read, which is a temporary one where substitutions are evaluated.
+
+        A launch does this itself for the nodes that it starts, in a file among its logs.
+
+        Raises:
+            SubstitutionFailure: What comes out is not YAML.
+        """
+        if self._evaluated is None:
+            given = self.given
+            path = Path(perform_substitutions(context, given) if isinstance(given, list) else given)
+            allows = bool(perform_typed_substitution(context, self.allows, bool))
+            if allows:
+                path = _written(context, path)
+                self._remove = weakref.finalize(self, path.unlink, missing_ok=True)
+            self._evaluated = path, allows
+        return self._evaluated[0]
+
+    def cleanup(self) -> None:
+        """Remove the temporary file, where there is one."""
+        if self._remove is not None:
+            self._remove()
+            self._remove = self._evaluated = None
+
+
+def _written(context: LaunchContext, path: Path) -> Path:
+    text = perform_substitutions(context, parse_substitution(path.read_text(encoding="utf-8")))
+    try:
+        yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SubstitutionFailure(
+            "The substituted parameter file is not a valid yaml file"
+        ) from error
+    with NamedTemporaryFile("w", prefix="launch_params_", delete=False, encoding="utf-8") as made:
+        made.write(text)
+    return Path(made.name)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from launch.action import Action
-from launch.actions import EmitEvent, LogInfo
+from launch.actions import EmitEvent, LogInfo, RegisterEventHandler
 from launch.event import Event
 from launch.event_handler import BaseEventHandler
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
@@ -17,6 +17,7 @@ from ..events.matchers import matches_node_name
 
 if TYPE_CHECKING:
     from launch.launch_context import LaunchContext
+    from launch.launch_description_entity import LaunchDescriptionEntity
     from launch.some_substitutions_type import SomeSubstitutionsType
 
 _SHUTDOWN = ("shuttingdown", "finalized")
@@ -62,7 +63,7 @@ class LifecycleTransition(Action):
             for one in transition_ids
         ]
 
-    def execute(self, context: LaunchContext) -> list[Any]:
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Ask for the first transition of each node.
 
         Raises:
@@ -74,11 +75,10 @@ class LifecycleTransition(Action):
             if not transition.isdecimal() or int(transition) not in _TARGETS:
                 raise ValueError(f"expected integer for lifecycle transition, got {transition}")
             transitions.append(int(transition))
-        actions = []
+        actions: list[LaunchDescriptionEntity] = []
         for name in self._names:
             sequence = _Sequence(perform_substitutions(context, name), transitions)
-            context.register_event_handler(sequence)
-            actions.append(sequence.next_request())
+            actions += [RegisterEventHandler(sequence), sequence.next_request()]
         return actions
 
 

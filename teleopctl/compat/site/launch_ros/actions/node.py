@@ -12,6 +12,7 @@ from launch.actions import ExecuteProcess
 from teleopctl.launch import Node as ModelNode, NodePart, Process
 
 from .._parameters import parameters as model_parameters
+from ..utilities import normalize_remap_rules
 
 if TYPE_CHECKING:
     from launch.some_substitutions_type import SomeSubstitutionsType
@@ -78,7 +79,8 @@ class Node(ExecuteProcess):
             namespace=self._node_namespace,
             parameters=tuple(model_parameters(parameters or [])),
             remaps=tuple(
-                (template(source), template(target)) for source, target in remappings or ()
+                (template(source), template(target))
+                for source, target in normalize_remap_rules(remappings or ())
             ),
             ros_arguments=_words(ros_arguments),
         )

@@ -1,0 +1,36 @@
+"""``launch_ros.utilities.lifecycle_event_manager``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from launch.launch_context import LaunchContext
+
+from .._lifecycle import LifecycleLink
+
+if TYPE_CHECKING:
+    from ..actions.node import Node
+
+
+class LifecycleEventManager:
+    """Lets a node with a life cycle that the launch does not start itself take part in events.
+
+    Its transitions become `StateTransition`, and `ChangeState` asks it for transitions.
+
+    Args:
+        lifecycle_node: The action that stands for it; it knows its ``node_name``.
+    """
+
+    def __init__(self, lifecycle_node: Node) -> None:
+        self._node = lifecycle_node
+
+    @property
+    def node_name(self) -> str:
+        """The node's full name."""
+        return self._node.node_name
+
+    def setup_lifecycle_manager(self, context: LaunchContext) -> None:
+        """Begin."""
+        link = LifecycleLink(self._node, None, context.launch)
+        context.launch.register(link)
+        link.begin()

@@ -1,0 +1,84 @@
+"""``launch_ros.utilities.to_parameters_list``."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from launch.launch_context import LaunchContext
+from rclpy.parameter import Parameter
+
+from ..parameters_type import EvaluatedParameters
+from .evaluate_parameters import evaluate_parameter_dict
+from .normalize_parameters import normalize_parameter_dict
+
+
+def is_node_name_matched(node_name: str, node_fqn: str) -> bool:
+    """Tell whether a key of a parameter file, with its ``*`` and ``**``, means a node."""
+    pattern = re.sub(r"/\*(\*)?", lambda match: r"(/\w+)" + (match[1] or ""), node_name)
+    return re.fullmatch(pattern, node_fqn) is not None
+
+
+def to_parameters_list(
+    context: LaunchContext,
+    node_name: str,
+    namespace: str,
+    evaluated_parameters: EvaluatedParameters,
+) -> list[Parameter]:
+    """Return parameters as rclpy has them.
+
+    Args:
+        context: What substitutions look at.
+        node_name: The node; what a file says of others is left out.
+        namespace: Its namespace.
+        evaluated_parameters: What `evaluate_parameters` gives.
+
+    Raises:
+        RuntimeError: A value is none that a parameter can have.
+    """
+    node = f"/{namespace.strip('/')}/{node_name.lstrip('/')}".replace("//", "/")
+    found = []
+    for entry in evaluated_parameters:
+        given = _of_file(context, entry, node) if isinstance(entry, Path) else entry
+        if not isinstance(given, Mapping):
+            raise RuntimeError(f"invalid evaluated parameters {given!r}")
+        for name, value in given.items():
+            # Booleans before integers, which they are in Python.
+            kind = next((kind for kind in Parameter.Type if kind.check(value)), None)
+            if kind is None:
+                raise RuntimeError(f"invalid parameter value {value!r}")
+            found.append(Parameter(name, kind, value))
+    return found
+
+
+# Any: see `parameters_type`.
+def _of_file(context: LaunchContext, file: Path, node: str) -> Mapping[str, Any]:
+    with file.open(encoding="utf-8") as opened:
+        document = yaml.safe_load(opened)
+    if not isinstance(document, Mapping):
+        return {}
+    sections = dict(_sections(document, ""))
+    if not sections:
+        return evaluate_parameter_dict(context, normalize_parameter_dict(document))
+    if node == "/":
+        warnings.warn(
+            "node name not provided to launch; parameter files will not apply", stacklevel=3
+        )
+    meant = [of for key, of in sections.items() if key != node and is_node_name_matched(key, node)]
+    whole: dict[str, Any] = {}
+    for section in (*meant, sections.get(node, {})):
+        whole.update(section)
+    return evaluate_parameter_dict(context, normalize_parameter_dict(whole))
+
+
+def _sections(document: Mapping[str, Any], above: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield whom a file speaks of, as a full name, and what it says."""
+    for key, value in document.items():
+        if key == "ros__parameters":
+            yield above, value
+        elif isinstance(value, Mapping):
+            yield from _sections(value, f"{above}/{key.lstrip('/')}")
