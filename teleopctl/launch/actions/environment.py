@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Self
 
 from teleopctl import background
+from teleopctl.launch.actions.named import NameAndValue
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.template import Template, literal
@@ -18,18 +19,8 @@ _PATH_SEPARATOR = literal(os.pathsep)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SetEnvironment(Action):
+class SetEnvironment(NameAndValue):
     """``set_env``: sets an environment variable."""
-
-    keys = ("name", "value")
-
-    name: Template
-    value: Template
-
-    @classmethod
-    def parse(cls, entity: Entity) -> Self:
-        """Read a ``set_env``."""
-        return cls(name=entity.required("name"), value=entity.required("value"))
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""

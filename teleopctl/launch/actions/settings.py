@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from teleopctl.errors import UsageError
+from teleopctl.launch.actions.named import NameAndValue
 from teleopctl.launch.actions.parameters import parameter
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
@@ -84,18 +85,8 @@ class DeclareBoolean(DeclareArgument):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Let(Action):
+class Let(NameAndValue):
     """``let``: sets a launch variable."""
-
-    keys = ("name", "value")
-
-    name: Template
-    value: Template
-
-    @classmethod
-    def parse(cls, entity: Entity) -> Self:
-        """Read a ``let``."""
-        return cls(name=entity.required("name"), value=entity.required("value"))
 
     def evaluate(self, launch: Launch) -> None:
         """Set the variable."""

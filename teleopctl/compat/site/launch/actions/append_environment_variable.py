@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.launch import AppendEnvironment
 
 from .._texts import optional, template
-from ..action import Action
 from ..utilities import normalize_to_list_of_substitutions
 from ..utilities.type_utils import NormalizedValueType, normalize_typed_substitution
+from ._named import NamedWithValue
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
     from ..substitution import Substitution
 
 
-class AppendEnvironmentVariable(Action):
+class AppendEnvironmentVariable(NamedWithValue):
     """Puts a value behind that of an environment variable, with a separator between.
 
     Args:
@@ -37,21 +37,9 @@ class AppendEnvironmentVariable(Action):
         separator: SomeSubstitutionsType = os.pathsep,
         **kwargs: Any,
     ) -> None:
-        super().__init__(**kwargs)
-        self._name = normalize_to_list_of_substitutions(name)
-        self._value = normalize_to_list_of_substitutions(value)
+        super().__init__(name, value, **kwargs)
         self._prepend = normalize_typed_substitution(prepend, bool)
         self._separator = normalize_to_list_of_substitutions(separator)
-
-    @property
-    def name(self) -> list[Substitution]:
-        """The variable."""
-        return self._name
-
-    @property
-    def value(self) -> list[Substitution]:
-        """What is added."""
-        return self._value
 
     @property
     def prepend(self) -> NormalizedValueType:

@@ -11,6 +11,7 @@ from .._texts import template
 from ..frontend.expose import expose_substitution
 from ..substitution import KnownSubstitution, Substitution, call
 from ..utilities import normalize_to_list_of_substitutions
+from ._of_two import OfTwo
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
@@ -45,52 +46,15 @@ class NotSubstitution(KnownSubstitution):
         return f"NotSubstitution({self._value})"
 
 
-class _OfTwo(KnownSubstitution):
-    """A truth value from two of them.
-
-    Args:
-        left: One of them.
-        right: The other one.
-    """
-
-    parameters = ("left", "right")
-    required = 2
-    name_in_texts: ClassVar[str]
-
-    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
-        super().__init__()
-        self._left = normalize_to_list_of_substitutions(left)
-        self._right = normalize_to_list_of_substitutions(right)
-
-    @property
-    def left(self) -> list[Substitution]:
-        """One of them."""
-        return self._left
-
-    @property
-    def right(self) -> list[Substitution]:
-        """The other one."""
-        return self._right
-
-    def template(self) -> Template:
-        """Return it as the model has it."""
-        arguments = (template(self._left), template(self._right))
-        return call(self.name_in_texts, *arguments, source=self.describe())
-
-    def describe(self) -> str:
-        """Return it in words."""
-        return f"{type(self).__name__}({self._left} {self._right})"
-
-
 @expose_substitution("and")
-class AndSubstitution(_OfTwo):
+class AndSubstitution(OfTwo):
     """Whether both of two truth values are true."""
 
     name_in_texts = "and"
 
 
 @expose_substitution("or")
-class OrSubstitution(_OfTwo):
+class OrSubstitution(OfTwo):
     """Whether one of two truth values is true."""
 
     name_in_texts = "or"

@@ -1,0 +1,51 @@
+"""Substitutions that have a name, and a value where there is nothing of that name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from teleopctl.launch import Template
+
+from .._texts import template
+from ..substitution import KnownSubstitution, Substitution, call
+from ..utilities import normalize_to_list_of_substitutions
+
+if TYPE_CHECKING:
+    from ..some_substitutions_type import SomeSubstitutionsType
+
+
+class WithDefault(KnownSubstitution):
+    """The value of what has a name.
+
+    Args:
+        name: Its name.
+        default_value: What stands for it where there is none; None makes that an error.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("name", "default_value")
+    required = 1
+    name_in_texts: ClassVar[str]
+
+    def __init__(
+        self, name: SomeSubstitutionsType, *, default_value: SomeSubstitutionsType | None = None
+    ) -> None:
+        super().__init__()
+        self._name = normalize_to_list_of_substitutions(name)
+        self._default = (
+            None if default_value is None else normalize_to_list_of_substitutions(default_value)
+        )
+
+    @property
+    def name(self) -> list[Substitution]:
+        """Its name."""
+        return self._name
+
+    @property
+    def default_value(self) -> list[Substitution] | None:
+        """What stands for it where there is none, or None."""
+        return self._default
+
+    def template(self) -> Template:
+        """Return it as the model has it."""
+        default = () if self._default is None else (template(self._default),)
+        return call(self.name_in_texts, template(self._name), *default, source=self.describe())

@@ -1,0 +1,24 @@
+"""What actions upon something that has a name have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from teleopctl.launch.model.action import Action, Entity
+from teleopctl.launch.model.template import Template
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NameAndValue(Action):
+    """Gives something of a name a value."""
+
+    keys = ("name", "value")
+
+    name: Template
+    value: Template
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read it from a text."""
+        return cls(name=entity.required("name"), value=entity.required("value"))
