@@ -38,6 +38,7 @@ _VERBS = {
     "param": ("param:GROUP", "Read and change parameters of nodes."),
     "service": ("service:GROUP", "List and call services."),
     "pkg": ("pkg:GROUP", "Find packages."),
+    "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
@@ -68,6 +69,7 @@ COMPLETIONS = Kind(
         "launch_words": f"{_CANDIDATES}:launch_words",
         "licenses": "teleopctl.cli.verbs.pkg.candidates:licenses",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
+        "managed_nodes": "teleopctl.cli.verbs.lifecycle.candidates:managed_nodes",
         "manifest_tags": "teleopctl.cli.verbs.pkg.candidates:manifest_tags",
         "message_types": f"{_CANDIDATES}:message_types",
         "nodes": f"{_CANDIDATES}:nodes",
@@ -77,6 +79,7 @@ COMPLETIONS = Kind(
         "running_processes": f"{_CANDIDATES}:running_processes",
         "services": f"{_CANDIDATES}:services",
         "topics": f"{_CANDIDATES}:topics",
+        "transitions": "teleopctl.cli.verbs.lifecycle.candidates:transitions",
     },
     direct=True,
 )

@@ -103,7 +103,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
     [
         ("action list", "action", "teleopctl"),
         ("component", "component", "teleopctl"),
-        ("lifecycle --help", "lifecycle", "teleopctl"),
+        ("multicast --help", "multicast", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),
     ],
 )

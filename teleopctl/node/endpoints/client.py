@@ -52,6 +52,14 @@ class ResponseFuture(Future[ResponseT]):
         """Tell who waits in `wait_for_response` that no server will answer (ours)."""
         self._settled.set()
 
+    def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
+        """Block this thread until a response is there or nobody is left to give it (ours).
+
+        Returns:
+            False when the time, in seconds of wall time, ran out; the request goes on then.
+        """
+        return self._wait_for(self._settled.wait, timeout_sec)
+
     def _call(self, callback: Callable[[Future[ResponseT]], object]) -> None:
         self._client.call_back(functools.partial(callback, self))
 
@@ -70,7 +78,7 @@ class ResponseFuture(Future[ResponseT]):
             ServiceUnavailableError: No server answers.
             ExternalShutdownException: The context was shut down meanwhile.
         """
-        settled = self._wait_for(self._settled.wait, timeout_sec)
+        settled = self.wait_until_settled(timeout_sec)
         if self.done():
             return self.result()
         self._client.remove_pending_request(self)

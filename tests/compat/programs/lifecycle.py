@@ -1,4 +1,4 @@
-"""A managed node as ROS 2's tutorials write one; its clean-up fails."""
+"""A managed node as ROS 2's tutorials write one; a stubborn one cannot be configured."""
 
 import contextlib
 
@@ -11,15 +11,19 @@ from std_msgs.msg import String
 class Lively(LifecycleNode):
     def __init__(self):
         super().__init__("lively")
+        self.declare_parameter("stubborn", False)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if self.get_parameter("stubborn").value:
+            return TransitionCallbackReturn.FAILURE
         self.publisher = self.create_lifecycle_publisher(String, "chatter", 10)
         self.timer = self.create_timer(0.05, self.talk)
         return super().on_configure(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self.get_logger().info(f"cannot leave {state.label}")
-        return TransitionCallbackReturn.FAILURE
+        self.destroy_timer(self.timer)
+        self.destroy_lifecycle_publisher(self.publisher)
+        return super().on_cleanup(state)
 
     def talk(self):
         self.publisher.publish(String(data=f"active: {self.publisher.is_activated}"))

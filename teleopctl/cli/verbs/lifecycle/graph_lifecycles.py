@@ -1,0 +1,130 @@
+"""Which managed nodes a verb asks, and for how long."""
+
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.live import absolute_name
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.lifecycle.nodes import managed_nodes
+from teleopctl.cli.waiting import wait_aloud
+from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
+from teleopctl.interfaces import get_service
+from teleopctl.wire import query_graph
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node, ResponseFuture
+
+ManagedNodeName = Annotated[str, Argument(help="The node.", complete="managed_nodes")]
+HiddenNodes = Annotated[
+    bool, Option("--include-hidden-nodes", help="Ask nodes whose name starts with _, too.")
+]
+Timeout = Annotated[
+    float | None, Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS")
+]
+# What is only asked for is answered at once.
+_LONGEST_WAIT_S = 5.0
+
+
+class Lifecycles:
+    """The managed nodes of the graph, as a verb asks them.
+
+    Args:
+        node: The node that asks.
+        timeout_s: Longest wait for answers, in seconds; a short while if None.
+    """
+
+    def __init__(self, node: "Node", timeout_s: float | None) -> None:
+        self._node = node
+        self._graph = query_graph(node.context.session)
+        self._timeout_s = _LONGEST_WAIT_S if timeout_s is None else timeout_s
+
+    def nodes(self, *, include_hidden: bool = False) -> list[str]:
+        """Full names of the managed nodes, sorted."""
+        return managed_nodes(self._graph, include_hidden=include_hidden)
+
+    def find(self, node_name: str, *, include_hidden: bool = False) -> str:
+        """The full name of a managed node.
+
+        Raises:
+            NotFoundError: There is no such node, or it has no life cycle.
+        """
+        name = absolute_name(node_name)
+        managed = self.nodes(include_hidden=include_hidden)
+        if name not in managed:
+            there_is = what_there_is("managed nodes", [name], managed)
+            if name in self._graph.node_names(include_hidden):
+                there_is = f"'{name}' has no life cycle. {there_is}"
+            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
+        return name
+
+    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
+    # they are asked for.
+    def ask(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
+        """Send a request to one node and return its response.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        answer = self.ask_all([node_name], type_, service, **fields)[node_name]
+        if isinstance(answer, TeleopctlError):
+            raise answer
+        return answer
+
+    def ask_all(
+        self, node_names: Iterable[str], type_: str, service: str, **fields: object
+    ) -> Mapping[str, Any]:
+        """Ask many nodes at once; the response of each, or the error where it did not answer."""
+        class_ = get_service(f"lifecycle_msgs/srv/{type_}")
+        futures = {
+            name: self._node.create_client(class_, f"{name}/{service}").call_async(
+                class_.Request(**fields)
+            )
+            for name in node_names
+        }
+        deadline = time.monotonic() + self._timeout_s
+        return {name: self._outcome(name, future, deadline) for name, future in futures.items()}
+
+    def change(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
+        """Take a node through a transition; False when it says no.
+
+        Its callback may do what takes long: only ``timeout_s`` bounds the wait, None waits for
+        ever.
+
+        Raises:
+            UnavailableError: The node does not answer.
+        """
+        class_ = get_service("lifecycle_msgs/srv/ChangeState")
+        client = self._node.create_client(class_, f"{node_name}/change_state")
+        future = client.call_async(class_.Request(transition=transition))
+        wait_aloud(
+            future.wait_until_settled,
+            timeout_s,
+            lambda: f"waiting for {node_name} to make the transition '{transition.label}'...",
+        )
+        response = future.wait_for_response(0.0)
+        if response is None:
+            raise UnavailableError(f"Node '{node_name}' did not answer within {timeout_s:g} s")
+        return bool(response.success)
+
+    def _outcome(self, name: str, future: "ResponseFuture[Any]", deadline: float) -> Any:
+        try:
+            response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
+        except TeleopctlError as error:
+            return UnavailableError(f"Node '{name}' did not answer: {error.message}")
+        if response is None:
+            return UnavailableError(f"Node '{name}' did not answer within {self._timeout_s:g} s")
+        return response
+
+
+@contextmanager
+def open_lifecycles(timeout_s: float | None) -> Iterator[Lifecycles]:
+    """The managed nodes of the graph, through a session of its own.
+
+    Raises:
+        RouterNotRunning: No router answers.
+    """
+    with command_node(session_mode="client") as node:
+        yield Lifecycles(node, timeout_s)

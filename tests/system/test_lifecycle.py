@@ -1,0 +1,118 @@
+"""``teleopctl lifecycle`` against managed nodes in processes of their own."""
+
+import json
+import os
+import signal
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from teleopctl.cli import completing, main
+from teleopctl.testing import eventually
+
+PROGRAM = Path(__file__).parents[1] / "compat/programs/lifecycle.py"
+STUBBORN = ["--ros-args", "-r", "__node:=stubborn", "-p", "stubborn:=true"]
+
+
+@pytest.fixture(scope="module")
+def nodes(shared_ros):
+    """A managed node ``/lively``, one that cannot be configured, and one that is none."""
+    lively = shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAM)])
+    shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAM), *STUBBORN])
+    shared_ros.spawn("run teleop_py_pkg simple_publisher").wait_for_line("Publishing")
+    for name in ("lively", "stubborn"):
+        eventually(partial(_answers, name), what=name)
+    return lively
+
+
+def _answers(name: str) -> bool:
+    return main.run(["lifecycle", "get", name]) == 0
+
+
+@pytest.fixture
+def lifecycle(nodes, capsys):
+    """Runs ``lifecycle``; returns status, output and errors."""
+
+    def run(*words):
+        capsys.readouterr()
+        return (main.run(["lifecycle", *words]), *capsys.readouterr())
+
+    yield run
+    for transition in ("deactivate", "cleanup"):
+        main.run(["lifecycle", "set", "lively", transition])
+
+
+def test_nodes_are_those_with_a_life_cycle(lifecycle):
+    assert lifecycle("nodes") == (0, "/lively\n/stubborn\n", "")
+    assert lifecycle("nodes", "-a", "--no-daemon") == (0, "/lively\n/stubborn\n", "")
+    assert lifecycle("nodes", "-c") == (0, "2\n", "")
+    assert json.loads(lifecycle("nodes", "--json")[1]) == ["/lively", "/stubborn"]
+
+
+def test_states_and_transitions_are_printed_as_ros2_prints_them(lifecycle):
+    assert lifecycle("get", "lively") == (0, "unconfigured [1]\n", "")
+    both = "/lively: unconfigured [1]\n/stubborn: unconfigured [1]\n"
+    assert lifecycle("get") == (0, both, "")
+    assert json.loads(lifecycle("get", "/lively", "--json")[1]) == [
+        {"node": "/lively", "state": "unconfigured", "id": 1}
+    ]
+    assert lifecycle("list", "lively")[1] == (
+        "- configure [1]\n\tStart: unconfigured\n\tGoal: configuring\n"
+        "- shutdown [5]\n\tStart: unconfigured\n\tGoal: shuttingdown\n"
+    )
+    graph = lifecycle("list", "lively", "-a")[1]
+    assert graph.count("- ") == 25
+    assert "- transition_error [62]\n\tStart: errorprocessing\n\tGoal: finalized\n" in graph
+    assert json.loads(lifecycle("list", "lively", "--json")[1])[0] == {
+        "transition": "configure",
+        "id": 1,
+        "start": "unconfigured",
+        "goal": "configuring",
+    }
+
+
+def test_a_transition_is_made_by_label_or_number_and_tab_knows_which(lifecycle):
+    assert lifecycle("set", "lively", "configure") == (0, "Transitioning successful\n", "")
+    assert completing.candidates(["lifecycle", "get"], "/li") == ["/lively"]
+    offered = completing.candidates(["lifecycle", "set", "/lively"], "")
+    assert offered == ["cleanup", "activate", "shutdown"]
+    status, out, _ = lifecycle("set", "lively", "3", "--json")
+    assert (status, json.loads(out)) == (
+        0,
+        {"node": "/lively", "transition": "activate", "state": "active", "id": 3},
+    )
+
+
+def test_what_is_refused_unknown_or_missing_says_so_and_fails(lifecycle):
+    status, out, error = lifecycle("set", "stubborn", "configure")
+    assert (status, out) == (1, "")
+    assert error.startswith("teleopctl: Transitioning failed\n")
+    assert lifecycle("set", "stubborn", "cleanup") == (
+        1,
+        "",
+        "teleopctl: Unknown transition requested, available ones are:\n"
+        "- configure [1]\n- shutdown [5]\n",
+    )
+    status, out, error = lifecycle("get", "livly")
+    assert (status, out) == (1, "")
+    assert error.startswith(
+        "teleopctl: Node not found: '/livly'\n  There are /lively, /stubborn. Did you mean"
+    )
+    assert "has no life cycle" in lifecycle("list", "simple_publisher")[2]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows cannot stop a process for a while")
+def test_a_node_that_does_not_answer_is_named_and_costs_no_more_than_it_may(lifecycle, nodes):
+    os.kill(nodes.pid, signal.SIGSTOP)
+    try:
+        alone = lifecycle("get", "lively", "--timeout", "0.2")
+        among_all = lifecycle("get", "--timeout", "2")
+        change = lifecycle("list", "lively", "--timeout", "0.2")
+    finally:
+        os.kill(nodes.pid, signal.SIGCONT)
+    silent = "Node '/lively' did not answer within 0.2 s"
+    assert (alone[:2], silent in alone[2]) == ((1, ""), True)
+    assert among_all[:2] == (0, "/stubborn: unconfigured [1]\n")
+    assert "Node '/lively' did not answer" in among_all[2]
+    assert (change[:2], silent in change[2]) == ((1, ""), True)
