@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from datetime import datetime
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teleopctl import background
 from teleopctl.background import ProcessRecord
@@ -22,6 +23,9 @@ from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest, load_request
 from teleopctl.launch.recording import recorded
+
+if TYPE_CHECKING:
+    from teleopctl.launch.execution.supervisor import Supervisor
 
 _log_directory: Path | None = None
 
@@ -85,8 +89,8 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     outlive_output()
     with _findable_if_killed(plan.log_directory):
         if not on_terminal:
-            return Supervisor(plan, evaluation, debug=request.debug).run()
-        return _run_on_terminal(plan, evaluation, coloured=coloured, debug=request.debug)
+            return _run(Supervisor(plan, evaluation, debug=request.debug), request)
+        return _run_on_terminal(plan, evaluation, request, coloured=coloured)
 
 
 def run_in_background(request_file: Path) -> int:
@@ -106,20 +110,26 @@ def run_in_background(request_file: Path) -> int:
         status.write_refusal(folder, error)
         raise
     status.write_warnings(folder, plan.warnings)
-    return Supervisor(plan, evaluation, in_background=True, debug=request.debug).run()
+    supervisor = Supervisor(plan, evaluation, in_background=True, debug=request.debug)
+    return _run(supervisor, request)
+
+
+def _run(supervisor: Supervisor, request: LaunchRequest) -> int:
+    status = supervisor.run()
+    return status if request.exit_status else supervisor.ros2_exit_status
 
 
 def _run_on_terminal(
-    plan: LaunchPlan, evaluation: Evaluation, *, coloured: bool, debug: bool
+    plan: LaunchPlan, evaluation: Evaluation, request: LaunchRequest, *, coloured: bool
 ) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
     from teleopctl.launch.execution.terminal import Terminal
 
     terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
-    supervisor = Supervisor(plan, evaluation, terminal=terminal, debug=debug)
+    supervisor = Supervisor(plan, evaluation, terminal=terminal, debug=request.debug)
     with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
-        return supervisor.run()
+        return _run(supervisor, request)
 
 
 def start_in_background(

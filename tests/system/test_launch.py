@@ -55,14 +55,14 @@ def test_nodes_run_together_with_their_output_prefixed_and_end_on_ctrl_c(ros):
     assert got.stdout == "Integer value is: 24\n"
     launch.interrupt()
     launch.wait_for_line(r"^\[WARNING\] \[launch\]: user interrupted with ctrl-c \(SIGINT\)$")
-    assert launch.wait() == 130
+    assert launch.wait() == 0
     for name in ("simple_publisher-1", "simple_subscriber-2", "simple_parameter-3"):
         assert f"[INFO] [{name}]: process has finished cleanly [pid " in launch.stdout
     assert not psutil.pid_exists(pid)
     assert ros.run("node list").stdout == ""
 
 
-def test_the_death_of_one_process_leaves_the_others_and_the_launch_fails(ros):
+def test_the_death_of_one_process_leaves_the_others_and_is_told_by_the_exit_status_if_asked(ros):
     write(
         ros,
         """launch:
@@ -70,6 +70,7 @@ def test_the_death_of_one_process_leaves_the_others_and_the_launch_fails(ros):
 - executable: {cmd: "sh -c 'read x < fifo; echo still here'", output: screen}
 """,
     )
+    (ros.folder / "dies.yaml").write_text("launch: [executable: {cmd: sh -c 'exit 3'}]\n")
     os.mkfifo(ros.folder / "fifo")
     launch = ros.spawn("launch file.yaml")
     launch.wait_for_line(
@@ -78,7 +79,8 @@ def test_the_death_of_one_process_leaves_the_others_and_the_launch_fails(ros):
     (ros.folder / "fifo").write_text("go\n")
     launch.wait_for_line(r"^\[sh-2\] still here$", stream="stdout")
     launch.wait_for_line(r"^\[INFO\] \[sh-2\]: process has finished cleanly \[pid \d+\]$")
-    assert launch.wait() == 1
+    assert launch.wait() == 0
+    assert ros.run("launch --exit-status dies.yaml").returncode == 1
 
 
 def test_standard_output_of_a_process_is_kept_in_its_log_and_shown_where_asked(ros):
@@ -134,7 +136,7 @@ def test_a_node_that_is_interrupted_while_python_starts_ends_cleanly(ros):
         launch.interrupt()
         launch.wait_for_line("user interrupted")
     launch.wait_for_line(r"\[INFO\] \[simple_publisher-1\]: process has finished cleanly")
-    assert launch.wait() == 130
+    assert launch.wait() == 0
 
 
 def test_a_launch_outlives_a_full_disk_behind_its_output(ros):
@@ -175,7 +177,7 @@ def test_who_does_not_listen_is_terminated_and_then_killed(ros):
     )
     launch.wait_for_line("escalating to 'SIGKILL'")
     launch.wait_for_line(r"\[python3-1\]: process has died \[pid \d+, exit code -9")
-    assert launch.wait() == 130
+    assert launch.wait() == 0
     assert f"[python3-1] ignored {int(signal.SIGTERM)}\n" in launch.stdout
 
 
@@ -184,7 +186,7 @@ def test_a_process_that_cannot_be_started_is_reported_and_the_rest_runs(ros):
     launch = ros.run("launch file.yaml")
     assert "[ERROR] [nosuchprogram-1]: process failed to start: No such file" in launch.stdout
     assert "[INFO] [echo-2]: process has finished cleanly" in launch.stdout
-    assert launch.returncode == 1
+    assert launch.returncode == 0
 
 
 def test_a_delayed_process_starts_later_and_not_at_all_after_ctrl_c(ros):
@@ -196,7 +198,7 @@ def test_a_delayed_process_starts_later_and_not_at_all_after_ctrl_c(ros):
 - timer: {period: 1000, children: [{executable: {cmd: echo never, output: screen}}]}
 """,
     )
-    launch = ros.spawn("launch file.yaml")
+    launch = ros.spawn("launch --exit-status file.yaml")
     launch.wait_for_line("first")
     launch.wait_for_line("second")
     launch.interrupt()
@@ -319,7 +321,7 @@ def test_sim_brings_up_the_arm_with_active_controllers_and_takes_it_down_again(r
     assert "/nope" in wrong.stderr
     assert "A simulation runs already" not in wrong.stderr
     launch.interrupt()
-    assert launch.wait() == 130
+    assert launch.wait() == 0
     assert "escalating" not in launch.stdout
     assert "has died" not in launch.stdout
     assert ros.run("node list").stdout == ""

@@ -70,6 +70,13 @@ def launch(
     debug: Annotated[
         bool, Option("--debug", help="Say what happens inside the launch; ROS 2's -d.")
     ] = False,
+    exit_status: Annotated[
+        bool,
+        Option(
+            "--exit-status",
+            help="End with 1 when a process died and 130 after Ctrl-C, where ROS 2 ends with 0.",
+        ),
+    ] = False,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
     open_page: Annotated[
         bool, Option("--open", help="Open the page of the robot in the browser.")
@@ -114,6 +121,7 @@ def launch(
         prefix_filter=launch_prefix_filter,
         skip_missing=skip_missing,
         debug=debug,
+        exit_status=exit_status,
         record_into=None if folder is None else str(folder),
     )
     try:

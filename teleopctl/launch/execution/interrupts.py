@@ -4,23 +4,89 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from teleopctl.launch.execution.ending import STEPS
+from teleopctl.launch.execution.event_loop import EventLoop
 
-@contextmanager
-def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Have a function called for them while the block runs; in the main thread alone."""
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
-        # Whoever began with `nohup` wants the launch to outlive the terminal.
-        numbers.append(signal.SIGHUP)
-    if threading.current_thread() is not threading.main_thread():
-        numbers.clear()  # no other thread may
-    previous = {number: signal.signal(number, handler) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, before in previous.items():
-            signal.signal(number, before)
+# Signals that come in one bunch, as from `timeout`, are one request to end.
+_SAME_REQUEST_S = 1.0
+
+
+class Interrupts:
+    """Turns signals into the end of a launch, the first one, and into haste, those that follow.
+
+    Args:
+        loop: Where the functions below are called.
+        end: Called with the reason and whether it was Ctrl-C; returns False where the launch was
+            ending already.
+        press: Called with a reason and the signal that the processes are to get now, for somebody
+            who does not want to wait for the deadlines.
+
+    Attributes:
+        first: The first signal that came, or None.
+    """
+
+    def __init__(
+        self,
+        loop: EventLoop,
+        end: Callable[[str, bool], bool],
+        press: Callable[[str, signal.Signals], None],
+    ) -> None:
+        self.first: signal.Signals | None = None
+        self._loop = loop
+        self._end = end
+        self._press = press
+        self._step = 0
+        self._asked_at = 0.0
+        # Whether a launch file's own code may be running.
+        self._is_asking = False
+
+    @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Listen while the block runs; in the main thread alone."""
+        numbers = [signal.SIGINT, signal.SIGTERM]
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            # Whoever began with `nohup` wants the launch to outlive the terminal.
+            numbers.append(signal.SIGHUP)
+        if threading.current_thread() is not threading.main_thread():
+            numbers.clear()  # no other thread may
+        previous = {number: signal.signal(number, self._on_signal) for number in numbers}
+        try:
+            yield
+        finally:
+            for number, before in previous.items():
+                signal.signal(number, before)
+
+    @contextmanager
+    def stopping_what_takes_long(self) -> Iterator[None]:
+        """Leave the block at a signal: a launch file's own code runs in it."""
+        try:
+            self._is_asking = True
+            yield
+        except KeyboardInterrupt:
+            pass  # by the handler; what is to be done is in the loop
+        finally:
+            self._is_asking = False
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        self._loop.put(lambda: self._came(signal.Signals(number)))
+        if self._is_asking:
+            self._is_asking = False
+            raise KeyboardInterrupt
+
+    def _came(self, number: signal.Signals) -> None:
+        is_interrupt = number == signal.SIGINT
+        reason = f"asked to end by {number.name}"
+        if is_interrupt:
+            reason = "user interrupted with ctrl-c (SIGINT)"
+        self.first = self.first or number
+        now = time.monotonic()
+        if self._end(reason, is_interrupt):
+            self._asked_at = now
+        elif now - self._asked_at >= _SAME_REQUEST_S and self._step + 1 < len(STEPS):
+            self._step += 1
+            self._press(f"{reason} again, sending {STEPS[self._step].name}", STEPS[self._step])

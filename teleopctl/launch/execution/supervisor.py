@@ -7,19 +7,17 @@ happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL 
 from __future__ import annotations
 
 import signal
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from types import FrameType
 
 from teleopctl.background import Start, start_of
-from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
+from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.ending import STEPS, Ending
 from teleopctl.launch.execution.event_loop import EventLoop
-from teleopctl.launch.execution.interrupts import handled
+from teleopctl.launch.execution.interrupts import Interrupts
 from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.execution.status import ProcessStatus
@@ -42,8 +40,6 @@ from teleopctl.launch.model.plan import (
 )
 
 _LAUNCH = "launch"
-# Signals that come in one bunch, as from `timeout`, are one request to end.
-_SAME_REQUEST_S = 1.0
 # A process says in a file that it is ready.
 _LOOK_EVERY_S = 0.02
 
@@ -58,9 +54,6 @@ class Supervisor:
             alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
         debug: Whether to say which events come.
-
-    Attributes:
-        could_not_go_on: Whether the launch itself has failed, and not only what it started.
     """
 
     def __init__(
@@ -81,6 +74,7 @@ class Supervisor:
         log_file = None if in_background else plan.log_directory / "launch.log"
         self._screen = Screen(log_file, terminal)
         self._ending = Ending(self._loop, self._screen)
+        self._interrupts = Interrupts(self._loop, self._asked_to_end, self._hurry)
         self._children: list[Child] = []
         # Those of which something is still to come, and of these those whose process was started.
         self._expected: set[int] = set()
@@ -93,12 +87,8 @@ class Supervisor:
         if respondent is not None:
             respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
         self._shutting_down = False
-        self._interrupted = False
-        # Whether a launch file's own code may be running.
-        self._is_asking = False
-        self._step = 0
-        self._asked_at = 0.0
-        self._failed = self.could_not_go_on = False
+        # Whether something failed, and whether that was the launch and not what it started.
+        self._failed = self._failed_itself = False
 
     def statuses(self) -> list[ProcessStatus]:
         """What became of the processes so far; any thread may ask."""
@@ -124,10 +114,11 @@ class Supervisor:
         """Run until every process has ended.
 
         Returns:
-            The exit status: 130 after Ctrl-C, 1 when a process died, otherwise 0.
+            What became of it, as an exit status: 1 when a process died, 128 and the number of the
+            signal that ended it, such as 130 after Ctrl-C, otherwise 0.
         """
         try:
-            with handled(self._on_signal):
+            with self._interrupts.heard():
                 self._start()
                 while self._expected or self._timers or self._has_come_to_rest():
                     self._loop.handle_next()
@@ -138,9 +129,19 @@ class Supervisor:
             raise
         finally:
             self._screen.close()
-        if self._interrupted:
-            return EXIT_INTERRUPTED
-        return 1 if self._failed else 0
+        if self._failed:
+            return 1
+        ended_by = self._interrupts.first
+        return 0 if ended_by is None else 128 + ended_by
+
+    @property
+    def ros2_exit_status(self) -> int:
+        """What ``ros2 launch`` ends with, which tells nothing of its processes.
+
+        1 when the launch itself failed, or a signal other than Ctrl-C ended it; otherwise 0.
+        """
+        was_ended = self._interrupts.first not in (None, signal.SIGINT)
+        return int(self._failed_itself or was_ended)
 
     def _start(self) -> None:
         self._say("INFO", f"All log files can be found below {self._plan.log_directory}")
@@ -244,20 +245,15 @@ class Supervisor:
     def _take_further(self, ask: Callable[[], Further]) -> None:
         further = None
         try:
-            self._is_asking = True
-            further = ask()
-        except KeyboardInterrupt:
-            pass  # by the handler: a user's function takes long; what is to be done is in the loop
+            with self._interrupts.stopping_what_takes_long():
+                further = ask()
         except TeleopctlError as error:
-            self._is_asking = False
             self._fail(str(error))
-        finally:
-            self._is_asking = False
         if further is not None:
             self._go_on(further)
 
     def _fail(self, text: str) -> None:
-        self._failed = self.could_not_go_on = True
+        self._failed = self._failed_itself = True
         self._say("ERROR", f"Caught exception in launch: {text}")
         self._shut_down(text)
 
@@ -310,7 +306,8 @@ class Supervisor:
                 "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
             )
         else:
-            self._failed = True
+            # Of those that were made to end, some have their own way of doing so.
+            self._failed = self._failed or self._interrupts.first is None
             self._screen.say(
                 "ERROR",
                 child.plan.name,
@@ -354,31 +351,17 @@ class Supervisor:
         self._say("INFO", text)
         self._shut_down(text)
 
-    def _on_signal(self, number: int, _: FrameType | None) -> None:
-        self._loop.put(lambda: self._signalled(signal.Signals(number)))
-        if self._is_asking:
-            self._is_asking = False
-            raise KeyboardInterrupt
+    def _asked_to_end(self, reason: str, by_interrupt: bool) -> bool:
+        if self._shutting_down:
+            return False
+        self._say("WARNING", reason)
+        self._shut_down(reason, by_interrupt=by_interrupt)
+        return True
 
-    def _signalled(self, number: signal.Signals) -> None:
-        reason = "user interrupted with ctrl-c (SIGINT)"
-        if number == signal.SIGINT:
-            self._interrupted = True
-        else:
-            reason = f"asked to end by {number.name}"
-        now = time.monotonic()
-        if not self._shutting_down:
-            self._asked_at = now
-            self._say("WARNING", reason)
-            self._shut_down(reason, by_interrupt=self._interrupted)
-        elif now - self._asked_at < _SAME_REQUEST_S:
-            return
-        elif self._step + 1 < len(STEPS):
-            # Whoever asks again does not want to wait for the deadlines.
-            self._step += 1
-            self._say("WARNING", f"{reason} again, sending {STEPS[self._step].name}")
-            for child in self._children:
-                child.signal(STEPS[self._step])
+    def _hurry(self, reason: str, number: signal.Signals) -> None:
+        self._say("WARNING", reason)
+        for child in self._children:
+            child.signal(number)
 
     def _shut_down(self, reason: str, *, by_interrupt: bool = False) -> None:
         """Ask every process to end, and arrange for harder ways."""

@@ -20,6 +20,8 @@ class LaunchRequest:
             has to fit; None for all.
         skip_missing: Whether to go on without what is found nowhere: packages, programs, files.
         debug: Whether to say what happens inside the launch.
+        exit_status: Whether the exit status tells of processes that died and of Ctrl-C, as that of
+            ``ros2 launch`` does not.
         record_into: Folder of a bag to record the launch into, or None.
     """
 
@@ -30,6 +32,7 @@ class LaunchRequest:
     prefix_filter: str | None = None
     skip_missing: bool = False
     debug: bool = False
+    exit_status: bool = False
     record_into: str | None = None
 
     def save(self, path: Path) -> None:

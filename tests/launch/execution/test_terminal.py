@@ -53,7 +53,7 @@ def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
             while not {*up, b"[INFO] [mouth]: Publishing at 1.0 Hz"} <= lines:
                 lines.add(screen.readline().rstrip())
             launch.terminate()
-            assert launch.wait(LONGEST_WAIT_S) == 0
+            assert launch.wait(LONGEST_WAIT_S) == 1  # as `ros2 launch` at SIGTERM
 
 
 def test_our_own_configuration_warns_of_nothing(ros):

@@ -91,7 +91,8 @@ class LaunchService:
             shutdown_when_idle: Whether it ends when nothing is left; else `shutdown` has to end it.
 
         Returns:
-            1 where something of the launch itself has failed, else 0, as in ROS 2.
+            1 where the launch itself has failed, or a signal other than Ctrl-C has ended it, else 0,
+            as in ROS 2.
 
         Raises:
             RuntimeError: It runs already, or this is not the main thread.
@@ -133,7 +134,7 @@ class LaunchService:
             prepare(plan)
             supervisor = Supervisor(plan, self._evaluation)
             supervisor.run()
-            return 1 if supervisor.could_not_go_on else 0
+            return supervisor.ros2_exit_status
         finally:
             self._evaluation.disconnect()
             self._context.end_loop()
