@@ -11,6 +11,10 @@ from teleopctl.launch.execution.line_format import LOG_FORMAT, SCREEN_FORMAT
 from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.output import LogFile
 
+# Longer arguments, in characters, are descriptions and programs; a path may have 255.
+_LONGEST_ARGUMENT = 300
+_BEGIN = 60
+
 
 class Screen:
     """Writes whole lines, from any thread.
@@ -18,7 +22,7 @@ class Screen:
     A screen that is full or gone costs lines and nothing else: `teleopctl.output.outlive_output`.
 
     Args:
-        log_file: Where the launch's own lines are kept as well, or None.
+        log_file: Where the launch's own lines are kept as well; None where the screen is the log.
         terminal: How lines look on the screen; None writes ROS 2's text.
     """
 
@@ -27,10 +31,18 @@ class Screen:
         self._lock = threading.Lock()
         self._log = None if log_file is None else LogFile(log_file)
 
-    def say(self, level: str, name: str, text: str) -> None:
-        """Write one of the launch's own lines, ``[INFO] [launch]: …``."""
+    def say(self, level: str, name: str, text: str, *, in_short: str | None = None) -> None:
+        """Write one of the launch's own lines, ``[INFO] [launch]: …``.
+
+        Args:
+            level: Its level.
+            name: The process that it is about, or ``launch``.
+            text: What it says.
+            in_short: What is enough for somebody who can look into the log.
+        """
         if self._log is not None:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
+            text = in_short or text
         if self._terminal is not None and SCREEN_FORMAT.is_default:
             self._write(self._terminal.own(level, name, text))
         else:
@@ -63,6 +75,14 @@ class Screen:
         with self._lock:
             sys.stdout.buffer.write(data)
             sys.stdout.buffer.flush()
+
+
+def in_short(argument: str) -> str:
+    """Return an argument of a command line as one wants to read it, say not a whole robot."""
+    if len(argument) <= _LONGEST_ARGUMENT:
+        return argument
+    begin = " ".join(argument[:_BEGIN].split())
+    return f"{begin}… ({len(argument)} characters)"
 
 
 def _prefixed(name: str, line: bytes) -> bytes:

@@ -19,7 +19,7 @@ from teleopctl.launch.execution.ending import STEPS, Ending
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.interrupts import Interrupts
 from teleopctl.launch.execution.published_status import PublishedStatus
-from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.screen import Screen, in_short
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.launch.execution.timers import Timers
@@ -308,11 +308,12 @@ class Supervisor:
         else:
             # Of those that were made to end, some have their own way of doing so.
             self._failed = self._failed or self._interrupts.first is None
+            died = f"process has died [pid {child.pid}, exit code {child.exit_status}, cmd '%s']."
             self._screen.say(
                 "ERROR",
                 child.plan.name,
-                f"process has died [pid {child.pid}, exit code {child.exit_status}, "
-                f"cmd '{' '.join(child.plan.command)}'].",
+                died % " ".join(child.plan.command),
+                in_short=died % " ".join(map(in_short, child.plan.command)),
             )
         assert child.exit_status is not None
         self._respond(ProcessExited(child.plan, child.pid or 0, child.exit_status))

@@ -168,3 +168,15 @@ def test_each_stream_goes_where_the_words_of_ros2_send_it(tmp_path, capfd):
         "own_log": (False, False, False, False, "own"),
         "full": (True, True, True, True, "own"),
     }
+
+
+ROBOT = "<robot>\n" + 99 * "<link/>\n"
+
+
+def test_a_very_long_argument_of_a_dead_process_is_whole_in_the_log_alone(tmp_path, capfd):
+    dies = ProcessPlan(name="create-1", command=["sh", "-c", "exit 3", "-string", ROBOT])
+    assert Supervisor(planned(tmp_path, [dies])).run() == 1
+    shown, kept = capfd.readouterr().out, (tmp_path / "launch.log").read_text()
+    begin = "exit code 3, cmd 'sh -c exit 3 -string <robot>"
+    assert f"{begin}{6 * ' <link/>'} <lin… (800 characters)'].\n" in shown
+    assert f"{begin}{ROBOT.removeprefix('<robot>')}'].\n" in kept

@@ -1,6 +1,7 @@
 """How a launch's output looks on a terminal."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -10,50 +11,131 @@ from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.testing import LONGEST_WAIT_S
 
 LINE = b"[WARN] [1795251189.877707557] [head]: too hot\n"
+TEAL, ORCHID = b"\x1b[38;5;30m", b"\x1b[38;5;133m"
+YELLOW, RED, RESET = b"\x1b[33m", b"\x1b[31m", b"\x1b[0m"
 
 
-def test_a_log_line_loses_process_and_time_and_a_warning_is_coloured():
+def test_a_log_line_loses_process_and_time_a_warning_is_coloured_and_the_name_like_its_process():
     terminal = Terminal(["head-1"], coloured=True)
-    assert terminal.relayed("head-1", LINE) == b"\x1b[33m[WARN] [head]: too hot\x1b[0m\n"
-    assert terminal.relayed("head-1", LINE.replace(b"WARN", b"INFO")) == b"[INFO] [head]: too hot\n"
-    assert terminal.own("ERROR", "head-1", "died") == b"\x1b[31m[ERROR] [head]: died\x1b[0m\n"
+    warning = YELLOW + b"[WARN] " + RESET + TEAL + b"[head]" + RESET + YELLOW + b": too hot" + RESET
+    assert terminal.relayed("head-1", LINE) == warning + b"\n"
+    in_colour_already = YELLOW + LINE.rstrip() + RESET + b"\n"
+    assert terminal.relayed("head-1", in_colour_already) == warning + b"\n"
+    info = b"[INFO] " + TEAL + b"[head]" + RESET + b": too hot\n"
+    assert terminal.relayed("head-1", LINE.replace(b"WARN", b"INFO")) == info
+    died = RED + b"[ERROR] " + RESET + ORCHID + b"[arm]" + RESET + RED + b": died" + RESET + b"\n"
+    assert terminal.own("ERROR", "arm-2", "died").replace(b"arm-2", b"arm") == died
 
 
 def test_nothing_is_coloured_where_it_is_not_wanted():
-    assert Terminal(["head-1"], coloured=False).relayed("head-1", LINE) == (
-        b"[WARN] [head]: too hot\n"
-    )
+    plain = Terminal(["head-1"], coloured=False)
+    assert plain.relayed("head-1", LINE) == b"[WARN] [head]: too hot\n"
+    assert plain.relayed("head-1", b"\x1b[35mmine\n") == b"[head] \x1b[35mmine\n"
 
 
 def test_other_lines_say_which_process_wrote_them_with_its_number_where_two_are_alike():
-    terminal = Terminal(["talker-1", "talker-2", "joint-state-3"], coloured=True)
+    terminal = Terminal(["talker-1", "talker-2", "joint-state-3"], coloured=False)
     assert terminal.relayed("talker-2", b"hello\n") == b"[talker-2] hello\n"
     assert terminal.relayed("joint-state-3", b"no newline") == b"[joint-state] no newline\n"
+
+
+def test_a_colour_that_a_process_leaves_on_ends_with_its_line():
+    terminal = Terminal(["talker-1"], coloured=True)
+    assert terminal.relayed("talker-1", b"\x1b[35mmine\n").endswith(b" \x1b[35mmine\x1b[0m\n")
+
+
+def luminance(colour: int) -> float:
+    """Of one of the 256 colours of terminals, as WCAG 2.2 defines it."""
+    steps = (0, 95, 135, 175, 215, 255)
+    cube = colour - 16
+    parts = [steps[cube // 36] / 255, steps[cube // 6 % 6] / 255, steps[cube % 6] / 255]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_the_colours_of_processes_can_be_read_on_black_and_on_white():
+    terminal = Terminal([], coloured=True)
+    shown = {terminal.relayed(f"talker-{number}", b"\n") for number in range(1, 30)}
+    colours = {int(line.partition(b";5;")[2].partition(b"m")[0]) for line in shown}
+    assert len(colours) == 10
+    for colour in colours:
+        assert 1.05 / (luminance(colour) + 0.05) > 3.9
+        assert (luminance(colour) + 0.05) / 0.05 > 3.9
+
+
+class Screen:
+    """A launch whose output is a terminal."""
+
+    def __init__(self, ros, words, **env):
+        pty = pytest.importorskip("pty", reason="Windows has no pseudo terminals of this kind")
+        ours, theirs = pty.openpty()
+        self.launch = subprocess.Popen(
+            [sys.executable, "-m", "teleopctl", "launch", *words.split()],
+            env={**ros.env, "TERM": "xterm", **env},
+            cwd=ros.folder,
+            stdout=theirs,
+        )
+        os.close(theirs)
+        self._screen = os.fdopen(ours, "rb")
+
+    def line(self) -> bytes:
+        """The next line; empty at the end."""
+        try:
+            return self._screen.readline().replace(b"\r\n", b"\n")
+        except OSError:  # nobody writes to the terminal any more
+            return b""
+
+    def end(self, status: int) -> list[bytes]:
+        """All lines that are left."""
+        lines = list(iter(self.line, b""))
+        self._screen.close()
+        assert self.launch.wait(LONGEST_WAIT_S) == status
+        return lines
+
+
+TWO = """launch:
+- executable: {cmd: "sh -c 'echo hello'", output: screen}
+- executable: {cmd: "sh -c 'exit 3'", output: screen}
+"""
+
+
+@pytest.mark.parametrize("no_colour", ["", "1"])
+def test_each_process_has_its_colour_on_a_terminal_unless_colours_are_off(ros, no_colour):
+    (ros.folder / "two.yaml").write_text(TWO)
+    lines = Screen(ros, "two.yaml", NO_COLOR=no_colour).end(0)
+    expected = [
+        b"[INFO] " + TEAL + b"[sh-1]" + RESET + b": process started with pid [N]\n",
+        b"[INFO] " + ORCHID + b"[sh-2]" + RESET + b": process started with pid [N]\n",
+        TEAL + b"[sh-1]" + RESET + b" hello\n",
+        b"[INFO] " + TEAL + b"[sh-1]" + RESET + b": process has finished cleanly [pid N]\n",
+        RED + b"[ERROR] " + RESET + ORCHID + b"[sh-2]" + RESET + RED
+        + b": process has died [pid N, exit code 3, cmd 'sh -c exit 3']." + RESET + b"\n",
+    ]  # fmt: skip
+    if no_colour:
+        expected = [re.sub(rb"\x1b\[[\d;]*m", b"", line) for line in expected]
+    shown = [re.sub(rb"(pid \[?)\d+", rb"\1N", line) for line in lines if b"[launch]" not in line]
+    assert sorted(shown) == sorted(expected)
 
 
 def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
     (ros.folder / "one.yaml").write_text(
         "launch:\n- node: {pkg: teleop_py_pkg, exec: simple_publisher, name: mouth}\n"
     )
-    pty = pytest.importorskip("pty", reason="Windows has no pseudo terminals of this kind")
-    ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "teleopctl", "launch", "one.yaml"]
-    env = {**ros.env, "TERM": "xterm"}
-    up = (
-        b"[INFO] [launch]: Up: /mouth",
-        b"  Ctrl-C ends everything. Next, in another terminal:",
-        b"    teleopctl node list",
-        b"    teleopctl topic list",
-        b"    teleopctl topic hz --all",
-    )
-    with subprocess.Popen(command, env=env, cwd=ros.folder, stdout=theirs) as launch:
-        os.close(theirs)
-        with os.fdopen(ours, "rb") as screen:
-            lines: set[bytes] = set()
-            while not {*up, b"[INFO] [mouth]: Publishing at 1.0 Hz"} <= lines:
-                lines.add(screen.readline().rstrip())
-            launch.terminate()
-            assert launch.wait(LONGEST_WAIT_S) == 1  # as `ros2 launch` at SIGTERM
+    up = {
+        b"[INFO] [launch]: Up: /mouth\n",
+        b"  Ctrl-C ends everything. Next, in another terminal:\n",
+        b"    teleopctl node list\n",
+        b"    teleopctl topic list\n",
+        b"    teleopctl topic hz --all\n",
+        b"[INFO] [mouth]: Publishing at 1.0 Hz\n",
+    }
+    screen = Screen(ros, "one.yaml", NO_COLOR="1")
+    while up:
+        line = screen.line()
+        assert line, f"the launch ended without {up}"
+        up.discard(line)
+    screen.launch.terminate()
+    screen.end(1)  # as `ros2 launch` does at SIGTERM
 
 
 def test_our_own_configuration_warns_of_nothing(ros):

@@ -91,8 +91,8 @@ class LaunchService:
             shutdown_when_idle: Whether it ends when nothing is left; else `shutdown` has to end it.
 
         Returns:
-            1 where the launch itself has failed, or a signal other than Ctrl-C has ended it, else 0,
-            as in ROS 2.
+            As in ROS 2: 1 where the launch itself has failed, or a signal other than Ctrl-C has
+            ended it, else 0.
 
         Raises:
             RuntimeError: It runs already, or this is not the main thread.
