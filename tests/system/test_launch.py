@@ -89,8 +89,8 @@ def test_standard_output_of_a_process_is_kept_in_its_log_and_shown_where_asked(r
     assert launch.returncode == 0
     assert "quiet" not in launch.stdout
     assert "[sh-1] loud\n" in launch.stdout
-    (log,) = ros.folder.glob("log/*/sh-1.log")
-    assert sorted(log.read_text().splitlines()) == ["loud", "quiet"]
+    log = (ros.folder / "log/latest/sh-1.log").read_text()
+    assert sorted(log.splitlines()) == ["loud", "quiet"]
     assert "[sh-1] quiet\n" in ros.run("launch -a file.yaml").stdout
 
 
