@@ -70,6 +70,7 @@ if TYPE_CHECKING:
         BagWriter as BagWriter,
         WriterOptions as WriterOptions,
     )
+    from teleopctl.bag.storage.database_settings import database_settings as database_settings
     from teleopctl.bag.storage.presets import chunk_settings as chunk_settings
     from teleopctl.bag.verify.comparison import Difference as Difference, Verdict as Verdict
     from teleopctl.bag.verify.session import Session as Session, read_session as read_session
@@ -111,6 +112,7 @@ else:
             "verify.comparison": "Difference Verdict",
             "verify.session": "Session read_session",
             "verify.traces": "Traces",
+            "storage.database_settings": "database_settings",
             "storage.presets": "chunk_settings",
         },
     )

@@ -1,7 +1,8 @@
 """``recorder``: writes topics into a bag, as ``teleopctl bag record`` does; for launch files.
 
-Parameters, as rosbag2 names them: ``storage.uri`` (the bag's folder), ``storage.max_bagfile_size``,
-``storage.max_bagfile_duration`` (s), ``storage.max_cache_size``, ``record.all_topics`` (all there
+Parameters, as rosbag2 names them: ``storage.uri`` (the bag's folder), ``storage.storage_id``
+(``mcap`` or ``sqlite3``), ``storage.max_bagfile_size``, ``storage.max_bagfile_duration`` (s),
+``storage.max_cache_size``, ``record.all_topics`` (all there
 are, where nothing is chosen), ``record.topics``, ``record.regex``, ``record.exclude_topics``,
 ``record.exclude_regex``, ``record.include_hidden_topics``, ``record.start_paused``. Ours:
 ``record.from_first_message``, so that of what starts later not even the first messages are missed.
@@ -21,6 +22,7 @@ from teleopctl.bag import (
     RecorderOptions,
     Selection,
     WriterOptions,
+    database_settings,
     default_folder,
 )
 from teleopctl.errors import InvalidParameterError
@@ -39,6 +41,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     "storage.max_bagfile_duration": int,
     "storage.max_bagfile_size": int,
     "storage.max_cache_size": int,
+    "storage.storage_id": str,
     "storage.uri": str,
 }
 _EVERY_NODE_HAS = ("use_sim_time", "start_type_description_service")
@@ -103,13 +106,20 @@ def _options(values: dict[str, Any], name: str) -> RecorderOptions:
         include_hidden_topics=value_of("record.include_hidden_topics", False),
     )
     duration_s = value_of("storage.max_bagfile_duration", 0)
+    form = value_of("storage.storage_id", "") or "mcap"
+    if form not in ("mcap", "sqlite3"):
+        raise InvalidParameterError(
+            f"Parameter 'storage.storage_id' is '{form}', and not mcap or sqlite3"
+        )
     return RecorderOptions(
         selection=selection,
         writer=WriterOptions(
+            database_settings=database_settings() if form == "sqlite3" else None,
             split_bytes=value_of("storage.max_bagfile_size", 0),
             split_duration_ns=duration_s * NANOSECONDS_PER_SECOND,
             distribution=known_types().distribution,
         ),
+        circumstances=form == "mcap",
         cache_bytes=value_of("storage.max_cache_size", RecorderOptions.cache_bytes),
         start_paused=value_of("record.start_paused", False),
         use_sim_time=bool(value_of("use_sim_time", False)),

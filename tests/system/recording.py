@@ -74,9 +74,10 @@ def wait_for_count(recorder, count):
 
 def wait_until_written(folder, count):
     """Wait until a bag that is being written holds so many messages."""
-    eventually(lambda: _count(folder) >= count)
+    eventually(lambda: written_count(folder) >= count)
 
 
-def _count(folder):
+def written_count(folder):
+    """How many messages a bag holds that is being written."""
     with open_bag(folder) as bag:
         return sum(1 for _ in bag.messages())

@@ -29,6 +29,7 @@ from tests.system.recording import (
     say,
     stop,
     wait_until_written,
+    written_count,
 )
 
 _ON_A_TERMINAL = """
@@ -108,8 +109,8 @@ def test_what_ros2_bag_refuses_is_refused_in_its_words(ros_without_router, optio
 
 
 def test_what_there_is_not_is_said_plainly(ros_without_router):
-    done = ros_without_router.run("bag record -a -s sqlite3")
-    assert "Bags are written as mcap, not as sqlite3" in done.stderr
+    done = ros_without_router.run("bag record -a -s sqlite3 --compression-mode file")
+    assert "Databases are written as they are, and not compressed" in done.stderr
     assert done.returncode == 2
 
 
@@ -191,12 +192,8 @@ def test_a_killed_recorder_leaves_all_but_its_last_second(ros, attempt):
     file = ros.folder / "bag" / "bag_0.mcap"
     sent = 0
 
-    def is_written():
-        with open_bag(ros.folder / "bag") as bag:
-            return sum(1 for _ in bag.messages()) > 100 * attempt
-
     # Killed while it writes: once some messages stand in the file.
-    while sent % 100 or not is_written():
+    while sent % 100 or written_count(ros.folder / "bag") <= 100 * attempt:
         publisher.publish(String(data=str(sent)))
         sent += 1
     process.kill()
@@ -205,6 +202,24 @@ def test_a_killed_recorder_leaves_all_but_its_last_second(ros, attempt):
     assert count
     finish_file(file)
     assert contents(file) == {"/chatter": [str(number) for number in range(count)]}
+
+
+def test_a_killed_recorder_of_a_database_leaves_all_but_its_last_second(ros):
+    process = record(ros, "-o", "bag", "-s", "sqlite3", "--topics", "/chatter")
+    publisher = ros.node.create_publisher(String, "/chatter", PATIENT)
+    assert ros.node.wait_for_subscribers("/chatter", 1, 20)
+    sent = 0
+    while sent % 100 or not written_count(ros.folder / "bag"):
+        publisher.publish(String(data=str(sent)))
+        sent += 1
+    process.kill()
+    count = written_count(ros.folder / "bag")
+    done = ros.run("bag recover bag")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert contents(ros.folder / "bag") == {"/chatter": [str(number) for number in range(count)]}
+    done = ros.run("bag convert -i bag -o again -s sqlite3")
+    assert done.stdout == f"again: {count} messages\n"
+    assert contents(ros.folder / "again") == contents(ros.folder / "bag")
 
 
 def test_qos_overrides_are_taken_from_a_file(ros):

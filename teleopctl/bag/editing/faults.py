@@ -19,8 +19,15 @@ def faults_of(file: Path) -> Iterator[Fault]:
         with TemporaryDirectory(prefix="teleopctl-bag-") as folder:
             yield from _faults_inside(file, Path(folder))
     elif file.suffix == DATABASE_SUFFIX:
+        from teleopctl.bag.storage.database_log import is_left_open
         from teleopctl.bag.storage.sqlite_file import SqliteFileReader
 
+        if is_left_open(file):
+            yield Fault(
+                "was not finished: programs that do not look at what SQLite has beside it miss"
+                " messages",
+                is_finishable=True,
+            )
         try:
             with SqliteFileReader(file) as reader:
                 yield from (Fault(what, loses=True) for what in reader.check())

@@ -7,6 +7,7 @@ error, and what only concerns recording, or only speed, is a remark.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,11 @@ import yaml
 from teleopctl import ros_yaml
 from teleopctl.bag.editing.copying import Output
 from teleopctl.bag.mcap_file.chunk_builder import ChunkSettings, Compression
+from teleopctl.bag.metadata import MCAP, SQLITE3
 from teleopctl.bag.recorder.selection import Selection
 from teleopctl.bag.records import NO_TIME_NS, BagTopic
 from teleopctl.bag.storage.bag_writer import WriterOptions
+from teleopctl.bag.storage.database_settings import database_settings
 from teleopctl.bag.storage.presets import chunk_settings
 from teleopctl.errors import (
     InvalidFileError,
@@ -148,23 +151,27 @@ class _Entry:
         values = self._values
         if not values.get("uri"):
             raise InvalidFileError(f"{self._path}:{self._line}: an output has no 'uri'")
-        if values.get("storage_id", "") not in ("", "mcap"):
-            self._refuse("storage_id", "bags are written as mcap only")
+        if values.get("storage_id", "") not in ("", MCAP, SQLITE3):
+            self._refuse("storage_id", f"it is {MCAP} or {SQLITE3}")
         selection = self._selection()
         end_ns = values.get("end_time_ns", -1)
-        chunks = self._chunk_settings()
+        files = self._file_options()
+        try:
+            options = replace(
+                files,
+                split_bytes=values.get("max_bagfile_size", 0),
+                split_duration_ns=values.get("max_bagfile_duration", 0) * NANOSECONDS_PER_SECOND,
+                custom_data=self._custom_data(),
+            )
+        except UsageError as error:
+            raise error.at(f"{self._path}:{self._line}") from error
         return Output(
             Path(values["uri"]),
             chooses=lambda topic: _chooses(selection, topic),
             start_ns=max(0, values.get("start_time_ns", -1)),
             # rosbag2 takes a message at that time too.
             end_ns=end_ns + 1 if end_ns >= 0 else NO_TIME_NS,
-            options=WriterOptions(
-                **chunks._asdict(),
-                split_bytes=values.get("max_bagfile_size", 0),
-                split_duration_ns=values.get("max_bagfile_duration", 0) * NANOSECONDS_PER_SECOND,
-                custom_data=self._custom_data(),
-            ),
+            options=options,
         )
 
     def _take(self, key: str, value: object) -> None:
@@ -202,15 +209,29 @@ class _Entry:
             self.remarks.append(f"{place}: nothing is chosen (all: true chooses everything)")
         return selection
 
-    def _chunk_settings(self) -> ChunkSettings:
-        """How chunks are made."""
+    def _file_options(self) -> WriterOptions:
+        """How files are written."""
         values = self._values
         preset, config = (values.get(f"storage_{k}") for k in ("preset_profile", "config_uri"))
+        file = Path(config) if config else None
+        is_database = values.get("storage_id") == SQLITE3
         try:
-            settings = chunk_settings(preset or "", Path(config) if config else None)
+            if is_database:
+                options = WriterOptions(database_settings=database_settings(preset or "", file))
+            else:
+                chunks = chunk_settings(preset or "", file)
         except TeleopctlError as error:
             key = "storage_config_uri" if config else "storage_preset_profile"
             raise error.at(f"{self._path}:{self._lines[key]}") from error
+        if not is_database:
+            return WriterOptions(**self._compressed(chunks)._asdict())
+        if (values.get("compression_mode") or "none").lower() != "none":
+            self._refuse("compression_mode", "databases are written as they are")
+        return options
+
+    def _compressed(self, settings: ChunkSettings) -> ChunkSettings:
+        """Settings of chunks with what is said of compression besides."""
+        values = self._values
         mode = (values.get("compression_mode") or "").lower()
         if mode not in ("", "none", "file", "message"):
             self._refuse("compression_mode", "it is none, file or message")
@@ -222,7 +243,8 @@ class _Entry:
             self.remarks.append(f"{place}: MCAP files are compressed by chunks")
         if form and mode != "none":
             return settings._replace(compression=Compression(form))
-        if mode == "none" and not (preset or config):
+        says_more = values.get("storage_preset_profile") or values.get("storage_config_uri")
+        if mode == "none" and not says_more:
             return settings._replace(compression=Compression.NONE)
         return settings
 

@@ -92,7 +92,12 @@ def _is_mcap(file: Path) -> bool:
 
 def _in_place(path: Path, files: list[Path]) -> Recovery:
     done = []
-    for file in filter(_is_mcap, files):
+    for file in files:
+        if file.suffix == DATABASE_SUFFIX:
+            done += _finished_database(file)
+            continue
+        if not _is_mcap(file):
+            continue
         if _has_no_header(file):
             file.unlink()
             McapFileWriter(file).close()
@@ -121,6 +126,15 @@ def _in_place(path: Path, files: list[Path]) -> Recovery:
             done.append(f"{path / METADATA_FILE}: made anew from the files")
     with open_bag(path) as bag:
         return Recovery(path, bag.metadata.message_count, done, [], [])
+
+
+def _finished_database(file: Path) -> list[str]:
+    from teleopctl.bag.storage.database_log import finish_database, is_left_open
+
+    if not is_left_open(file):
+        return []
+    finish_database(file)
+    return [f"{file}: it has now what SQLite had beside it"]
 
 
 def _anew(path: Path, output: Path, faults: list[tuple[Path, Fault]], told: Told) -> Recovery:

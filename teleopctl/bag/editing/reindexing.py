@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from pathlib import Path
 
+from teleopctl.bag.editing.faults import DATABASE_SUFFIX
 from teleopctl.bag.mcap_file.repair import finish_file
 from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, read_metadata, write_metadata
 from teleopctl.bag.storage.bag import open_files, stored_files
@@ -34,6 +35,10 @@ def reindex(folder: Path) -> BagMetadata:
     for file in files:
         if file.suffix == ".mcap":
             finish_file(file)
+        elif file.suffix == DATABASE_SUFFIX:
+            from teleopctl.bag.storage.database_log import finish_database
+
+            finish_database(file)
     with open_files(folder, files, old) as bag:
         metadata = bag.metadata
     write_metadata(folder / METADATA_FILE, metadata)

@@ -1,4 +1,7 @@
-"""Writes a bag: a folder with MCAP files and a ``metadata.yaml`` that is true at any moment."""
+"""Writes a bag: a folder with files and a ``metadata.yaml`` that is true at any moment.
+
+The files are MCAP, or SQLite databases for programs that read nothing else.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from teleopctl.bag.mcap_file.chunk_builder import (
     CHUNK_BYTES,
@@ -20,13 +23,25 @@ from teleopctl.bag.mcap_file.chunk_builder import (
 )
 from teleopctl.bag.mcap_file.file_writer import McapFileWriter
 from teleopctl.bag.mcap_file.repair import finish_file
-from teleopctl.bag.metadata import METADATA_FILE, BagMetadata, format_metadata, write_metadata
+from teleopctl.bag.metadata import (
+    MCAP,
+    METADATA_FILE,
+    SQLITE3,
+    BagMetadata,
+    format_metadata,
+    write_metadata,
+)
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
-from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError
+from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError, UsageError
+
+if TYPE_CHECKING:
+    from teleopctl.bag.storage.database_writer import DatabaseWriter
 
 # A latched topic without a bound keeps no more than this when a new file begins.
 _MOST_LATCHED = 100
 _METADATA_PERIOD_S = 5.0
+# An empty database has so many bytes, for rosbag2 also, which refuses less.
+_LEAST_DATABASE_BYTES = 86_016
 
 
 @dataclass(frozen=True)
@@ -39,6 +54,8 @@ class WriterOptions:
         compression_level: How much time the compression may take.
         forces_compression: Whether chunks are compressed that are not made smaller by it.
         chunk_checksums: Whether damage to chunks can be found later.
+        database_settings: Of SQLite, as `database_settings` returns them, for databases; None for
+            MCAP files, which the options above are for.
         split_bytes: Size at which a new file begins; 0 for never.
         split_duration_ns: Log time after which a new file begins, in nanoseconds; 0 for never.
         most_files: How many files are kept: with one more the oldest is removed; 0 for all.
@@ -46,6 +63,9 @@ class WriterOptions:
             it can be played alone.
         distribution: The ROS 2 distribution, for `metadata.yaml`.
         custom_data: What the person adds to `metadata.yaml`.
+
+    Raises:
+        UsageError: An empty database would be larger than a file may be.
     """
 
     compression: Compression = Compression.ZSTD
@@ -53,12 +73,25 @@ class WriterOptions:
     compression_level: CompressionLevel = CompressionLevel.DEFAULT
     forces_compression: bool = False
     chunk_checksums: bool = True
+    database_settings: tuple[str, ...] | None = None
     split_bytes: int = 0
     split_duration_ns: int = 0
     most_files: int = 0
     repeat_latched: bool = True
     distribution: str = ""
     custom_data: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.storage == SQLITE3 and 0 < self.split_bytes < _LEAST_DATABASE_BYTES:
+            raise UsageError(
+                f"A database cannot be as small as {self.split_bytes} bytes",
+                hint=f"Give {_LEAST_DATABASE_BYTES} bytes or more.",
+            )
+
+    @property
+    def storage(self) -> str:
+        """The form of the files: ``mcap`` or ``sqlite3``."""
+        return MCAP if self.database_settings is None else SQLITE3
 
     @property
     def chunks(self) -> ChunkSettings:
@@ -99,7 +132,7 @@ class BagWriter:
         self.message_counts: dict[str, int] = {}
         self.on_split: Callable[[Path, Path], object] | None = None
         self._topics: dict[str, BagTopic] = {}
-        self._finished: list[McapFileWriter] = []
+        self._finished: list[McapFileWriter | DatabaseWriter] = []
         self._file_number = 0
         self._splits = bool(self._options.split_bytes or self._options.split_duration_ns)
         # Of the topics that are repeated: how many messages of each publisher.
@@ -122,7 +155,7 @@ class BagWriter:
         self._write_metadata()
 
     @property
-    def file(self) -> McapFileWriter:
+    def file(self) -> McapFileWriter | DatabaseWriter:
         """The file that is being written."""
         return self._file
 
@@ -132,6 +165,7 @@ class BagWriter:
         return BagMetadata(
             files=tuple(file.description for file in (*self._finished, self._file)),
             topics=tuple((t, self.message_counts[t.name]) for t in self._topics.values()),
+            storage=self._options.storage,
             distribution=self._options.distribution,
             custom_data=self._options.custom_data,
         )
@@ -213,10 +247,18 @@ class BagWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _new_file(self) -> McapFileWriter:
-        path = self.folder / f"{self.folder.name}_{self._file_number}.mcap"
+    def _new_file(self) -> McapFileWriter | DatabaseWriter:
+        stem = f"{self.folder.name}_{self._file_number}"
         self._file_number += 1
-        file = McapFileWriter(path, self._options.chunks)
+        file: McapFileWriter | DatabaseWriter
+        if self._options.database_settings is None:
+            file = McapFileWriter(self.folder / f"{stem}.mcap", self._options.chunks)
+        else:
+            from teleopctl.bag.storage.database_writer import DatabaseWriter
+
+            settings = self._options.database_settings
+            path = self.folder / f"{stem}.db3"
+            file = DatabaseWriter(path, settings, self._options.distribution)
         for topic in self._topics.values():
             file.add_topic(topic)
         for attachment in self._attachments:
@@ -235,7 +277,7 @@ class BagWriter:
             with contextlib.suppress(OSError):
                 oldest.path.unlink()
 
-    def _finish(self, file: McapFileWriter) -> None:
+    def _finish(self, file: McapFileWriter | DatabaseWriter) -> None:
         # rosbag2 reads it where metadata.yaml is missing.
         text = format_metadata(self.metadata, with_root=False)
         file.add_record("rosbag2", {"serialized_metadata": text})
@@ -268,8 +310,9 @@ class BagWriter:
         self._is_closed = True
         self._file.abandon()
         # The end needs room too, which a full disk may have behind the record that was cut.
-        with contextlib.suppress(TeleopctlError):
-            finish_file(self._file.path)
+        if isinstance(self._file, McapFileWriter):
+            with contextlib.suppress(TeleopctlError):
+                finish_file(self._file.path)
         with contextlib.suppress(SystemFailureError):
             self._write_metadata()
 

@@ -69,7 +69,7 @@ def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSe
             hint=f"There are {', '.join(PRESETS)}.",
         )
     settings = _OF_PRESETS[preset]
-    for key, place, value in _read(config_file) if config_file else ():
+    for key, place, value in read_keys(config_file) if config_file else ():
         settings = _changed(settings, key, place, value)
     return settings
 
@@ -116,8 +116,12 @@ def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _C
     )
 
 
-def _read(file: Path) -> list[tuple[str, str, Any]]:
-    """Keys with their places and values."""
+def read_keys(file: Path) -> list[tuple[str, str, Any]]:
+    """Read a file of settings: its keys with their places and values.
+
+    Raises:
+        InvalidFileError: It cannot be read, or is not YAML; with its line.
+    """
     try:
         loader = ros_yaml.RosLoader(read_text(file))
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from teleopctl.bag import BagTopic, Compression, read_outputs
+from teleopctl.bag import BagTopic, Compression, database_settings, read_outputs
 from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError
 
 
@@ -53,6 +53,14 @@ def test_every_key_of_an_output_is_done(read):
     assert output.options.custom_data == {"who": "Ada"}
     assert names_of(output) == ["/a"]
     assert remarks == [":9: MCAP files are compressed by chunks"]
+
+
+def test_an_output_may_be_a_database(read):
+    (output,), _ = read(
+        "output_bags:\n- {uri: x, all: true, storage_id: sqlite3,"
+        " storage_preset_profile: resilient}"
+    )
+    assert output.options.database_settings == database_settings("resilient")
 
 
 @pytest.mark.parametrize(
@@ -104,9 +112,24 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
             ":3: 'topics' has to be a list of names, not '/a'",
         ),
         (
-            "output_bags:\n- uri: x\n  storage_id: sqlite3",
+            "output_bags:\n- uri: x\n  storage_id: rosbag_v2",
             UnsupportedError,
-            ":3: storage_id cannot be 'sqlite3': bags are written as mcap only",
+            ":3: storage_id cannot be 'rosbag_v2': it is mcap or sqlite3",
+        ),
+        (
+            "output_bags:\n- uri: x\n  storage_id: sqlite3\n  compression_mode: file",
+            UnsupportedError,
+            ":4: compression_mode cannot be 'file': databases are written as they are",
+        ),
+        (
+            "output_bags:\n- uri: x\n  storage_id: sqlite3\n  max_bagfile_size: 9",
+            UsageError,
+            ":2: A database cannot be as small as 9 bytes",
+        ),
+        (
+            "output_bags:\n- uri: x\n  storage_id: sqlite3\n  storage_preset_profile: zstd_fast",
+            UsageError,
+            ":4: unknown SQLite storage preset profile 'zstd_fast'",
         ),
         (
             "output_bags:\n- uri: x\n  snapshot_mode: true",

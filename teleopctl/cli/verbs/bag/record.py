@@ -6,11 +6,11 @@ from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.errors import RefusedError, UnsupportedError, UsageError
+from teleopctl.errors import RefusedError, UsageError
 
 _CACHE_BYTES = 100 * 2**20
 _LEVELS = ("debug", "info", "warn", "error", "fatal")
-_PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
+_PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small", "resilient")
 
 
 def record(
@@ -146,12 +146,18 @@ def record(
     ] = None,
     storage_preset_profile: Annotated[
         str | None,
-        Option("--storage-preset-profile", help="How chunks are compressed.", choices=_PRESETS),
+        Option(
+            "--storage-preset-profile",
+            help="How files are written: resilient is for sqlite3, the others are for mcap.",
+            choices=_PRESETS,
+        ),
     ] = None,
     storage_config_file: Annotated[
         str | None,
         Option(
-            "--storage-config-file", help="YAML with rosbag2's settings of MCAP.", metavar="FILE"
+            "--storage-config-file",
+            help="YAML with rosbag2's settings of MCAP or SQLite.",
+            metavar="FILE",
         ),
     ] = None,
     compression_mode: Annotated[
@@ -194,17 +200,14 @@ def record(
 
     The space bar pauses and resumes. Ctrl-C ends it: all that was received is written first.
     """
-    if storage != "mcap":
-        raise UnsupportedError(
-            f"Bags are written as mcap, not as {storage}",
-            hint="`teleopctl bag convert` reads sqlite3 and writes mcap.",
-        )
     if topics_positional:
         console.warn(
             'Positional "topics" argument deprecated. '
             'Please use optional "--topics" argument instead.'
         )
-    from teleopctl.bag import RecorderOptions, Selection, WriterOptions
+    from dataclasses import replace
+
+    from teleopctl.bag import RecorderOptions, Selection
     from teleopctl.cli.verbs.bag import recording
     from teleopctl.interfaces import NANOSECONDS_PER_SECOND, known_types
 
@@ -238,13 +241,16 @@ def record(
         )
     if max_bag_files and not (max_bag_size or max_bag_duration):
         raise RefusedError("--max-bag-files requires --max-bag-size or --max-bag-duration")
-    chunks = recording.chunks(
-        storage_preset_profile, storage_config_file, compressed=compression_mode != "none"
+    files = recording.files(
+        storage,
+        storage_preset_profile,
+        storage_config_file,
+        compressed=compression_mode != "none",
     )
     options = RecorderOptions(
         selection=selection,
-        writer=WriterOptions(
-            **chunks._asdict(),
+        writer=replace(
+            files,
             split_bytes=max_bag_size,
             split_duration_ns=max_bag_duration * NANOSECONDS_PER_SECOND,
             most_files=max_bag_files,
@@ -257,6 +263,7 @@ def record(
         start_paused=start_paused,
         use_sim_time=use_sim_time,
         discovery=not no_discovery,
+        circumstances=storage == "mcap",
         qos=recording.overrides(qos_profile_overrides_path),
         statistics_hz=stats_max_publishing_rate,
         node_name=node_name,

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
 from teleopctl.cli.verbs.bag.keyboard import SPACE, Keyboard, keys_can_be_read
-from teleopctl.errors import RefusedError
+from teleopctl.errors import RefusedError, UnsupportedError
 
 if TYPE_CHECKING:
-    from teleopctl.bag import ChunkSettings, Recorder, RecorderOptions, Selection
+    from teleopctl.bag import Recorder, RecorderOptions, Selection, WriterOptions
     from teleopctl.node import QoSProfile
 
 _SNAPSHOT_KEYS = ("s", "S")
@@ -81,19 +81,30 @@ def check_selection(selection: Selection) -> None:
         console.warn("--all, --all-topics, --all-services or --all-actions will override --regex")
 
 
-def chunks(preset: str | None, config_file: str | None, *, compressed: bool) -> ChunkSettings:
-    """How chunks are made, from rosbag2's words for it.
+def files(
+    storage: str, preset: str | None, config_file: str | None, *, compressed: bool
+) -> WriterOptions:
+    """How files are written, from rosbag2's words for it.
 
     Raises:
         TeleopctlError: There is no such preset, or the file asks for what there is not.
     """
-    from teleopctl.bag import Compression, chunk_settings
+    from teleopctl.bag import Compression, WriterOptions, chunk_settings, database_settings
 
-    settings = chunk_settings(preset or "", Path(config_file) if config_file else None)
+    config = Path(config_file) if config_file else None
+    if storage == "sqlite3":
+        if compressed:
+            raise UnsupportedError(
+                "Databases are written as they are, and not compressed",
+                hint="Record as mcap, which is compressed by itself.",
+            )
+        console.note("A database has no place for robot descriptions and parameters; mcap has.")
+        return WriterOptions(database_settings=database_settings(preset or "", config))
+    settings = chunk_settings(preset or "", config)
     if compressed:
         console.note("MCAP has its compression in chunks: they are compressed with zstd.")
         settings = settings._replace(compression=Compression.ZSTD)
-    return settings
+    return WriterOptions(**settings._asdict())
 
 
 def overrides(file: str | None) -> Mapping[str, QoSProfile]:

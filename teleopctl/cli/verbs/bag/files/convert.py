@@ -36,21 +36,24 @@ def convert_bag(
             complete="bags",
         ),
     ] = None,
+    storage: Annotated[
+        str, Option("-s", "--storage", help="Form of what is written.", choices=_STORAGES)
+    ] = "mcap",
     compression: CompressionName = "zstd",
     max_bag_size: MaxBagSize = 0,
     max_bag_duration: MaxBagDuration = 0.0,
 ) -> None:
-    """Write bags in another form: from SQLite databases, rosbag2's compression and ROS 1's bags.
+    """Write bags in another form, such as SQLite databases, packed ones and ROS 1's bags as MCAP.
 
-    What is written is MCAP. With a YAML file there may be several outputs, each with its own choice
-    of topics; it says compression and sizes itself.
+    With a YAML file there may be several outputs, each with its own choice of topics; it says form,
+    compression and sizes itself.
     """
     from teleopctl.bag import Output, read_outputs
     from teleopctl.cli.verbs.bag.files import writing
 
     paths, storages = _inputs(inputs or [], words or [])
     target = Path(output)
-    options = writing.writer_options(compression, max_bag_size, max_bag_duration)
+    options = writing.writer_options(compression, max_bag_size, max_bag_duration, storage)
     outputs = [Output(target, options=options)]
     if target.suffix in (".yaml", ".yml") or target.is_file():
         outputs, remarks = read_outputs(target)

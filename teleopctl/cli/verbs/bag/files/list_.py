@@ -9,7 +9,7 @@ from teleopctl.cli.verb import Argument, Option
 _PLUGINS = {
     "storage": {
         "mcap": "MCAP files, read and written.",
-        "sqlite3": "SQLite databases of older ROS 2 distributions, read.",
+        "sqlite3": "SQLite databases, those of older ROS 2 distributions too, read and written.",
         "rosbag_v2": "Bags of ROS 1, read.",
     },
     "converter": {"cdr": "The form of messages on the wire, which is written as it came."},

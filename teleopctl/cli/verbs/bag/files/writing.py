@@ -9,7 +9,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.bag import Compression, Output, Selection, WriterOptions, copy_bags, open_bag
+from teleopctl.bag import (
+    Compression,
+    Output,
+    Selection,
+    WriterOptions,
+    copy_bags,
+    database_settings,
+    open_bag,
+)
 from teleopctl.cli import console
 from teleopctl.errors import NotFoundError, UsageError, what_there_is
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
@@ -36,18 +44,25 @@ def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterato
 
 def write(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
     """Copy, with progress on a terminal, and say what was written."""
+    if any(output.options.database_settings is not None for output in outputs):
+        files = {attachment.name for bag in bags for attachment in bag.attachments()}
+        if files:
+            console.warn(f"A database has no place for {', '.join(sorted(files))}: left out")
     with progress() as told:
         counts = copy_bags(bags, outputs, told)
     for output, count in zip(outputs, counts, strict=True):
         console.out(f"{output.folder}: {sum(count.values())} messages")
 
 
-def writer_options(compression: str, max_bag_size: int, max_bag_duration: float) -> WriterOptions:
+def writer_options(
+    compression: str, max_bag_size: int, max_bag_duration: float, storage: str = "mcap"
+) -> WriterOptions:
     """The options of a writer as they stand on the command line."""
     if max_bag_size < 0 or max_bag_duration < 0:
         raise UsageError("Size and duration of a file cannot be negative")
     return WriterOptions(
         compression=Compression(compression),
+        database_settings=database_settings() if storage == "sqlite3" else None,
         split_bytes=max_bag_size,
         split_duration_ns=from_seconds(max_bag_duration),
     )
