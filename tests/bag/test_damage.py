@@ -256,6 +256,56 @@ def test_of_a_chunk_with_a_wrong_checksum_what_is_still_a_message_is_saved(
         assert saved_of_all == {39, 40}
 
 
+@pytest.mark.parametrize("compression", Compression)
+@pytest.mark.parametrize("ends_in_chunk", [True, False])
+def test_of_a_chunk_that_the_power_left_as_zeros_what_stands_before_is_saved(
+    tmp_path, compression, ends_in_chunk
+):
+    dice = random.Random(1)
+    written = [message("/x", n, data=dice.randbytes(100).hex()) for n in range(4500)]
+    with BagWriter(tmp_path / "bag", WriterOptions(compression, 600_000)) as writer:
+        writer.add_topic(topic("/x"))
+        for each in written:
+            writer.write(each)
+        writer.flush()
+        data = (tmp_path / "bag" / "bag_0.mcap").read_bytes()
+    file = tmp_path / "bag" / "bag_0.mcap"
+    last, end = chunks_of(file)[-1], len(data)
+    zeros_from = last + (end - last) // 2
+    data = data[:zeros_from] + bytes(end - zeros_from + (-2000 if ends_in_chunk else 1000))
+    file.write_bytes(data)
+    recovery = recover(tmp_path / "bag")
+    saved = read(tmp_path / "bag")
+    assert recovery.lost == []
+    assert saved == written[: len(saved)]
+    before = sum(1 for _ in read_up_to(file, data[:last], tmp_path))
+    assert before < len(saved) < len(written)
+    assert any(f"{len(saved) - before} of them from a chunk" in done for done in recovery.done)
+    assert findings(tmp_path / "bag") == []
+
+
+def read_up_to(file: Path, data: bytes, folder: Path) -> list[BagMessage]:
+    """What a file has up to somewhere."""
+    part = folder / file.name
+    part.write_bytes(data)
+    return read(part)
+
+
+def test_reindex_opens_no_finished_file_for_writing(tmp_path, monkeypatch):
+    write_bag(tmp_path / "bag")
+    modes = []
+    path_open = Path.open
+
+    def noted(path, mode="r", *args, **kwargs):
+        if path.suffix == ".mcap":
+            modes.append(mode)
+        return path_open(path, mode, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "open", noted)
+    reindex(tmp_path / "bag")
+    assert set(modes) == {"rb"}
+
+
 def test_where_the_chain_of_records_is_broken_what_follows_is_found(tmp_path):
     written = write_bag(tmp_path / "bag", count=40, topics=1, options=CHUNKED)
     file = tmp_path / "bag" / "bag_0.mcap"

@@ -1,4 +1,8 @@
-"""What can be taken over from a chunk in whose middle the file ends."""
+"""What can be taken over from a chunk in whose middle the file ends.
+
+After a loss of power the file may be as long as it was to be, with zeros in the place of what had
+not reached the disk: it ends where these begin.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +29,8 @@ from teleopctl.bag.mcap_file.file_end import record_bytes
 from teleopctl.bag.mcap_file.scan import Scan
 
 _BLOCK_BYTES = 2**20
+# So many in turn are no end of compressed data. Disks lose what they lose in blocks of 512 bytes.
+_ZEROS = 512
 
 
 class CutChunk(NamedTuple):
@@ -80,15 +86,18 @@ def chunk_of(cut: CutChunk, offset: int) -> bytes:
 def _read(stream: BinaryIO, found: Scan) -> CutChunk | None:
     stream.seek(found.end)
     opcode, length = HEAD.unpack(stream.read(HEAD.size))
-    is_cut = found.end + HEAD.size + length > os.fstat(stream.fileno()).st_size
-    if opcode != Opcode.CHUNK or not is_cut:
+    if opcode != Opcode.CHUNK:
         return None
+    is_cut = found.end + HEAD.size + length > os.fstat(stream.fileno()).st_size
     first_ns, last_ns, size, _ = CHUNK_HEAD.unpack(stream.read(CHUNK_HEAD.size))
-    name, _ = read_compression(stream, length)
-    if size > LARGEST_CHUNK:
+    name, compressed = read_compression(stream, length)
+    stored = stream.read(compressed)
+    written = stored.rstrip(b"\0")
+    ends_with_zeros = len(stored) - len(written) >= _ZEROS
+    if size > LARGEST_CHUNK or not (is_cut or ends_with_zeros):
         return None
     compression = Compression(name or Compression.NONE.value)
-    data = _beginning(compression, stream.read(), size)
+    data = _beginning(compression, written if ends_with_zeros else stored, size)
     descriptions: list[Schema | Channel] = []
     messages: list[Message] = []
     known = set(found.summary.channels)

@@ -43,6 +43,9 @@ def finish_file(path: Path) -> Repair:
     """
     found = scan(path)
     try:
+        with path.open("rb") as stream:
+            if has_end(stream):
+                return Repair(_message_count(found), 0)
         try:
             return _finish(path, found, saves=True)
         except OSError:
@@ -59,8 +62,8 @@ def _finish(path: Path, found: Scan, *, saves: bool) -> Repair:
                 f"{path} is being written by another program",
                 hint="Stop the recorder first; it ends its files itself.",
             )
-        if has_end(stream):
-            return Repair(_message_count(found), 0)
+        if has_end(stream):  # its writer was just about to
+            return Repair(_message_count(scan(path)), 0)
         if found.gaps or not found.tail_is_cut_off:
             where = found.gaps[0][0] if found.gaps else found.end
             raise InvalidFileError(
