@@ -66,6 +66,8 @@ COMPLETIONS = Kind(
         "bags": "teleopctl.cli.verbs.bag.candidates:bags",
         "controllers": "teleopctl.cli.verbs.control.candidates:controllers",
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
+        "interface_packages": "teleopctl.cli.verbs.interface.candidates:interface_packages",
+        "interface_types": "teleopctl.cli.verbs.interface.candidates:interface_types",
         "launch_words": f"{_CANDIDATES}:launch_words",
         "licenses": "teleopctl.cli.verbs.pkg.candidates:licenses",
         "logged_processes": f"{_CANDIDATES}:logged_processes",

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
         ResponseT as ResponseT,
     )
     from teleopctl.interfaces.protocols import ServiceType as ServiceType
+    from teleopctl.interfaces.reading import (
+        DefinitionLine as DefinitionLine,
+        definition_lines as definition_lines,
+    )
     from teleopctl.interfaces.slot_types import (
         AbstractGenericString as AbstractGenericString,
         AbstractNestableType as AbstractNestableType,
@@ -99,6 +103,7 @@ else:
         {
             "cdr": "as_numpy check_readable class_within deserialize serialize",
             "definition": "Field FieldType Shape",
+            "reading": "DefinitionLine definition_lines",
             "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
             "fields.path": "field_reader",
             "foreign.written_types": "hash_of_text message_of_text",

@@ -104,8 +104,7 @@ def parse(
 def line_with(text: str, type_name: str, package: str) -> int:
     """Return the number of the first line of a definition file that has a field of a type."""
     for number, line in enumerate(text.splitlines(), start=1):
-        match = _FIELD.match(line.strip())
-        if match is not None and _message_name(match["base"], package) == type_name:
+        if held_message(line, package) == type_name:
             return number
     return 1
 
@@ -156,7 +155,7 @@ def _message_name(base: str, package: str) -> str:
 
 def _value(text: str, kind: FieldType) -> object:
     if kind.shape is not Shape.SINGLE:
-        body = _without_comment(text)
+        body = without_comment(text)
         if not (body.startswith("[") and body.endswith("]")):
             raise ValueError("the default of an array stands in brackets")
         values = [_value(part, kind.element) for part in _elements(body[1:-1])]
@@ -167,7 +166,7 @@ def _value(text: str, kind: FieldType) -> object:
         return values
     if kind.base in STRINGS:
         return _text(text)
-    body = _without_comment(text)
+    body = without_comment(text)
     if kind.base == "bool":
         if body.lower() not in ("true", "false", "0", "1"):
             raise ValueError(f"{body!r} is no bool")
@@ -188,7 +187,20 @@ def _text(text: str) -> str:
     return str(ast.literal_eval(quoted[1])) if quoted else body
 
 
-def _without_comment(text: str) -> str:
+def held_message(line: str, package: str) -> str | None:
+    """Return the full name of the message that the field of a line holds; None where none does.
+
+    Args:
+        line: A line that can be understood.
+        package: In which types named without one are looked for.
+    """
+    match = _FIELD.match(line.strip())
+    if match is None or match["base"] in PRIMITIVES:
+        return None
+    return _message_name(match["base"], package)
+
+
+def without_comment(text: str) -> str:
     """Cut a comment off, except where the ``#`` stands inside quotes."""
     return re.sub(r"""((?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^#"'])*)#.*""", r"\1", text).strip()
 

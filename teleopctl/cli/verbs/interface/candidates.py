@@ -1,0 +1,15 @@
+"""What Tab offers for types and their packages."""
+
+from __future__ import annotations
+
+
+def interface_types(incomplete: str) -> list[str]:
+    """Full names of messages, services and actions."""
+    from teleopctl.interfaces import list_types
+
+    return [name for name in list_types() if name.startswith(incomplete)]
+
+
+def interface_packages(incomplete: str) -> list[str]:
+    """Packages that define some."""
+    return sorted({name.split("/", 1)[0] for name in interface_types(incomplete)})

@@ -1,0 +1,41 @@
+"""The lines of a definition as people read them: what each one says, and which message it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from teleopctl.interfaces.parser import held_message, without_comment
+from teleopctl.interfaces.store import definition_text
+from teleopctl.interfaces.typenames import normalize, split
+
+
+class DefinitionLine(NamedTuple):
+    """A line of a definition.
+
+    Attributes:
+        text: As it is written.
+        code: Without its comment; empty where it is nothing else.
+        message: Full name of the message that the field there holds, or None.
+    """
+
+    text: str
+    code: str
+    message: str | None
+
+
+def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
+    """Return the lines that define a type, those of a service or an action parted by ``---``.
+
+    Args:
+        type_name: Full name of a message, a service or an action.
+
+    Raises:
+        TeleopctlError: There is no such type.
+    """
+    name = normalize(type_name)
+    package = split(name)[0]
+    for line in definition_text(name).splitlines():
+        text = line.rstrip()
+        code = without_comment(text)
+        yield DefinitionLine(text, code, held_message(code, package))
