@@ -42,7 +42,7 @@ ALLOWED = {
     "tf": {"interfaces", "node"},
     "mujoco_model": {"robot", "tf"},
     "control": {"interfaces", "node", "robot", "tf"},
-    "launch": {"node", "robot", "wire"},
+    "launch": {"interfaces", "node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},

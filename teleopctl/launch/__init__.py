@@ -13,6 +13,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.launch.actions.components import (
+        LoadComponents as LoadComponents,
+    )
     from teleopctl.launch.actions.environment import (
         AppendEnvironment as AppendEnvironment,
         ResetEnvironment as ResetEnvironment,
@@ -57,11 +60,16 @@ if TYPE_CHECKING:
         describe_arguments as describe_arguments,
         undeclared_arguments as undeclared_arguments,
     )
+    from teleopctl.launch.asking.asking import (
+        Asking as Asking,
+    )
     from teleopctl.launch.evaluation.context import (
         LaunchContext as LaunchContext,
     )
     from teleopctl.launch.evaluation.evaluation import (
         Evaluation as Evaluation,
+    )
+    from teleopctl.launch.evaluation.foresight import (
         Foreseen as Foreseen,
     )
     from teleopctl.launch.evaluation.processes import (
@@ -123,6 +131,7 @@ if TYPE_CHECKING:
         Step as Step,
     )
     from teleopctl.launch.model.descriptions import (
+        ComponentPart as ComponentPart,
         Condition as Condition,
         NodePart as NodePart,
         Parameter as Parameter,
@@ -187,6 +196,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "actions.components": "LoadComponents",
             "actions.environment": "AppendEnvironment ResetEnvironment SetEnvironment "
             "SetRosLogDirectory UnsetEnvironment",
             "actions.messages": "Log Shutdown",
@@ -197,8 +207,10 @@ else:
             "actions.settings": "DeclareArgument Let PushNamespace Reset SetParameter "
             "SetParametersFromFile SetRemap SetUseSimTime Unset",
             "arguments": "argument_names describe_arguments undeclared_arguments",
+            "asking.asking": "Asking",
             "evaluation.context": "LaunchContext",
-            "evaluation.evaluation": "Evaluation Foreseen",
+            "evaluation.evaluation": "Evaluation",
+            "evaluation.foresight": "Foreseen",
             "evaluation.processes": "ProcessBuilder",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",
@@ -212,8 +224,8 @@ else:
             "frontends": "read_launch_file",
             "frontends.steps": "read_step",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
-            "model.descriptions": "Condition NodePart Parameter ParameterFile ParameterTree Place "
-            "Process",
+            "model.descriptions": "ComponentPart Condition NodePart Parameter ParameterFile "
+            "ParameterTree Place Process",
             "model.element": "Element",
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",

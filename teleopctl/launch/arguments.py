@@ -11,7 +11,7 @@ from teleopctl.launch.actions.loops import For, ForEach
 from teleopctl.launch.actions.nesting import Group, Include, IncludeSteps, Timer, included_path
 from teleopctl.launch.actions.settings import DeclareArgument, Let
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.evaluation import undeclared
+from teleopctl.launch.evaluation.foresight import undeclared
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step

@@ -219,7 +219,7 @@ def _print_foreseen(foreseen: "tuple[Foreseen, ...]", indent: str = "") -> None:
 
 
 def _print_further(further: "Further", indent: str = "") -> None:
-    from teleopctl.launch import command_text
+    from teleopctl.launch import Asking, command_text
 
     for _, _, message in further.messages:
         console.out(f"{indent}{message}")
@@ -229,6 +229,9 @@ def _print_further(further: "Further", indent: str = "") -> None:
         console.out_text(f"{indent}  {command}")
         for variable, value in process.environment.items():
             console.out_text(f"{indent}  env {variable}={value or ''}")
+    for work in further.works:
+        if isinstance(work, Asking):
+            console.out_lines(f"{indent}{line}" for line in work.describe())
     for path, content in further.files.items():
         console.out(f"{indent}{path}:")
         console.out_lines(f"{indent}  {line}" for line in content.splitlines())

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from teleopctl.launch.actions.parameters import parameters
+from teleopctl.launch.asking.asking import Activation
+from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import NodePart, Process
 from teleopctl.launch.model.template import Template, literal
@@ -109,6 +112,39 @@ class Node(StartProcess):
             ros_arguments=entity.optional("ros_args"),
         )
         return cls._parse(entity, process_name=entity.optional("exec_name"), node=node)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LifecycleNode(Action):
+    """``lifecycle_node``: a node with a life cycle.
+
+    Attributes:
+        node: Its process.
+        autostart: Whether it is configured and activated once it is there.
+    """
+
+    keys = (*Node.keys, "autostart")
+    renamed = Node.renamed
+
+    node: Node
+    autostart: Template | None
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``lifecycle_node``."""
+        entity.required_element("name")
+        return cls(node=Node.parse(entity), autostart=entity.optional("autostart"))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Add the process, and what configures and activates the node."""
+        plan = launch.start(self.node)
+        assert plan.node_name is not None, "it has a name"
+        with values.at_key("autostart"):
+            begins = self.autostart is not None and values.boolean(launch.text(self.autostart))
+        if begins:
+            activation = Activation(plan.node_name, launch)
+            launch.register(activation)
+            launch.work(activation)
 
 
 class Executable(StartProcess):

@@ -9,19 +9,20 @@ of the place where it stands.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you_mean
+from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext, Moment
+from teleopctl.launch.evaluation.foresight import Foreseen, faults, undeclared
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
-from teleopctl.launch.model.descriptions import Condition, Place, Process
+from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, Process
 from teleopctl.launch.model.events import (
     ProcessEvent,
     ProcessOutput,
@@ -29,7 +30,7 @@ from teleopctl.launch.model.events import (
     ShutdownRequested,
     SignalRequested,
 )
-from teleopctl.launch.model.plan import Further, LaunchPlan, ProcessPlan, Timer, Work
+from teleopctl.launch.model.plan import ComponentPlan, Further, LaunchPlan, ProcessPlan, Timer, Work
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
@@ -75,17 +76,6 @@ def evaluate(
     return LaunchPlan(log_directory=log_directory, start=start, warnings=warnings), evaluation
 
 
-def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
-    """Say which of some launch arguments nobody declares."""
-    known = ", ".join(sorted(declared)) or "none"
-    return [
-        f"launch argument '{name}' is not declared by the launch file (declared: {known})"
-        + (f". {guess}" if (guess := did_you_mean(name, declared)) else "")
-        for name in arguments
-        if name not in declared
-    ]
-
-
 @contextmanager
 def located(place: Place) -> Iterator[None]:
     """Put file and line before the message of an error raised in the block."""
@@ -112,33 +102,6 @@ class Later(NamedTuple):
     moment: Moment
     is_cancelled: Callable[[], bool]
     outlives_shutdown: bool
-
-
-class Foreseen(NamedTuple):
-    """What a launch is going to do on an event, as far as that can be told before.
-
-    Attributes:
-        when: The event in words.
-        further: What it does then.
-        error: Why not more is known of it, or None.
-        then: What that leads to.
-    """
-
-    when: str
-    further: Further
-    error: TeleopctlError | None
-    then: tuple[Foreseen, ...]
-
-
-def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
-    """Yield what would be missing then, such as packages and programs.
-
-    Other errors may be none when the time has come.
-    """
-    for each in foreseen:
-        if isinstance(each.error, NotFoundError):
-            yield each.error
-        yield from faults(each.then)
 
 
 class Evaluation:
@@ -262,6 +225,14 @@ class Evaluation:
     def plan_of(self, process: Process) -> ProcessPlan:
         """What a process would be, without a place among those to start."""
         return self._builder.copy(self.context).build(process)
+
+    def component(self, part: ComponentPart) -> ComponentPlan:
+        """Evaluate what is to be loaded into a container."""
+        return self._builder.build_component(part)
+
+    def plan_of_node(self, full_name: str) -> ProcessPlan | None:
+        """The process, of those so far, that has a node of that name; None if none has."""
+        return self._builder.plan_of_node(full_name)
 
     def action_of(self, plan: ProcessPlan) -> Process:
         """The action that a process was made from."""

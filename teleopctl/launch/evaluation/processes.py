@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
@@ -22,6 +22,7 @@ from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
 from teleopctl.launch.model.command_line import split
 from teleopctl.launch.model.descriptions import (
+    ComponentPart,
     NodePart,
     Parameter,
     ParameterFile,
@@ -30,7 +31,7 @@ from teleopctl.launch.model.descriptions import (
 )
 from teleopctl.launch.model.events import ProcessEvent, SignalRequested
 from teleopctl.launch.model.output import BOTH, Output, OutputTable, output_alias, output_table
-from teleopctl.launch.model.plan import ProcessPlan, SignalPlan
+from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, SignalPlan
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.launch.model.template import Template, TemplateError, literal, parse
 from teleopctl.packages import find_executable, resolve_uri
@@ -40,6 +41,7 @@ from teleopctl.text_file import read_text
 _PROGRAMS_THAT_END = frozenset(
     ("controller_manager", name) for name in ("spawner", "spawner.py", "unspawner", "unspawner.py")
 )
+_CONTAINERS = "teleopctl.nodes.components.containers:"
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")
@@ -61,6 +63,7 @@ class ProcessBuilder:
         self.actions: dict[str, Process] = {}
         self.files: dict[str, str] = {}
         self._plans: dict[str, ProcessPlan] = {}
+        self._components = 0
         self._context = context
         self._request = request
 
@@ -68,6 +71,8 @@ class ProcessBuilder:
         """Return one that goes on from here with another context."""
         other = ProcessBuilder(context, self._request)
         other.actions.update(self.actions)
+        other._plans.update(self._plans)
+        other._components = self._components
         return other
 
     def build(self, action: Process) -> ProcessPlan:
@@ -78,7 +83,7 @@ class ProcessBuilder:
                 a value cannot be read.
         """
         shell = self._value(action.shell, "shell", values.boolean, default=False)
-        package, program, command = self._program(action, shell=shell)
+        package, program, target, command = self._program(action, shell=shell)
         if action.arguments is not None:
             words = self._words(action.arguments, "args", shell=shell)
             command = [" ".join([*command, *words])] if shell else [*command, *words]
@@ -107,6 +112,7 @@ class ProcessBuilder:
             emulate_tty=self._emulates_tty(action.emulate_tty),
             is_node=action.node is not None,
             node_name=node_name,
+            loads_components=target.startswith(_CONTAINERS),
             ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
             respawn=self._value(action.respawn, "respawn", values.boolean, default=False),
             respawn_delay=self._value(
@@ -125,6 +131,39 @@ class ProcessBuilder:
         self._plans[name] = plan
         return plan
 
+    def build_component(self, part: ComponentPart) -> ComponentPlan:
+        """Evaluate what is loaded into a container; its parameter files come to `files`.
+
+        Raises:
+            TeleopctlError: A parameter file does not exist, or a value cannot be read.
+        """
+        scope = self._context.scope
+        self._components += 1
+        plugin, name = self._text(part.plugin), self._optional(part.name)
+        label = _UNSAFE.sub("_", name or plugin.rpartition(":")[2])
+        label = f"{label}-component-{self._components}"
+        namespace = self._namespace(part.namespace)
+        words = self._parameter_arguments((*scope.parameters, *part.parameters), label)
+        if name:
+            self._count(f"{namespace.rstrip('/')}/{name}", label)
+        return ComponentPlan(
+            package=self._text(part.package),
+            plugin=plugin,
+            name=name or None,
+            namespace=namespace,
+            parameter_files=tuple(word for word in words if word != "--params-file"),
+            remaps=tuple(f"{source}:={target}" for source, target in self._remaps(part.remaps)),
+            extra_arguments=tuple(
+                (self._text(entry.name), self._parameter_value(entry))
+                for entry in part.extra_arguments
+            ),
+            autostart=self._value(part.autostart, "autostart", values.boolean, default=False),
+        )
+
+    def plan_of_node(self, full_name: str) -> ProcessPlan | None:
+        """Return the process, of those so far, that has a node of that name; None if none has."""
+        return next((p for p in self._plans.values() if p.node_name == full_name), None)
+
     def tell(self, event: ProcessEvent) -> None:
         """Tell who wants to know it first what has happened to a process."""
         # A recorder is none of the launch file's.
@@ -140,16 +179,16 @@ class ProcessBuilder:
             if event.matches(action, self._plans[name])
         ]
 
-    def _program(self, action: Process, *, shell: bool) -> tuple[str, str, list[str]]:
-        """Return package (empty for an ``executable``), program and how the command begins."""
+    def _program(self, action: Process, *, shell: bool) -> tuple[str, str, str, list[str]]:
+        """Return package and target (empty for others), program, and how the command begins."""
         if action.node is not None and action.node.package is not None:
             package = self._text(action.node.package)
             program = self._text(action.node.executable)
             builtin = is_builtin(self._context.file)
-            find_executable(package, program, builtin=builtin)
+            target = find_executable(package, program, builtin=builtin).target
             command = [sys.executable, "-P", "-m", "teleopctl.nodes"]
             command += [*(["--builtin"] if builtin else []), package, program]
-            return package, program, command
+            return package, program, target, command
         if action.node is not None:
             command = [self._text(action.node.executable)]
         else:
@@ -162,31 +201,24 @@ class ProcessBuilder:
         name = Path(command[0].split()[0] if shell else command[0]).name
         path = self._context.environment_value("PATH")
         ours = [line_with_ours(command[0], path)] if shell else with_ours(command, path)
-        return "", name, ours
+        return "", name, "", ours
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
-        scope = self._context.scope
         words: list[str] = []
         name = self._optional(node.name)
-        namespace = scope.namespace
-        inner = self._optional(node.namespace)
-        if inner:
-            namespace = join_namespace(namespace, inner)
+        namespace = self._namespace(node.namespace)
         if name:
             words += ["-r", f"__node:={name}"]
         if namespace != "/":
             words += ["-r", f"__ns:={namespace}"]
-        words += self._parameter_arguments((*scope.parameters, *node.parameters), process_name)
-        remaps = [
-            *scope.remaps,
-            *((self._text(source), self._text(target)) for source, target in node.remaps),
-        ]
-        for source, target in remaps:
+        entries = (*self._context.scope.parameters, *node.parameters)
+        words += self._parameter_arguments(entries, process_name)
+        for source, target in self._remaps(node.remaps):
             words += ["-r", f"{source}:={target}"]
         if node.ros_arguments is not None:
             words += self._words(node.ros_arguments, "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
-        if full_name is not None and (inner is not None or scope.namespace != "/"):
+        if full_name is not None and (node.namespace is not None or namespace != "/"):
             self._count(full_name, process_name)
         return (["--ros-args", *words] if words else []), full_name
 
@@ -199,6 +231,15 @@ class ProcessBuilder:
                 "created within this launch context",
                 process_name,
             )
+
+    def _namespace(self, own: Template | None) -> str:
+        inner = self._optional(own)
+        pushed = self._context.scope.namespace
+        return join_namespace(pushed, inner) if inner else pushed
+
+    def _remaps(self, own: Iterable[tuple[Template, Template]]) -> list[tuple[str, str]]:
+        evaluated = ((self._text(source), self._text(target)) for source, target in own)
+        return [*self._context.scope.remaps, *evaluated]
 
     def _parameter_arguments(
         self, entries: tuple[Parameter | ParameterFile, ...], process_name: str

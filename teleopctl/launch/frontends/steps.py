@@ -13,15 +13,9 @@ from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError, TeleopctlError, did_you_mean
 from teleopctl.launch.actions.messages import Log
 from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
-from teleopctl.launch.model.descriptions import Condition
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.exposed import exposed_actions
 from teleopctl.launch.model.template import literal
-
-_UNSUPPORTED = dict.fromkeys(
-    ("node_container", "load_composable_node"),
-    "composable nodes are C++ libraries loaded into one process; use 'node' for each of them",
-)
 
 
 def launch_file(path: Path, actions: Element, deprecated: Element | None = None) -> LaunchFile:
@@ -64,13 +58,8 @@ def read_step(name: str, content: Element) -> Step:
         return exposed_actions[name](name, content)
     action = _action_class(name, content)
     entity = Entity(content, (*action.keys, "if", "unless"), _steps, action.renamed)
-    conditions = tuple(
-        Condition(text, expected)
-        for key, expected in (("if", True), ("unless", False))
-        if (text := entity.optional(key)) is not None
-    )
     try:
-        return Step(content.place, conditions, action.parse(entity))
+        return Step(content.place, entity.conditions(), action.parse(entity))
     except TeleopctlError:
         raise
     except Exception as error:
@@ -82,8 +71,6 @@ def read_step(name: str, content: Element) -> Step:
 def _action_class(name: str, content: Element) -> type[Action]:
     canonical = name.replace("-", "_")
     if plugins.find(plugins.LAUNCH_ACTIONS, canonical) is None:
-        if canonical in _UNSUPPORTED:
-            raise content.error(_UNSUPPORTED[canonical])
         known = sorted(plugins.available(plugins.LAUNCH_ACTIONS))
         raise content.error(
             f"unknown action '{name}', expected one of {', '.join(known)}",

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import ClassVar, Protocol, Self
 
 from teleopctl.errors import did_you_mean
-from teleopctl.launch.model.descriptions import Condition, Place, Process
+from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, Process
 from teleopctl.launch.model.element import Element
-from teleopctl.launch.model.plan import ProcessPlan, Work
+from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, Work
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -93,6 +93,14 @@ class Entity:
             for item in element.items(f"a list of mappings with '{first}' and '{second}'")
         )
         return tuple((entity.required(first), entity.required(second)) for entity in entities)
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Return what stands under ``if`` and ``unless``."""
+        return tuple(
+            Condition(text, expected)
+            for key, expected in (("if", True), ("unless", False))
+            if (text := self.optional(key)) is not None
+        )
 
     def steps(self, key: str) -> tuple[Step, ...]:
         """Return the actions under a key; a missing key is a TeleopctlError."""
@@ -216,6 +224,12 @@ class Launch(Protocol):
 
     def start(self, process: Process) -> ProcessPlan:
         """Add the process of a ``node`` or an ``executable``."""
+
+    def component(self, part: ComponentPart) -> ComponentPlan:
+        """Evaluate what is to be loaded into a container."""
+
+    def plan_of_node(self, full_name: str) -> ProcessPlan | None:
+        """The process, of those so far, that has a node of that name; None if none has."""
 
     def action_of(self, plan: ProcessPlan) -> Process:
         """The action that a process was made from."""

@@ -98,6 +98,35 @@ class NodePart:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentPart:
+    """A node that is loaded into a container.
+
+    Attributes:
+        place: Where it stands.
+        conditions: All have to hold for it to be loaded.
+        package: Package that offers it.
+        plugin: Its class, such as ``composition::Talker``.
+        name: Node name, or None for the one in the source.
+        namespace: Namespace below the pushed ones, or None.
+        parameters: Inline parameters and files, in order.
+        remaps: Pairs from, to.
+        extra_arguments: Arguments for the container.
+        autostart: Whether it is configured and activated once it is loaded.
+    """
+
+    place: Place
+    package: Template
+    plugin: Template
+    name: Template | None = None
+    namespace: Template | None = None
+    conditions: tuple[Condition, ...] = ()
+    parameters: tuple[Parameter | ParameterFile, ...] = ()
+    remaps: tuple[tuple[Template, Template], ...] = ()
+    extra_arguments: tuple[Parameter, ...] = ()
+    autostart: Template | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
     """A process to start, ``node`` or ``executable``.
 

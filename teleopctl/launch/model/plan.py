@@ -34,6 +34,7 @@ class ProcessPlan:
         is_node: Whether it is a ROS node, that is whether it becomes visible in the graph.
         node_name: Full name of the node where the launch file gives it, or None.
         ends_by_itself: Whether it does its work and ends, as a spawner does.
+        loads_components: Whether it is one of teleopctl's component containers.
         accompanies: Whether it is there from before the others start, once it says that it is
             ready, until after they have ended, as a recorder is.
         respawn: Whether to start it again when it ends.
@@ -55,6 +56,7 @@ class ProcessPlan:
     is_node: bool = False
     node_name: str | None = None
     ends_by_itself: bool = False
+    loads_components: bool = False
     accompanies: bool = False
     respawn: bool = False
     respawn_delay: float = 0.0
@@ -62,6 +64,31 @@ class ProcessPlan:
     shutdown_on_exit: bool = False
     sigterm_timeout: float = 5.0
     sigkill_timeout: float = 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentPlan:
+    """One node to load into a container.
+
+    Attributes:
+        package: Package that offers it.
+        plugin: Its class.
+        name: Node name, or None for the one in the source.
+        namespace: Its namespace.
+        parameter_files: Files with its parameters; later ones win.
+        remaps: Rules ``from:=to``.
+        extra_arguments: Arguments for the container, as name and value.
+        autostart: Whether it is configured and activated once it is loaded.
+    """
+
+    package: str
+    plugin: str
+    name: str | None = None
+    namespace: str = "/"
+    parameter_files: tuple[str, ...] = ()
+    remaps: tuple[str, ...] = ()
+    extra_arguments: tuple[tuple[str, object], ...] = ()
+    autostart: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -239,10 +239,10 @@ def test_components_are_refused_with_their_names_and_line_or_left_out(plan):
         """
     with pytest.raises(TeleopctlError) as refused:
         plan(source)
-    assert "file.launch.py:12: container 'eye'" in refused.value.message
-    assert "image_proc::RectifyNode (package image_proc)" in refused.value.message
+    assert "file.launch.py:9: component image_proc::RectifyNode" in refused.value.message
     assert "a::Off" not in refused.value.message
     left = plan(source, skip_missing=True)
-    assert left.processes == []
+    assert [process.node_name for process in left.processes] == ["/eye"]
+    assert left.start.works == []
     ((_, _, line),) = left.start.messages
     assert "image_proc::RectifyNode" in line

@@ -35,7 +35,7 @@ def _step(entity: LaunchDescriptionEntity) -> model.Step:
     place = _place(entity)
     if not isinstance(entity, Action) or _does_it_itself(type(entity)):
         return model.Step(place, (), _Visited(entity))
-    conditions = () if entity.condition is None else (_condition(entity.condition),)
+    conditions = () if entity.condition is None else (condition_of(entity.condition),)
     try:
         return model.Step(
             place,
@@ -78,7 +78,8 @@ class _Visited(model.Action):
         launch.run(further)
 
 
-def _condition(condition: Condition) -> ModelCondition:
+def condition_of(condition: Condition) -> ModelCondition:
+    """Return a condition as the model has it."""
     known = condition.model_condition()
     if known is not None:
         return known

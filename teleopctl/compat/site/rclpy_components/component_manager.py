@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from composition_interfaces.srv import ListNodes, LoadNode, UnloadNode
-from rclpy.executors import Executor
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -129,7 +130,7 @@ class ComponentManager(Node):
         executor, thread = self._shared, None
         if self._make_executor is not None:
             executor = self._make_executor()
-            thread = Thread(target=executor.spin, name=node.get_name(), daemon=True)
+            thread = Thread(target=_spin, args=(executor,), name=node.get_name(), daemon=True)
         assert executor is not None, "set_executor() has not been called"
         executor.add_node(node)
         if thread is not None:
@@ -159,6 +160,12 @@ class ComponentManager(Node):
             else:
                 found[argument.name] = argument.value
         return found
+
+
+def _spin(executor: Executor) -> None:
+    # A signal ends the container, which is told in its main thread.
+    with suppress(ExternalShutdownException):
+        executor.spin()
 
 
 _EXTRA_ARGUMENTS = (

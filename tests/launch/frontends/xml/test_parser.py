@@ -67,7 +67,7 @@ def parameter(plan):
         ("<launch>\n<group scoped='maybe'/></launch>", 2, "expected true or false, got 'maybe'"),
         ("<launch>\n<let name='a' value='b' value-sep=''/></launch>", 2, "between the items"),
         ("<launch>\n<let name='a;b' name-sep=';' value=''/></launch>", 2, "got a list of 2"),
-        ("<launch>\n<node_container/></launch>", 2, "C\\+\\+ libraries"),
+        ("<launch>\n<node_container/></launch>", 2, "'name' is missing"),
         ("<launch>\n<node pkg='a' exec='b' on_exit='explode'/></launch>", 2, "expected 'shutdown'"),
         (
             "<!DOCTYPE launch [\n<!ENTITY a SYSTEM '/etc/passwd'>]>\n<launch>&a;</launch>",

@@ -37,7 +37,7 @@ def write(tmp_path):
         ("launch:\n- let: {a: [}", 2, "not YAML"),
         ("launch:\n- group: {children: [], scoped: maybe}", 2, "expected true or false"),
         ("launch:\n- let: {name: a, value: !!int x}", 2, "not YAML: invalid literal"),
-        ("launch:\n- node_container: {}", 2, "C\\+\\+ libraries"),
+        ("launch:\n- node_container: {}", 2, "'name' is missing"),
         ("launch:\n- node: {pkg: a, exec: b, on_exit: explode}", 2, "expected 'shutdown'"),
     ],
 )

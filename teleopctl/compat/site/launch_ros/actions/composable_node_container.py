@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch import Action
+from teleopctl.launch import Action, Launch, LoadComponents, literal
 
-from .._components import Components
 from ..descriptions.composable_node import ComposableNode
 from .node import Node
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 class ComposableNodeContainer(Node):
     """A process that components are loaded into.
-
-    Components are libraries of C++, so that it is refused when it has one.
 
     Args:
         name: The container's name.
@@ -41,4 +39,21 @@ class ComposableNodeContainer(Node):
 
     def model_action(self) -> Action:
         """Return what the model does for it."""
-        return Components(self._node_name, self._components, (super().model_action(),))
+        return _Contained(self, self._components)
+
+
+@dataclass(frozen=True, slots=True)
+class _Contained(Action):
+    """Starts a container and loads what is in it."""
+
+    container: ComposableNodeContainer
+    components: tuple[ComposableNode, ...]
+
+    def evaluate(self, launch: Launch) -> Iterable[Action]:
+        """Start it, and say what is loaded."""
+        plan = launch.start(self.container.process())
+        if not launch.is_trial:
+            self.container.planned(plan, launch)
+        assert plan.node_name is not None, "it has a name"
+        parts = tuple(each.component() for each in self.components)
+        return (LoadComponents(container=literal(plan.node_name), components=parts),)

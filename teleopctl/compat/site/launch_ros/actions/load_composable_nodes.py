@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from launch._texts import template
 from launch.action import Action
 
-from .._components import Components
+from teleopctl.launch import LoadComponents, Template
+
 from ..descriptions.composable_node import ComposableNode
 from .composable_node_container import ComposableNodeContainer
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LoadComposableNodes(Action):
-    """Loads components into a container that runs; they are refused, as libraries of C++.
+    """Loads components into a container, one after the other, once it is there.
 
     Args:
         composable_node_descriptions: The components.
@@ -36,11 +38,30 @@ class LoadComposableNodes(Action):
         super().__init__(**kwargs)
         self._components = tuple(composable_node_descriptions)
         self._container = (
-            target_container._node_name  # noqa: SLF001 -- known before it is evaluated
+            Template((_NameOf(target_container),), target_container.describe())
             if isinstance(target_container, ComposableNodeContainer)
             else template(target_container)
         )
 
-    def model_action(self) -> Components:
+    def model_action(self) -> LoadComponents:
         """Return what the model does for it."""
-        return Components(self._container, self._components)
+        return LoadComponents(
+            container=self._container,
+            components=tuple(each.component() for each in self._components),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _NameOf:
+    """The name of a container, which is known once that is evaluated."""
+
+    container: ComposableNodeContainer
+
+    @property
+    def source(self) -> str:
+        """The container in words."""
+        return self.container.describe()
+
+    def evaluate(self, _context: object) -> str:
+        """Return the name."""
+        return self.container.node_name

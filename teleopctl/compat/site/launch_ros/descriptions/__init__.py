@@ -1,6 +1,13 @@
 """``launch_ros.descriptions``."""
 
 from ..parameter_descriptions import Parameter, ParameterFile, ParameterValue
+from .composable_lifecycle_node import ComposableLifecycleNode
 from .composable_node import ComposableNode
 
-__all__ = ["ComposableNode", "Parameter", "ParameterFile", "ParameterValue"]
+__all__ = [
+    "ComposableLifecycleNode",
+    "ComposableNode",
+    "Parameter",
+    "ParameterFile",
+    "ParameterValue",
+]

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from launch._entities import condition_of
+from launch._places import here
 from launch._texts import optional, template
+
+from teleopctl.launch import ComponentPart, Parameter, Template
+
+from .._parameters import parameters as model_parameters
 
 if TYPE_CHECKING:
     from launch.condition import Condition
@@ -28,7 +34,6 @@ class ComposableNode:
         condition: Has to hold for it to be loaded.
     """
 
-    # Any: values of any kind.
     def __init__(
         self,
         *,
@@ -38,7 +43,7 @@ class ComposableNode:
         namespace: SomeSubstitutionsType | None = None,
         parameters: SomeParameters | None = None,
         remappings: SomeRemapRules | None = None,
-        extra_arguments: list[dict[str, Any]] | None = None,
+        extra_arguments: SomeParameters | None = None,
         condition: Condition | None = None,
     ) -> None:
         self.package = template(package)
@@ -49,7 +54,32 @@ class ComposableNode:
         self.remappings = remappings
         self.extra_arguments = extra_arguments
         self._condition = condition
+        self._place = here()
 
     def condition(self) -> Condition | None:
         """What has to hold for it to be loaded, or None."""
         return self._condition
+
+    def component(self, autostart: Template | None = None) -> ComponentPart:
+        """Return it as the model has it.
+
+        Raises:
+            TypeError: A parameter is none, or an extra argument is a file.
+        """
+        extra = tuple(model_parameters(self.extra_arguments or []))
+        if not all(isinstance(each, Parameter) for each in extra):
+            raise TypeError("extra_arguments: a file cannot be read here")
+        return ComponentPart(
+            place=self._place,
+            conditions=() if self._condition is None else (condition_of(self._condition),),
+            package=self.package,
+            plugin=self.node_plugin,
+            name=self.node_name,
+            namespace=self.node_namespace,
+            parameters=tuple(model_parameters(self.parameters or [])),
+            remaps=tuple(
+                (template(source), template(target)) for source, target in self.remappings or ()
+            ),
+            extra_arguments=tuple(each for each in extra if isinstance(each, Parameter)),
+            autostart=autostart,
+        )

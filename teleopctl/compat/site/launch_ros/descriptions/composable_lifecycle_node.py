@@ -1,0 +1,37 @@
+"""``launch_ros.descriptions.composable_lifecycle_node``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from launch._texts import optional, template
+
+from teleopctl.launch import ComponentPart, Template
+
+from .composable_node import ComposableNode
+
+if TYPE_CHECKING:
+    from launch.some_substitutions_type import SomeSubstitutionsType
+
+
+class ComposableLifecycleNode(ComposableNode):
+    """A node with a life cycle that is loaded into a container.
+
+    Args:
+        autostart: Whether it is configured and activated once it is loaded.
+        kwargs: What `ComposableNode` takes.
+    """
+
+    # Any: the words of ComposableNode.
+    def __init__(self, *, autostart: bool | SomeSubstitutionsType = False, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._autostart = optional(autostart) or template("false")
+
+    @property
+    def node_autostart(self) -> Template:
+        """Whether it is configured and activated once it is loaded."""
+        return self._autostart
+
+    def component(self, autostart: Template | None = None) -> ComponentPart:
+        """Return it as the model has it; raises as that of the base."""
+        return super().component(autostart or self._autostart)

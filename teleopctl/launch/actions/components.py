@@ -1,0 +1,144 @@
+"""``node_container`` and ``load_composable_node``: nodes that share a process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from teleopctl.errors import NotFoundError
+from teleopctl.launch.actions.parameters import parameters
+from teleopctl.launch.actions.process import Node
+from teleopctl.launch.asking.loading import Loading
+from teleopctl.launch.model.action import Action, Entity, Launch, Step
+from teleopctl.launch.model.descriptions import ComponentPart, Parameter
+from teleopctl.launch.model.plan import ComponentPlan
+from teleopctl.launch.model.template import Template, literal
+from teleopctl.packages import find_component
+
+_LISTS = ("composable_node", "composable_lifecycle_node")
+_KEYS = ("pkg", "plugin", "name", "namespace", "param", "remap", "extra_arg")
+_RENAMED = {"ns": "namespace", "package": "pkg", "parameters": "param", "remappings": "remap"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadComponents(Action):
+    """``load_composable_node``: loads components into a container, once it is there.
+
+    Attributes:
+        container: The container's name.
+        components: The components, in order.
+    """
+
+    keys = ("target", *_LISTS)
+    renamed: ClassVar[Mapping[str, str]] = {"target_container": "target"}
+
+    container: Template
+    components: tuple[ComponentPart, ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``load_composable_node``."""
+        components = tuple(_components(entity))
+        if not components:
+            entity.required_element(_LISTS[0])
+        return cls(container=entity.required("target"), components=components)
+
+    def evaluate(self, launch: Launch) -> None:
+        """Load those whose conditions hold.
+
+        Raises:
+            NotFoundError: The container is one of teleopctl's, and a component is not there.
+        """
+        name = launch.text(self.container)
+        name = name if name.startswith("/") else f"/{name}"
+        container = launch.plan_of_node(name)
+        is_ours = container is not None and container.loads_components
+        plans: list[ComponentPlan] = []
+        launch.run(
+            tuple(
+                Step(part.place, part.conditions, _Planned(part, is_ours, plans.append))
+                for part in self.components
+            )
+        )
+        if plans:
+            loading = Loading(name, plans, launch)
+            launch.register(loading)
+            launch.work(loading)
+
+
+@dataclass(frozen=True, slots=True)
+class _Planned(Action):
+    """Finds out what one component will be."""
+
+    part: ComponentPart
+    is_looked_for: bool
+    take: Callable[[ComponentPlan], None]
+
+    def evaluate(self, launch: Launch) -> None:
+        """Hand it over, or refuse it."""
+        plan = launch.component(self.part)
+        if self.is_looked_for:
+            try:
+                find_component(plan.package, plan.plugin)
+            except NotFoundError as error:
+                raise NotFoundError(
+                    f"component {plan.plugin} (package {plan.package}) is not here; "
+                    "those in C++ cannot be loaded",
+                    hint=f"{error.hint} --skip-missing goes on without it.",
+                ) from error
+        self.take(plan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NodeContainer(Action):
+    """``node_container``: a process that components are loaded into.
+
+    Attributes:
+        node: The process.
+        components: What is loaded into it, in order.
+    """
+
+    keys = (*Node.keys, *_LISTS)
+    renamed = Node.renamed
+
+    node: Node
+    components: tuple[ComponentPart, ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read a ``node_container``."""
+        entity.required_element("name")
+        return cls(node=Node.parse(entity), components=tuple(_components(entity)))
+
+    def evaluate(self, launch: Launch) -> Iterable[Action]:
+        """Start it, and load what is in it."""
+        plan = launch.start(self.node)
+        assert plan.node_name is not None, "it has a name"
+        return (LoadComponents(container=literal(plan.node_name), components=self.components),)
+
+
+def _components(entity: Entity) -> Iterator[ComponentPart]:
+    for key in _LISTS:
+        element = entity.element(key)
+        if element is None:
+            continue
+        has_life = key == _LISTS[1]
+        for item in element.items("a list of components"):
+            keys = (*_KEYS, *(["autostart"] if has_life else []), "if", "unless")
+            inner = Entity(item, keys, renamed=_RENAMED)
+            yield ComponentPart(
+                place=item.place,
+                conditions=inner.conditions(),
+                package=inner.required("pkg"),
+                plugin=inner.required("plugin"),
+                name=inner.optional("name"),
+                namespace=inner.optional("namespace"),
+                parameters=tuple(parameters(inner.element("param"))),
+                remaps=inner.pairs("remap", "from", "to"),
+                extra_arguments=tuple(
+                    Parameter(name, value, None)
+                    for name, value in inner.pairs("extra_arg", "name", "value")
+                ),
+                autostart=inner.optional("autostart") if has_life else None,
+            )

@@ -1,0 +1,1 @@
+"""What a launch asks of nodes by their services, beside its processes."""

@@ -1,0 +1,183 @@
+"""Asks nodes for something by their services, in a thread of a launch."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.model.action import Launch, Step
+from teleopctl.launch.model.events import ProcessExited, ShutdownBegan
+
+if TYPE_CHECKING:
+    from teleopctl.interfaces import ServiceType
+    from teleopctl.node import Context, Node
+
+CONFIGURE, ACTIVATE = 1, 3
+"""Of ``lifecycle_msgs/msg/Transition``."""
+
+# A service may stand in the graph a moment before it can be reached.
+_AGAIN_AFTER_S = 0.05
+_numbers = itertools.count(1)
+
+
+class Asking:
+    """Asks one thing after the other; a launch's work, and a handler of its events.
+
+    It waits for nodes that are not there yet. It is given up when the launch ends, or when the
+    process that it asks has ended for good.
+
+    Args:
+        node_name: Full name of the node that is asked.
+        launch: The launch.
+    """
+
+    wants_output: bool = False
+
+    def __init__(self, node_name: str, launch: Launch) -> None:
+        self.node_name = node_name
+        self._launch = launch
+        self._given_up = threading.Event()
+        self._context: Context | None = None
+
+    def describe(self) -> Iterable[str]:
+        """Yield lines that say what is going to be asked for."""
+        raise NotImplementedError
+
+    def ask(self, node: Node) -> None:
+        """Ask, by `call` and from the thread; `node` is the launch's own.
+
+        Raises:
+            GivenUpError: What `call` raises.
+        """
+        raise NotImplementedError
+
+    def ended(self) -> None:
+        """Take in that nothing is asked any more."""
+
+    def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        """Begin, and report the end."""
+        # The launch does not wait for a thread that may wait for Zenoh.
+        threading.Thread(target=self._work, args=(report,), name="asking", daemon=True).start()
+
+    def foreseen(self) -> None:
+        """Say nothing: it leads to no more processes."""
+
+    def answers(self, _event: object, _launch: Launch) -> bool:
+        """Say no: it answers for nobody else."""
+        return False
+
+    def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
+        """Give up where that is due, and show what the thread has to say."""
+        if isinstance(event, _Said) and event.asking is self:
+            launch.say(event.level, event.text, event.logger)
+        elif isinstance(event, ShutdownBegan) or (
+            isinstance(event, ProcessExited)
+            and event.plan.node_name == self.node_name
+            and not event.plan.respawn
+        ):
+            self._given_up.set()
+            if self._context is not None:
+                self._context.try_shutdown()
+        return ()
+
+    def say(self, level: str, text: str, logger: str) -> None:
+        """Show a line to the person in front of the terminal."""
+        self._launch.emit(_Said(self, level, text, logger))
+
+    # Any: requests and responses of any service.
+    def call(self, node: Node, kind: type[ServiceType[Any, Any]], name: str, request: Any) -> Any:
+        """Call a service, once it is there, and return its response.
+
+        Raises:
+            GivenUpError: There will be none.
+        """
+        from teleopctl.node import ServiceUnavailableError
+
+        client = node.create_client(kind, name)
+        while client.wait_for_service():
+            try:
+                return client.call_async(request).wait_for_response()
+            except ServiceUnavailableError:
+                if self._given_up.wait(_AGAIN_AFTER_S):
+                    break
+        raise GivenUpError
+
+    def activate(self, node: Node, name: str) -> None:
+        """Configure and activate a lifecycle node.
+
+        Raises:
+            GivenUpError: What `call` raises.
+        """
+        from teleopctl.interfaces import get_service
+
+        kind = get_service("lifecycle_msgs/srv/ChangeState")
+        for number, label in ((CONFIGURE, "CONFIGURE"), (ACTIVATE, "ACTIVATE")):
+            request = kind.Request()
+            request.transition.id = number
+            if not self.call(node, kind, f"{name}/change_state", request).success:
+                text = f"Failed to make transition 'TRANSITION_{label}' for LifecycleNode '{name}'"
+                self.say("ERROR", text, "launch_ros.utilities.lifecycle_event_manager")
+                return
+
+    def _work(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        from teleopctl.node import Context, ExternalShutdownException, Node, SignalHandlerOptions
+
+        context = self._context = Context()
+        try:
+            context.init(
+                [],
+                initialize_logging=False,
+                session_mode="client",
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+            if not self._given_up.is_set():
+                node = Node(
+                    f"_launch_ros_{os.getpid()}_{next(_numbers)}",
+                    context=context,
+                    enable_rosout=False,
+                    start_parameter_services=False,
+                )
+                self.ask(node)
+        except (GivenUpError, ExternalShutdownException):
+            pass
+        except Exception as error:  # noqa: BLE001 -- nobody else would be told
+            if not self._given_up.is_set():
+                self.say("ERROR", f"{self.node_name}: {error}", "launch")
+        finally:
+            context.try_shutdown()
+            self.ended()
+            report(None)
+
+
+class GivenUpError(TeleopctlError):
+    """Nobody is left to be asked."""
+
+    def __init__(self) -> None:
+        super().__init__("given up")
+
+
+class Activation(Asking):
+    """Configures a lifecycle node and activates it."""
+
+    def describe(self) -> Iterable[str]:
+        """Yield lines that say what is going to be asked for."""
+        yield f"then {self.node_name} is configured and activated"
+
+    def ask(self, node: Node) -> None:
+        """Ask for it."""
+        self.activate(node, self.node_name)
+
+
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """What the thread has to tell the person in front of the terminal."""
+
+    asking: Asking
+    level: str
+    text: str
+    logger: str

@@ -1,0 +1,47 @@
+"""What can be told of a launch before it begins, and what is odd about its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import NamedTuple
+
+from teleopctl.errors import NotFoundError, TeleopctlError, did_you_mean
+from teleopctl.launch.model.plan import Further
+
+
+class Foreseen(NamedTuple):
+    """What a launch is going to do on an event, as far as that can be told before.
+
+    Attributes:
+        when: The event in words.
+        further: What it does then.
+        error: Why not more is known of it, or None.
+        then: What that leads to.
+    """
+
+    when: str
+    further: Further
+    error: TeleopctlError | None
+    then: tuple[Foreseen, ...]
+
+
+def faults(foreseen: Iterable[Foreseen]) -> Iterator[TeleopctlError]:
+    """Yield what would be missing then, such as packages and programs.
+
+    Other errors may be none when the time has come.
+    """
+    for each in foreseen:
+        if isinstance(each.error, NotFoundError):
+            yield each.error
+        yield from faults(each.then)
+
+
+def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
+    """Say which of some launch arguments nobody declares."""
+    known = ", ".join(sorted(declared)) or "none"
+    return [
+        f"launch argument '{name}' is not declared by the launch file (declared: {known})"
+        + (f". {guess}" if (guess := did_you_mean(name, declared)) else "")
+        for name in arguments
+        if name not in declared
+    ]
