@@ -33,7 +33,15 @@ if TYPE_CHECKING:
         RequestT as RequestT,
         ResponseT as ResponseT,
     )
-    from teleopctl.interfaces.protocols import ServiceType as ServiceType
+    from teleopctl.interfaces.protocols import (
+        ActionType as ActionType,
+        FeedbackMessage as FeedbackMessage,
+        FeedbackT as FeedbackT,
+        GoalT as GoalT,
+        ResultResponse as ResultResponse,
+        ResultT as ResultT,
+        ServiceType as ServiceType,
+    )
     from teleopctl.interfaces.reading import (
         DefinitionLine as DefinitionLine,
         definition_lines as definition_lines,
@@ -73,6 +81,7 @@ if TYPE_CHECKING:
         definition_file as definition_file,
         definition_text as definition_text,
         described_definition_text as described_definition_text,
+        get_action as get_action,
         get_class as get_class,
         get_message as get_message,
         get_service as get_service,
@@ -108,7 +117,8 @@ else:
             "fields.path": "field_reader",
             "foreign.written_types": "hash_of_text message_of_text",
             "message": "Message MessageT RequestT ResponseT",
-            "protocols": "ServiceType",
+            "protocols": "ActionType FeedbackMessage FeedbackT GoalT ResultResponse ResultT "
+            "ServiceType",
             "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "
             "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "
             "BoundedSequence BoundedString BoundedWString NamespacedType UnboundedSequence "
@@ -118,7 +128,8 @@ else:
             "to_seconds",
             "store": "add_definition_text add_description complete_definition_text definition_file "
             "definition_text "
-            "described_definition_text get_class get_message get_service known_types list_types "
+            "described_definition_text get_action get_class get_message get_service known_types "
+            "list_types "
             "type_description type_hash",
             "stubs": "write_stubs",
             "typenames": "from_dds module_name normalize snake_case to_dds",

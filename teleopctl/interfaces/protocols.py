@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from teleopctl.interfaces.message import Message
 
+if TYPE_CHECKING:
+    from unique_identifier_msgs.msg import UUID
+
+GoalT = TypeVar("GoalT", bound=Message)
+ResultT = TypeVar("ResultT", bound=Message)
+FeedbackT = TypeVar("FeedbackT", bound=Message)
+Goal_co = TypeVar("Goal_co", bound=Message, covariant=True)
+Result_co = TypeVar("Result_co", bound=Message, covariant=True)
+Feedback_co = TypeVar("Feedback_co", bound=Message, covariant=True)
 Request_co = TypeVar("Request_co", bound=Message, covariant=True)
 Response_co = TypeVar("Response_co", bound=Message, covariant=True)
 
@@ -23,6 +32,45 @@ class ServiceType(Protocol[Request_co, Response_co]):
     @property
     def Response(self) -> type[Response_co]:  # noqa: N802 (the name of the nested class)
         """The class of the response."""
+
+
+class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
+    """An action class: what action clients and servers take as ``type[...]``."""
+
+    TYPE_NAME: ClassVar[str]
+    Impl: ClassVar[Any]  # Any: a class of each action's own
+
+    @property
+    def Goal(self) -> type[Goal_co]:  # noqa: N802 (the name of the nested class)
+        """The class of the goal."""
+
+    @property
+    def Result(self) -> type[Result_co]:  # noqa: N802 (the name of the nested class)
+        """The class of the result."""
+
+    @property
+    def Feedback(self) -> type[Feedback_co]:  # noqa: N802 (the name of the nested class)
+        """The class of the feedback."""
+
+
+class ResultResponse(Protocol[Result_co]):
+    """What a server answers when it is asked for the result of a goal."""
+
+    status: int
+
+    @property
+    def result(self) -> Result_co:
+        """The result; its default where there is none."""
+
+
+class FeedbackMessage(Protocol[Feedback_co]):
+    """What a server publishes while it works on a goal."""
+
+    goal_id: UUID
+
+    @property
+    def feedback(self) -> Feedback_co:
+        """What the server says of the goal."""
 
 
 class Strings(Protocol):

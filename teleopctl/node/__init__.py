@@ -9,6 +9,27 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.node.actions.callbacks import (
+        CancelResponse as CancelResponse,
+        GoalResponse as GoalResponse,
+        default_cancel_callback as default_cancel_callback,
+        default_goal_callback as default_goal_callback,
+        default_handle_accepted_callback as default_handle_accepted_callback,
+    )
+    from teleopctl.node.actions.client import ActionClient as ActionClient
+    from teleopctl.node.actions.client_goal import ClientGoalHandle as ClientGoalHandle
+    from teleopctl.node.actions.goal_state import (
+        GoalEvent as GoalEvent,
+        GoalState as GoalState,
+        InvalidGoalTransitionError as InvalidGoalTransitionError,
+    )
+    from teleopctl.node.actions.graph import (
+        get_action_client_names_and_types_by_node as get_action_client_names_and_types_by_node,
+        get_action_names_and_types as get_action_names_and_types,
+        get_action_server_names_and_types_by_node as get_action_server_names_and_types_by_node,
+    )
+    from teleopctl.node.actions.server import ActionServer as ActionServer
+    from teleopctl.node.actions.server_goal import ServerGoalHandle as ServerGoalHandle
     from teleopctl.node.any_topic import (
         ask_for_description as ask_for_description,
         learn_type_from as learn_type_from,
@@ -190,6 +211,15 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "actions.callbacks": "CancelResponse GoalResponse default_cancel_callback "
+            "default_goal_callback default_handle_accepted_callback",
+            "actions.client": "ActionClient",
+            "actions.client_goal": "ClientGoalHandle",
+            "actions.goal_state": "GoalEvent GoalState InvalidGoalTransitionError",
+            "actions.graph": "get_action_client_names_and_types_by_node "
+            "get_action_names_and_types get_action_server_names_and_types_by_node",
+            "actions.server": "ActionServer",
+            "actions.server_goal": "ServerGoalHandle",
             "any_topic": "ask_for_description learn_type_from subscribe_undecoded suited_to "
             "undecoded",
             "builtins.node_options": "NodeOptions",

@@ -86,7 +86,7 @@ class NodeEndpoints(NodeCore):
         qos = qos_from(qos_profile)
         if qos_overriding_options is not None:
             qos = self._overridden_qos(qos, qos_overriding_options, "publisher", name)
-        publisher = self._keep(publisher_class(self, msg_type, name, qos))
+        publisher = self.keep(publisher_class(self, msg_type, name, qos))
         if event_callbacks is not None:
             self._watch(publisher, event_callbacks, callback_group)
         return publisher
@@ -169,7 +169,7 @@ class NodeEndpoints(NodeCore):
         qos = qos_from(qos_profile)
         if qos_overriding_options is not None:
             qos = self._overridden_qos(qos, qos_overriding_options, "subscription", name)
-        subscription = self._keep(
+        subscription = self.keep(
             Subscription(
                 self,
                 msg_type,
@@ -200,7 +200,7 @@ class NodeEndpoints(NodeCore):
         Raises:
             InvalidServiceNameException: The name breaks a rule.
         """
-        return self._keep(
+        return self.keep(
             Service(
                 self,
                 srv_type,
@@ -227,7 +227,7 @@ class NodeEndpoints(NodeCore):
         """
         name = self.resolve_service_name(srv_name)
         group = callback_group or self._default_callback_group
-        return self._keep(Client(self, srv_type, name, group, qos_profile))
+        return self.keep(Client(self, srv_type, name, group, qos_profile))
 
     def create_timer(
         self,
@@ -288,7 +288,8 @@ class NodeEndpoints(NodeCore):
         with self._endpoints_lock:
             return [endpoint for endpoint in self._endpoints if isinstance(endpoint, class_)]
 
-    def _keep(self, endpoint: _EndpointT) -> _EndpointT:
+    def keep(self, endpoint: _EndpointT) -> _EndpointT:
+        """Have an endpoint served and destroyed with the node (ours); returns it."""
         with self._endpoints_lock:
             self._endpoints.append(endpoint)
         if isinstance(endpoint, Waitable):

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
         Graph as Graph,
         GraphWatcher as GraphWatcher,
         NodeEntry as NodeEntry,
+        action_type as action_type,
+        actions_of as actions_of,
         is_hidden_name as is_hidden_name,
         query_graph as query_graph,
     )
@@ -55,7 +57,8 @@ else:
             "attachment": "Attachment decode_attachment encode_attachment",
             "config": "session_config",
             "connections": "session_ports",
-            "graph": "Graph GraphWatcher NodeEntry is_hidden_name query_graph",
+            "graph": "Graph GraphWatcher NodeEntry action_type actions_of is_hidden_name "
+            "query_graph",
             "introduction": "hear_peers",
             "keys": "topic_key",
             "qos": "INFINITE_NS EndpointQos",

@@ -19,12 +19,35 @@ MOST_TOKENS = 100_000
 
 _LONGEST_REPORTED = 200
 
+# What an action is in the graph: its feedback, a topic of the server's and of each client's.
+_FEEDBACK_TOPIC = "/_action/feedback"
+_FEEDBACK_TYPE = "_FeedbackMessage"
+
 _NodeKey = tuple[str, str, str, int]
 
 
 def is_hidden_name(name: str) -> bool:
     """Whether ROS tools leave out a topic or service: a part of its name starts with ``_``."""
     return "/_" in name or name.startswith("_")
+
+
+def action_type(endpoint: EndpointToken) -> str | None:
+    """Return the type of the action whose feedback an endpoint is of; None for any other."""
+    if endpoint.name.endswith(_FEEDBACK_TOPIC) and endpoint.type_name.endswith(_FEEDBACK_TYPE):
+        return endpoint.type_name.removesuffix(_FEEDBACK_TYPE)
+    return None
+
+
+def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]]:
+    """Return the actions that publishers or subscriptions belong to, with their types, sorted.
+
+    As in rcl_action, the feedback alone decides.
+    """
+    types: dict[str, set[str]] = {}
+    for endpoint in endpoints:
+        if (kind := action_type(endpoint)) is not None:
+            types.setdefault(endpoint.name.removesuffix(_FEEDBACK_TOPIC), set()).add(kind)
+    return [(name, sorted(types[name])) for name in sorted(types)]
 
 
 class NodeEntry:
@@ -99,6 +122,18 @@ class Graph:
         """Every service that has a server or a client, with its types, sorted."""
         return self._names_and_types((EntityKind.SS, EntityKind.SC), include_hidden)
 
+    def action_names_and_types(self) -> list[tuple[str, list[str]]]:
+        """Every action that has a server or a client, with its types, sorted."""
+        return actions_of(e for e in self.endpoints if e.kind in (EntityKind.MP, EntityKind.MS))
+
+    def action_servers(self, action: str) -> list[EndpointToken]:
+        """What publishes the feedback of an action (``/ns/action``): one of each server."""
+        return self._of_action(EntityKind.MP, action)
+
+    def action_clients(self, action: str) -> list[EndpointToken]:
+        """What subscribes to the feedback of an action: one of each client."""
+        return self._of_action(EntityKind.MS, action)
+
     def publishers(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
         """The publishers of a topic (``/ns/topic``), of one type or of all."""
         return self._of(EntityKind.MP, topic, type_name)
@@ -118,6 +153,10 @@ class Graph:
     def _of(self, kind: EntityKind, name: str, type_name: str | None) -> list[EndpointToken]:
         found = self._by_kind[kind].get(name, [])
         return [e for e in found if type_name is None or e.type_name == type_name]
+
+    def _of_action(self, kind: EntityKind, action: str) -> list[EndpointToken]:
+        found = self._by_kind[kind].get(f"{action}{_FEEDBACK_TOPIC}", [])
+        return [e for e in found if action_type(e) is not None]
 
     def _names_and_types(
         self, kinds: tuple[EntityKind, ...], include_hidden: bool

@@ -13,6 +13,7 @@ PROGRAMS = Path(__file__).parent / "programs"
     [
         ("talk_and_listen", []),
         ("services", []),
+        ("actions", []),
         ("parameters", ["--ros-args", "-p", "my_parameter:=from outside"]),
         ("clocks", []),
         ("beside_rclpy", []),

@@ -12,13 +12,14 @@ from tests.compat.activated import output
 
 PACKAGES = """
 ament_index_python cv_bridge launch launch_ros launch_xml launch_yaml message_filters rclpy
-ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
+rclpy_components ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 controller_manager launch_param_builder moveit_configs_utils nav2_common
 """
 
 RCLPY = """
-rclpy.action rclpy.callback_groups rclpy.client rclpy.clock rclpy.clock_type rclpy.constants
+rclpy.action rclpy.action.client rclpy.action.graph rclpy.action.server
+rclpy.callback_groups rclpy.client rclpy.clock rclpy.clock_type rclpy.constants
 rclpy.context rclpy.duration rclpy.event_handler rclpy.exceptions rclpy.executors
 rclpy.expand_topic_name rclpy.experimental rclpy.experimental.events_executor
 rclpy.guard_condition rclpy.impl rclpy.impl.implementation_singleton

@@ -9,7 +9,7 @@ from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.wire import EntityKind, is_hidden_name
+from teleopctl.wire import EntityKind, actions_of, is_hidden_name
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken, NodeEntry
@@ -21,9 +21,6 @@ GROUP = Group(
         "info": Verb(f"{__name__}:node_info", "Show what a node publishes, subscribes and serves."),
     },
 )
-
-_ACTION_SERVICE = "/_action/send_goal"
-_GOAL_SUFFIX = "_SendGoal"
 
 NamesAndTypes = dict[str, list[str]]
 
@@ -81,8 +78,7 @@ def node_info(
 
 
 def _sections(node: "NodeEntry", *, include_hidden: bool) -> dict[str, NamesAndTypes]:
-    servers = _names_and_types(node.of_kind(EntityKind.SS))
-    clients = _names_and_types(node.of_kind(EntityKind.SC))
+    subscriptions, publishers = node.of_kind(EntityKind.MS), node.of_kind(EntityKind.MP)
 
     def shown(entries: NamesAndTypes) -> NamesAndTypes:
         return {
@@ -92,12 +88,12 @@ def _sections(node: "NodeEntry", *, include_hidden: bool) -> dict[str, NamesAndT
         }
 
     return {
-        "Subscribers": shown(_names_and_types(node.of_kind(EntityKind.MS))),
-        "Publishers": shown(_names_and_types(node.of_kind(EntityKind.MP))),
-        "Service Servers": shown(servers),
-        "Service Clients": shown(clients),
-        "Action Servers": _actions(servers),
-        "Action Clients": _actions(clients),
+        "Subscribers": shown(_names_and_types(subscriptions)),
+        "Publishers": shown(_names_and_types(publishers)),
+        "Service Servers": shown(_names_and_types(node.of_kind(EntityKind.SS))),
+        "Service Clients": shown(_names_and_types(node.of_kind(EntityKind.SC))),
+        "Action Servers": dict(actions_of(publishers)),
+        "Action Clients": dict(actions_of(subscriptions)),
     }
 
 
@@ -106,15 +102,6 @@ def _names_and_types(endpoints: Iterable["EndpointToken"]) -> NamesAndTypes:
     for endpoint in endpoints:
         entries.setdefault(endpoint.name, set()).add(endpoint.type_name)
     return {name: sorted(types) for name, types in entries.items()}
-
-
-def _actions(services: NamesAndTypes) -> NamesAndTypes:
-    """Actions, which exist on the wire only as hidden topics and services."""
-    return {
-        name.removesuffix(_ACTION_SERVICE): [kind.removesuffix(_GOAL_SUFFIX) for kind in kinds]
-        for name, kinds in services.items()
-        if name.endswith(_ACTION_SERVICE)
-    }
 
 
 def _key(title: str) -> str:

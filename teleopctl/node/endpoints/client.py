@@ -8,7 +8,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, cast
+from typing import TYPE_CHECKING, Any, Generic, cast
 
 import zenoh
 
@@ -20,7 +20,7 @@ from teleopctl.node.endpoints.patience import Patience
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
-from teleopctl.node.values.future import Future
+from teleopctl.node.values.future import Future, ResultT
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import (
     EntityKind,
@@ -38,19 +38,26 @@ def _look_again() -> None:
     """Do nothing; whoever spins comes back from it."""
 
 
-class ResponseFuture(Future[ResponseT]):
-    """The future of a response: what waits for it is called back by the executor of the node."""
+# Any, here and below: the request plays no part.
+class ResponseFuture(Future[ResultT]):
+    """The future of a response: what waits for it is called back by the executor of the node.
 
-    def __init__(self, client: Client[RequestT, ResponseT]) -> None:
+    Args:
+        client: Whose request it is.
+    """
+
+    def __init__(self, client: Client[Any, Any]) -> None:
         super().__init__()
         self._client = client
         self._settled = threading.Event()
+        self._when_unanswered: Callable[[], object] | None = None
         self.on_end(self._settled.set)
 
     @transport_callback
     def reached_nobody(self) -> None:
         """Tell who waits in `wait_for_response` that no server will answer (ours)."""
         self._settled.set()
+        self._tell_if_unanswered()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
         """Block this thread until a response is there or nobody is left to give it (ours).
@@ -60,10 +67,21 @@ class ResponseFuture(Future[ResponseT]):
         """
         return self._wait_for(self._settled.wait, timeout_sec)
 
-    def _call(self, callback: Callable[[Future[ResponseT]], object]) -> None:
+    def when_unanswered(self, listener: Callable[[], object]) -> None:
+        """Call ``listener`` when no server will answer, on the transport's thread (ours)."""
+        self._when_unanswered = listener
+        if self._settled.is_set():
+            self._tell_if_unanswered()
+
+    def _tell_if_unanswered(self) -> None:
+        listener, self._when_unanswered = self._when_unanswered, None
+        if listener is not None and not self.done():
+            listener()
+
+    def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
         self._client.call_back(functools.partial(callback, self))
 
-    def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
+    def wait_for_response(self, timeout_sec: float | None = None) -> ResultT | None:
         """Block this thread until the response is there, or nobody is left to give it (ours).
 
         For commands, which say who is missing; `Client.call` waits as rclpy does.
@@ -87,7 +105,7 @@ class ResponseFuture(Future[ResponseT]):
             raise ServiceUnavailableError(f"service '{name}' did not answer: no server for it")
         return None
 
-    def wait_until_answered(self, timeout_sec: float | None = None) -> ResponseT | None:
+    def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
         """Block this thread until the response is there, whoever gives it (ours).
 
         Args:
@@ -182,8 +200,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
         payload = serialize(request)
-        future = ResponseFuture(self)
-        future.on_end(self._tell_of_answer)
+        future: ResponseFuture[ResponseT] = self.make_future()
         with self._lock:
             self._pending.add(future)
         sequence = next(self._sequence)
@@ -218,6 +235,13 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         """
         return self.call_async(request).wait_until_answered(timeout_sec)
 
+    # Any: what is made of a response need be none.
+    def make_future(self) -> ResponseFuture[Any]:
+        """Return a future of what will be made of a response (ours)."""
+        future: ResponseFuture[Any] = ResponseFuture(self)
+        future.on_end(self._tell_of_answer)
+        return future
+
     def call_back(self, callback: Callable[[], object]) -> None:
         """Have the executor of the node call a function, now or when the node gets one."""
         self._callbacks.append(callback)
@@ -245,7 +269,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         except IndexError:
             return _look_again if news else None
 
-    def remove_pending_request(self, future: Future[ResponseT]) -> None:
+    def remove_pending_request(self, future: Future[Any]) -> None:
         """Give up a request; its answer will be dropped."""
         with self._lock:
             self._pending.discard(future)

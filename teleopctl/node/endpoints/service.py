@@ -132,14 +132,14 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         except TeleopctlError as error:
             self.refusals.refuse(error.message)
             return None
+        return self._serve(request, functools.partial(self._reply, query, meta))
+
+    def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
         outcome = self.callback(request, self.srv_type.Response())
         if hasattr(outcome, "send"):
-            return self._reply_later(query, meta, outcome)
-        self._reply(query, meta, outcome)
+            return _reply_later(reply, cast("Awaitable[ResponseT]", outcome))
+        reply(outcome)  # type: ignore[arg-type] # it is no coroutine, and the reply checks it
         return None
-
-    async def _reply_later(self, query: zenoh.Query, request: Attachment, answer: Any) -> None:
-        self._reply(query, request, await answer)
 
     def _reply(self, query: zenoh.Query, request: Attachment, response: Any) -> None:
         if not isinstance(response, self.srv_type.Response):
@@ -160,3 +160,43 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._channel.undeclare()
         # Letting go of a request ends the wait of its client.
         self._queries.close()
+
+
+async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[ResponseT]) -> None:
+    reply(await answer)
+
+
+class DeferringService(Service[RequestT, ResponseT]):
+    """A service whose callback sends the response itself: at once, later or never.
+
+    A request whose ``reply`` is let go of unused ends the wait of its client. For the services of
+    actions, which go on after the response, or wait long with it.
+
+    Args:
+        node: Owner.
+        srv_type: Service class with ``Request`` and ``Response``.
+        name: Fully qualified name.
+        callback: ``callback(request, reply)``; ``reply(response)`` may be called once, from any
+            thread. It may be a coroutine function.
+        callback_group: For multi-threaded executors.
+        qos: Quality of service, as announced.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        name: str,
+        callback: Callable[[RequestT, Callable[[ResponseT], None]], object],
+        callback_group: CallbackGroup,
+        qos: QoSProfile,
+    ) -> None:
+        self._defer = callback
+        super().__init__(node, srv_type, name, _never_called, callback_group, qos)
+
+    def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
+        return self._defer(request, reply)
+
+
+def _never_called(_: RequestT, response: ResponseT) -> ResponseT:
+    return response

@@ -11,6 +11,26 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
+class NumberOfEntities:
+    """How many things of each kind an executor waits for on somebody's behalf."""
+
+    def __init__(
+        self,
+        num_subs: int = 0,
+        num_guards: int = 0,
+        num_timers: int = 0,
+        num_clients: int = 0,
+        num_services: int = 0,
+        num_events: int = 0,
+    ) -> None:
+        self.num_subscriptions = num_subs
+        self.num_guard_conditions = num_guards
+        self.num_timers = num_timers
+        self.num_clients = num_clients
+        self.num_services = num_services
+        self.num_events = num_events
+
+
 class Waitable:
     """Base of what queues arrivals on any thread until its node's executor takes them.
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 import threading
 from collections.abc import Callable, Coroutine, Generator, Mapping, Sequence
 from types import CoroutineType
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
+    import asyncio
+
     from teleopctl.node.values.scheduler import Scheduler
 
 
@@ -125,10 +128,58 @@ class Future(Generic[ResultT]):
         else:
             self._executor.create_task(callback, self)
 
-    def __await__(self) -> Generator[Future[ResultT], None, ResultT | None]:
+    # Any: what an asyncio loop is given is its own affair.
+    def __await__(self) -> Generator[Any, Any, ResultT | None]:
         while not self.done():
-            yield self
+            loop = _running_loop()
+            if loop is None or loop is _stepping.loop:
+                yield self
+            else:
+                yield from self._end_in(loop)
         return self.result()
+
+    def _end_in(self, loop: asyncio.AbstractEventLoop) -> asyncio.Future[None]:
+        """Return what ends in a loop of asyncio when this has ended."""
+        ended: asyncio.Future[None] = loop.create_future()
+
+        def end() -> None:
+            if not ended.done():
+                ended.set_result(None)
+
+        def tell_loop() -> None:
+            with contextlib.suppress(RuntimeError):  # it is closed: nobody waits
+                loop.call_soon_threadsafe(end)
+
+        self.on_end(tell_loop)
+        return ended
+
+
+class _Stepping(threading.local):
+    """The asyncio loop in whose callback a task of ours takes a step in this thread, or None.
+
+    What such a task awaits is ours to wait for, though a loop runs.
+    """
+
+    loop: asyncio.AbstractEventLoop | None = None
+
+
+_stepping = _Stepping()
+
+
+def _running_loop() -> asyncio.AbstractEventLoop | None:
+    """Return the loop of asyncio that runs in this thread; asyncio is not imported to find out."""
+    module = sys.modules.get("asyncio")
+    return None if module is None else module._get_running_loop()  # noqa: SLF001 (as documented)
+
+
+def _send(coroutine: CoroutineType[Any, None, ResultT]) -> object:
+    """Run a coroutine until it awaits something that has not ended."""
+    before = _stepping.loop
+    _stepping.loop = _running_loop()
+    try:
+        return coroutine.send(None)
+    finally:
+        _stepping.loop = before
 
 
 class Task(Future[ResultT]):
@@ -186,7 +237,7 @@ class Task(Future[ResultT]):
                     self.set_result(cast("ResultT", outcome))
                     return
                 self._coroutine = outcome
-            awaited = self._coroutine.send(None)
+            awaited = _send(self._coroutine)
         except StopIteration as end:
             self.set_result(end.value)
         except BaseException as error:

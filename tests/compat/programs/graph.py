@@ -70,12 +70,6 @@ def main():
     check_for_type_support(String)
     assert QoSPresetProfiles.SENSOR_DATA.value.depth == 5
     assert isinstance(node.get_logger(), RcutilsLogger)
-    for missing in ("rclpy.action",):
-        try:
-            __import__(missing)
-            raise AssertionError("no error")
-        except ImportError as error:
-            assert missing in str(error)
     print("done")
     # No destroy_node, no shutdown: the process must end quietly all the same.
 

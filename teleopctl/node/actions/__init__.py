@@ -1,0 +1,5 @@
+"""Actions: goals that take a while, over three services and two topics of a node.
+
+Source: rcl_action and rclpy's action client and server; the order in which the endpoints are made
+and the messages are sent is theirs.
+"""

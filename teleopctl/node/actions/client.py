@@ -1,0 +1,283 @@
+"""Action clients."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+import weakref
+from typing import TYPE_CHECKING, Any, Generic, Self, cast
+
+from teleopctl.interfaces import FeedbackMessage, FeedbackT, GoalT, ResultT, get_message
+from teleopctl.node.actions.client_goal import ClientGoalHandle
+from teleopctl.node.actions.feedback import FeedbackCallback, FeedbackCallbacks
+from teleopctl.node.actions.goal_state import FEEDBACK_QOS, GoalState, goal_key
+from teleopctl.node.endpoints.waitable import NumberOfEntities
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.qos import (
+    QoSProfile,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+
+if TYPE_CHECKING:
+    from action_msgs.msg import GoalStatusArray
+    from action_msgs.srv import CancelGoal
+    from unique_identifier_msgs.msg import UUID
+
+    from teleopctl.interfaces import ActionType, ResultResponse
+    from teleopctl.node.endpoints.client import ResponseFuture
+    from teleopctl.node.node_endpoints import NodeEndpoints
+    from teleopctl.wire import Graph
+
+
+class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
+    """Sends goals of one action.
+
+    As with rclpy, the futures of a goal whose server is missing or goes away stay pending; unlike
+    there, a warning says so. Waiting calls may be used in callbacks: answers do not need the
+    executor.
+
+    Args:
+        node: Owner.
+        action_type: Action class.
+        action_name: Relative, absolute or private name.
+        callback_group: Of the callbacks of feedback and futures; the node's default one if None.
+        goal_service_qos_profile: Of the service that takes goals.
+        result_service_qos_profile: Of the service that gives results.
+        cancel_service_qos_profile: Of the service that cancels.
+        feedback_sub_qos_profile: Of the feedback.
+        status_sub_qos_profile: Of the states of goals.
+
+    Raises:
+        InvalidServiceNameException: The name breaks a rule.
+    """
+
+    def __init__(
+        self,
+        node: NodeEndpoints,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_name: str,
+        *,
+        callback_group: CallbackGroup | None = None,
+        goal_service_qos_profile: QoSProfile = qos_profile_services_default,
+        result_service_qos_profile: QoSProfile = qos_profile_services_default,
+        cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
+        feedback_sub_qos_profile: QoSProfile = FEEDBACK_QOS,
+        status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
+    ) -> None:
+        self._node = node
+        # A class is a value whose attributes are classes.
+        self._action_type = cast("ActionType[GoalT, ResultT, FeedbackT]", action_type)
+        self._logger = node.get_logger().get_child("action_client")
+        self._lock = threading.Lock()
+        self._callbacks: FeedbackCallbacks[FeedbackT] = FeedbackCallbacks()
+        # The states of goals that are not answered yet, which may be told before the answer.
+        self._unanswered: dict[bytes, GoalState] = {}
+        self._handles: weakref.WeakValueDictionary[bytes, ClientGoalHandle[ResultT]]
+        self._handles = weakref.WeakValueDictionary()
+        parts = self._action_type.Impl
+
+        # Any: the services of whatever action it is.
+        def client(type_: type[Any], name: str, qos: QoSProfile) -> Any:
+            name = f"{action_name}/_action/{name}"
+            return node.create_client(type_, name, qos_profile=qos, callback_group=callback_group)
+
+        self._goals = client(parts.SendGoalService, "send_goal", goal_service_qos_profile)
+        self._cancels = client(parts.CancelGoalService, "cancel_goal", cancel_service_qos_profile)
+        self._results = client(parts.GetResultService, "get_result", result_service_qos_profile)
+        self._feedback = node.create_subscription(
+            parts.FeedbackMessage,
+            f"{action_name}/_action/feedback",
+            self._pass_feedback_on,
+            feedback_sub_qos_profile,
+            callback_group=callback_group,
+        )
+        self._status = node.create_subscription(
+            parts.GoalStatusMessage,
+            f"{action_name}/_action/status",
+            self._follow_states,
+            status_sub_qos_profile,
+            callback_group=callback_group,
+        )
+
+    @property
+    def action_name(self) -> str:
+        """The fully qualified name of the action (ours)."""
+        return self._feedback.topic_name.removesuffix("/_action/feedback")
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """Return how many things an executor waits for here."""
+        return NumberOfEntities(num_subs=2, num_clients=3)
+
+    # -- servers ---------------------------------------------------------------------------------
+
+    def server_is_ready(self) -> bool:
+        """Tell whether a server of this name and type is in the graph, as a whole."""
+        return self._is_served(self._node.graph())
+
+    def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+        """Wait by event until a server is there, by wall time.
+
+        Returns:
+            False when the time ran out or the context was shut down.
+        """
+        timeout_s = None if timeout_sec is None else max(0.0, timeout_sec)
+        return self._node.context.wait_for_graph(self._is_served, timeout_s)
+
+    def _is_served(self, graph: Graph) -> bool:
+        services = (self._goals, self._cancels, self._results)
+        topics = (self._feedback, self._status)
+        return all(graph.servers(one.name, one.type_name) for one in services) and all(
+            graph.publishers(one.name, one.type_name) for one in topics
+        )
+
+    # -- goals -----------------------------------------------------------------------------------
+
+    def send_goal_async(
+        self,
+        goal: GoalT,
+        feedback_callback: FeedbackCallback[FeedbackT] | None = None,
+        goal_uuid: UUID | None = None,
+    ) -> ResponseFuture[ClientGoalHandle[ResultT]]:
+        """Send a goal.
+
+        Args:
+            goal: A goal of the client's action.
+            feedback_callback: ``callback(message)`` for each feedback; the message has the
+                ``goal_id`` besides the ``feedback``. The first may come before the answer.
+            goal_uuid: Its id; a random one if None.
+
+        Returns:
+            A future of its handle, which tells whether the server has accepted it.
+
+        Raises:
+            TypeError: The goal is of another type.
+            InvalidHandle: The client was destroyed.
+        """
+        self._check(goal)
+        request = self._action_type.Impl.SendGoalService.Request(
+            goal_id=goal_uuid
+            or get_message("unique_identifier_msgs/msg/UUID")(uuid=uuid.uuid4().bytes),
+            goal=goal,
+        )
+        key = goal_key(request.goal_id)
+        with self._lock:
+            self._unanswered[key] = GoalState.UNKNOWN
+        if feedback_callback is not None:
+            self._callbacks.add(key, feedback_callback)
+        response = self._goals.call_async(request)
+        future: ResponseFuture[ClientGoalHandle[ResultT]] = self._goals.make_future()
+        response.on_end(lambda: self._take_answer(key, request.goal_id, response, future))
+        response.when_unanswered(lambda: self._miss_server(future, f"goal {key.hex()}"))
+        return future
+
+    def send_goal(
+        self,
+        goal: GoalT,
+        feedback_callback: FeedbackCallback[FeedbackT] | None = None,
+        goal_uuid: UUID | None = None,
+    ) -> ResultResponse[ResultT] | None:
+        """Send a goal and wait for its end.
+
+        Returns:
+            The end state with the result; the state is 0 where the goal was not accepted.
+
+        Raises:
+            TypeError: The goal is of another type.
+            ExternalShutdownException: The context was shut down meanwhile.
+        """
+        answer = self.send_goal_async(goal, feedback_callback, goal_uuid).wait_until_answered()
+        return None if answer is None else answer.get_result()
+
+    def _check(self, goal: object) -> None:
+        if not isinstance(goal, self._action_type.Goal):
+            raise TypeError(f"Expected {self._action_type.Goal}, got {type(goal)}")
+
+    def _take_answer(
+        self,
+        key: bytes,
+        goal_id: UUID,
+        response: ResponseFuture[Any],  # Any: of whatever action it is
+        future: ResponseFuture[ClientGoalHandle[ResultT]],
+    ) -> None:
+        """Make the handle of a goal that was answered; on the thread that brought the answer."""
+        answer = response.result()
+        if answer is None:
+            with self._lock:
+                self._unanswered.pop(key, None)
+            self._callbacks.end(key)
+            future.cancel()
+            return
+        handle: ClientGoalHandle[ResultT] = ClientGoalHandle(self, goal_id, answer)
+        with self._lock:
+            handle.follow(self._unanswered.pop(key, GoalState.UNKNOWN))
+            is_new = not answer.accepted or self._handles.setdefault(key, handle) is handle
+        if not answer.accepted:
+            self._callbacks.end(key)
+        if is_new:
+            future.set_result(handle)
+        else:
+            future.set_exception(
+                RuntimeError(f"Two goals were accepted with the same ID ({handle})")
+            )
+
+    def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
+        """Ask the server to cancel a goal, whoever sent it (ours)."""
+        request = self._action_type.Impl.CancelGoalService.Request()
+        request.goal_info.goal_id = goal_id
+        future: ResponseFuture[CancelGoal.Response] = self._cancels.call_async(request)
+        return future
+
+    def ask_for_result(self, goal_id: UUID) -> ResponseFuture[ResultResponse[ResultT]]:
+        """Ask the server for the end state and the result of a goal, whoever sent it (ours)."""
+        request = self._action_type.Impl.GetResultService.Request(goal_id=goal_id)
+        future: ResponseFuture[ResultResponse[ResultT]] = self._results.call_async(request)
+        key = goal_key(goal_id)
+        future.on_end(lambda: self._callbacks.end(key, self._feedback.pending()))
+        what = f"the request for the result of goal {key.hex()}"
+        future.when_unanswered(lambda: self._miss_server(future, what))
+        return future
+
+    # Any: of whatever is waited for.
+    def _miss_server(self, future: ResponseFuture[Any], what: str) -> None:
+        """Say that nobody will answer; the future stays pending, as rclpy's."""
+        if self._node.context.ok() and not self._goals.is_destroyed:
+            self._logger.warning(
+                f"No server of action '{self.action_name}' answers {what}: "
+                "none is there, or it has gone away."
+            )
+        future.reached_nobody()
+
+    # -- topics ----------------------------------------------------------------------------------
+
+    def _pass_feedback_on(self, message: FeedbackMessage[FeedbackT]) -> object:
+        return self._callbacks.call(message)
+
+    def _follow_states(self, message: GoalStatusArray) -> None:
+        for entry in message.status_list:
+            key = goal_key(entry.goal_info.goal_id)
+            with self._lock:
+                handle = self._handles.get(key)
+                if handle is None and key not in self._unanswered:
+                    continue
+                try:
+                    state = GoalState(entry.status)
+                except ValueError:  # no state that there is
+                    continue
+                if handle is None:
+                    self._unanswered[key] = state
+                else:
+                    handle.follow(state)
+
+    def destroy(self) -> None:
+        """Give up what is pending and take the client out of the graph. Idempotent."""
+        self._node.destroy_subscription(self._status)
+        self._node.destroy_subscription(self._feedback)
+        for client in (self._results, self._cancels, self._goals):
+            self._node.destroy_client(client)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()

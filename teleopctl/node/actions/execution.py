@@ -1,0 +1,57 @@
+"""Callbacks of goals, run as tasks of the executor outside any callback group."""
+
+from __future__ import annotations
+
+import collections
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_endpoints import NodeEndpoints
+
+OutcomeT = TypeVar("OutcomeT")
+
+
+class Executions:
+    """Coroutines that wait for the executor of a node, which may get one only later.
+
+    So they also begin where a program spins its node now and then, and starts a goal in between.
+    """
+
+    def __init__(self, node: NodeEndpoints) -> None:
+        self._node = node
+        self._waiting: collections.deque[Callable[[], Coroutine[object, None, None]]]
+        self._waiting = collections.deque()
+        self._guard = node.create_guard_condition(self._begin_next, ReentrantCallbackGroup())
+
+    def add(self, begin: Callable[[], Coroutine[object, None, None]]) -> None:
+        """Have the executor run the coroutine that a function makes; any thread may call this."""
+        self._waiting.append(begin)
+        self._guard.trigger()
+
+    def _begin_next(self) -> Coroutine[object, None, None] | None:
+        try:
+            begin = self._waiting.popleft()
+        except IndexError:
+            return None
+        if self._waiting:
+            self._guard.trigger()
+        return begin()
+
+    def destroy(self) -> None:
+        """Begin nothing more."""
+        self._waiting.clear()
+        self._guard.destroy()
+        self._node.destroy_guard_condition(self._guard)
+
+
+async def outcome_of(
+    callback: Callable[..., OutcomeT | Awaitable[OutcomeT]], *args: object
+) -> OutcomeT:
+    """Call a function or a coroutine function and return what it returns in the end."""
+    outcome = callback(*args)
+    if hasattr(outcome, "__await__"):
+        return await cast("Awaitable[OutcomeT]", outcome)
+    return outcome

@@ -1,0 +1,96 @@
+"""The life of a goal: its states, and what leads from one to the next."""
+
+from __future__ import annotations
+
+import enum
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import serialize
+from teleopctl.node.values.exceptions import RCLError
+from teleopctl.node.values.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from unique_identifier_msgs.msg import UUID
+
+FEEDBACK_QOS = QoSProfile(depth=10)
+"""The quality of service of an action's feedback."""
+
+_ENCAPSULATION_SIZE = 4
+
+
+class GoalState(enum.IntEnum):
+    """The states, with their numbers in action_msgs/msg/GoalStatus."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def is_active(self) -> bool:
+        """Whether the goal has begun and not ended."""
+        return self in _ACTIVE
+
+
+class GoalEvent(enum.Enum):
+    """What happens to a goal."""
+
+    EXECUTE = 1
+    CANCEL_GOAL = 2
+    SUCCEED = 3
+    ABORT = 4
+    CANCELED = 5
+
+
+_ACTIVE = frozenset({GoalState.ACCEPTED, GoalState.EXECUTING, GoalState.CANCELING})
+
+_TRANSITIONS = {
+    (GoalState.ACCEPTED, GoalEvent.EXECUTE): GoalState.EXECUTING,
+    (GoalState.ACCEPTED, GoalEvent.CANCEL_GOAL): GoalState.CANCELING,
+    (GoalState.EXECUTING, GoalEvent.CANCEL_GOAL): GoalState.CANCELING,
+    (GoalState.EXECUTING, GoalEvent.SUCCEED): GoalState.SUCCEEDED,
+    (GoalState.EXECUTING, GoalEvent.ABORT): GoalState.ABORTED,
+    (GoalState.CANCELING, GoalEvent.SUCCEED): GoalState.SUCCEEDED,
+    (GoalState.CANCELING, GoalEvent.ABORT): GoalState.ABORTED,
+    (GoalState.CANCELING, GoalEvent.CANCELED): GoalState.CANCELED,
+}
+
+
+class InvalidGoalTransitionError(TeleopctlError, RCLError):
+    """An event cannot happen to a goal in its present state.
+
+    Args:
+        state: The state that it is in.
+        event: What was to happen.
+    """
+
+    def __init__(self, state: GoalState, event: GoalEvent) -> None:
+        possible = [e.name for s, e in _TRANSITIONS if s is state]
+        super().__init__(
+            f"goal_handle attempted invalid transition from state {state.name} "
+            f"with event {event.name}",
+            hint=f"Possible now: {', '.join(possible)}." if possible else "The goal has ended.",
+        )
+        self.state = state
+        self.event = event
+
+
+def next_state(state: GoalState, event: GoalEvent) -> GoalState:
+    """Return the state that an event leads to.
+
+    Raises:
+        InvalidGoalTransitionError: It cannot happen in this state.
+    """
+    following = _TRANSITIONS.get((state, event))
+    if following is None:
+        raise InvalidGoalTransitionError(state, event)
+    return following
+
+
+def goal_key(goal_id: UUID) -> bytes:
+    """Return the 16 bytes of a goal's id; reading the field would import numpy."""
+    return bytes(serialize(goal_id)[_ENCAPSULATION_SIZE:])

@@ -1,0 +1,359 @@
+"""Action servers."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, Self, cast
+
+from teleopctl.interfaces import (
+    FeedbackT,
+    GoalT,
+    ResultT,
+    from_seconds,
+    get_message,
+    set_stamp,
+    to_nanoseconds,
+)
+from teleopctl.node.actions.callbacks import (
+    AcceptedCallback,
+    CancelCallback,
+    CancelResponse,
+    GoalCallback,
+    GoalResponse,
+    default_cancel_callback,
+    default_goal_callback,
+    default_handle_accepted_callback,
+)
+from teleopctl.node.actions.cancellation import goals_to_cancel
+from teleopctl.node.actions.execution import Executions, outcome_of
+from teleopctl.node.actions.goal_state import FEEDBACK_QOS, goal_key
+from teleopctl.node.actions.server_goal import ExecuteCallback, ServerGoalHandle
+from teleopctl.node.endpoints.service import DeferringService
+from teleopctl.node.endpoints.waitable import NumberOfEntities
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.qos import (
+    QoSProfile,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+
+if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
+    from unique_identifier_msgs.msg import UUID
+
+    from teleopctl.interfaces import ActionType
+    from teleopctl.node.node_endpoints import NodeEndpoints
+
+# How long the result of a goal is kept for whoever asks, as in rclpy.
+_RESULT_TIMEOUT_S = 900
+
+
+class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
+    """Works on goals of one action.
+
+    Requests are served in the callback group. The execute callback is a task of the executor,
+    outside any group: a goal can be cancelled meanwhile where the executor has another thread, or
+    where the callback is a coroutine that awaits.
+
+    Args:
+        node: Owner.
+        action_type: Action class.
+        action_name: Relative, absolute or private name.
+        execute_callback: ``callback(goal_handle) -> result``; may be a coroutine function. It sets
+            the end state with `ServerGoalHandle.succeed`, ``abort`` or ``canceled``; without one,
+            and after an exception, the goal is aborted.
+        callback_group: The node's default one if None.
+        goal_callback: ``callback(goal) -> GoalResponse``; accepts all by default.
+        handle_accepted_callback: ``callback(goal_handle)`` for an accepted goal; executes it at
+            once by default. One of your own calls ``goal_handle.execute()`` when it is time.
+        cancel_callback: ``callback(goal_handle) -> CancelResponse``; refuses by default.
+        goal_service_qos_profile: Of the service that takes goals.
+        result_service_qos_profile: Of the service that gives results.
+        cancel_service_qos_profile: Of the service that cancels.
+        feedback_pub_qos_profile: Of the feedback.
+        status_pub_qos_profile: Of the states of goals.
+        result_timeout: How long the result of a goal is kept after its end, in seconds of the
+            node's clock; for ever if negative.
+
+    Raises:
+        InvalidServiceNameException: The name breaks a rule.
+        TypeError: The execute callback cannot be called.
+    """
+
+    def __init__(
+        self,
+        node: NodeEndpoints,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        action_name: str,
+        execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None,
+        *,
+        callback_group: CallbackGroup | None = None,
+        goal_callback: GoalCallback[GoalT] = default_goal_callback,
+        handle_accepted_callback: AcceptedCallback[
+            GoalT, ResultT, FeedbackT
+        ] = default_handle_accepted_callback,
+        cancel_callback: CancelCallback[GoalT, ResultT, FeedbackT] = default_cancel_callback,
+        goal_service_qos_profile: QoSProfile = qos_profile_services_default,
+        result_service_qos_profile: QoSProfile = qos_profile_services_default,
+        cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
+        feedback_pub_qos_profile: QoSProfile = FEEDBACK_QOS,
+        status_pub_qos_profile: QoSProfile = qos_profile_action_status_default,
+        result_timeout: float = _RESULT_TIMEOUT_S,
+    ) -> None:
+        self._node = node
+        # A class is a value whose attributes are classes.
+        self._action_type = cast("ActionType[GoalT, ResultT, FeedbackT]", action_type)
+        self._name = action_name
+        self._logger = node.get_logger().get_child("action_server")
+        self.lock = threading.RLock()
+        self._goal_handles: dict[bytes, ServerGoalHandle[GoalT, ResultT, FeedbackT]] = {}
+        self._destroyed = False
+        self._execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
+        if execute_callback is not None:
+            self.register_execute_callback(execute_callback)
+        elif handle_accepted_callback is default_handle_accepted_callback:
+            self._logger.warning("Not handling nor executing the goal, this server will do nothing")
+        self.register_goal_callback(goal_callback)
+        self.register_handle_accepted_callback(handle_accepted_callback)
+        self.register_cancel_callback(cancel_callback)
+        group = callback_group or node.default_callback_group
+        self._executions = Executions(node)
+        self._timeout_ns = from_seconds(result_timeout)
+        self._expiry = node.create_timer(
+            max(0.0, result_timeout), self._forget_expired, group, autostart=False
+        )
+        parts = self._action_type.Impl
+
+        # Any: the services of whatever action it is.
+        def serve(type_: type[Any], name: str, callback: Any, qos: QoSProfile) -> Any:
+            name = node.resolve_service_name(f"{action_name}/_action/{name}")
+            return node.keep(DeferringService(node, type_, name, callback, group, qos))
+
+        self._services = (
+            serve(parts.SendGoalService, "send_goal", self._take_goal, goal_service_qos_profile),
+            serve(parts.CancelGoalService, "cancel_goal", self._cancel, cancel_service_qos_profile),
+            serve(
+                parts.GetResultService, "get_result", self._give_result, result_service_qos_profile
+            ),
+        )
+        self._feedback = node.create_publisher(
+            parts.FeedbackMessage, f"{action_name}/_action/feedback", feedback_pub_qos_profile
+        )
+        self._status = node.create_publisher(
+            parts.GoalStatusMessage, f"{action_name}/_action/status", status_pub_qos_profile
+        )
+
+    @property
+    def action_type(self) -> ActionType[GoalT, ResultT, FeedbackT]:
+        """The class of the action."""
+        return self._action_type
+
+    @property
+    def action_name(self) -> str:
+        """The fully qualified name of the action (ours)."""
+        return self._feedback.topic_name.removesuffix("/_action/feedback")
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """Return how many things an executor waits for here."""
+        return NumberOfEntities(num_timers=1, num_services=len(self._services))
+
+    # -- callbacks -------------------------------------------------------------------------------
+
+    def register_goal_callback(self, goal_callback: GoalCallback[GoalT] | None) -> None:
+        """Replace the callback that accepts or rejects goals; None accepts all."""
+        self._goal_callback = goal_callback or default_goal_callback
+
+    def register_handle_accepted_callback(
+        self, handle_accepted_callback: AcceptedCallback[GoalT, ResultT, FeedbackT] | None
+    ) -> None:
+        """Replace the callback of accepted goals; None executes them at once."""
+        self._handle_accepted_callback = (
+            handle_accepted_callback or default_handle_accepted_callback
+        )
+
+    def register_cancel_callback(
+        self, cancel_callback: CancelCallback[GoalT, ResultT, FeedbackT] | None
+    ) -> None:
+        """Replace the callback that accepts or refuses to cancel; None refuses."""
+        self._cancel_callback = cancel_callback or default_cancel_callback
+
+    def register_execute_callback(
+        self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT]
+    ) -> None:
+        """Replace the callback that works on a goal.
+
+        Raises:
+            TypeError: It cannot be called.
+        """
+        if not callable(execute_callback):
+            raise TypeError("Failed to register goal execution callback: not callable")
+        self._execute_callback = execute_callback
+
+    # -- requests --------------------------------------------------------------------------------
+
+    # Any, here and below: requests and responses of whatever action it is.
+
+    async def _take_goal(self, request: Any, reply: Callable[[Any], None]) -> None:
+        key = goal_key(request.goal_id)
+        response = self._action_type.Impl.SendGoalService.Response()
+        handle = None
+        if key in self._goal_handles:
+            self._logger.debug(f"Goal {key.hex()} is known already")
+        elif await self._is_accepted(request.goal):
+            set_stamp(response.stamp, self.now_ns())
+            handle = self._add(key, request)
+        response.accepted = handle is not None
+        self._logger.debug(f"Goal {key.hex()} {'accepted' if handle else 'rejected'}")
+        reply(response)
+        if handle is not None:
+            self.publish_status()
+            await outcome_of(self._handle_accepted_callback, handle)
+
+    async def _is_accepted(self, goal: GoalT) -> bool:
+        answer = await outcome_of(self._goal_callback, goal)
+        if not isinstance(answer, GoalResponse):
+            self._logger.warning(
+                "Goal request callback did not return a GoalResponse type. Rejecting goal."
+            )
+        return answer is GoalResponse.ACCEPT
+
+    def _add(self, key: bytes, request: Any) -> ServerGoalHandle[GoalT, ResultT, FeedbackT] | None:
+        """Take note of a goal; None where another one came with its id while it was judged."""
+        info = get_message("action_msgs/msg/GoalInfo")(goal_id=request.goal_id)
+        with self.lock:
+            if key in self._goal_handles or self._destroyed:
+                return None
+            handle = ServerGoalHandle(self, info, cast("GoalT", request.goal))
+            self._goal_handles[key] = handle
+            return handle
+
+    async def _cancel(
+        self, request: CancelGoal.Request, reply: Callable[[CancelGoal.Response], None]
+    ) -> None:
+        response: CancelGoal.Response = self._action_type.Impl.CancelGoalService.Response()
+        info = request.goal_info
+        with self.lock:
+            response.return_code, meant = goals_to_cancel(
+                self._goal_handles.values(), goal_key(info.goal_id), to_nanoseconds(info.stamp)
+            )
+        # One that is refused, or ends before its turn, is left out; the code stays.
+        response.goals_canceling = [
+            handle.goal_info
+            for handle in meant
+            if await outcome_of(self._cancel_callback, handle) is CancelResponse.ACCEPT
+            and handle.begin_cancel()
+        ]
+        reply(response)
+
+    def _give_result(self, request: Any, reply: Callable[[Any], None]) -> None:
+        handle = self._goal_handles.get(goal_key(request.goal_id))
+        if handle is None:
+            reply(self._action_type.Impl.GetResultService.Response())
+        else:
+            handle.when_finished(reply)
+
+    # -- what goals ask for ----------------------------------------------------------------------
+
+    def now_ns(self) -> int:
+        """Return the time of the node's clock in nanoseconds (ours)."""
+        return self._node.get_clock().nanoseconds()
+
+    def publish_status(self) -> None:
+        """Tell the states of all goals that are known, the oldest first (ours)."""
+        with self.lock:
+            if self._destroyed:
+                return
+            message = self._action_type.Impl.GoalStatusMessage()
+            message.status_list = [h.status_message for h in self._goal_handles.values()]
+            self._status.publish(message)
+
+    def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
+        """Send feedback of a goal (ours)."""
+        if not self._destroyed:
+            message = self._action_type.Impl.FeedbackMessage(goal_id=goal_id, feedback=feedback)
+            self._feedback.publish(message)
+
+    def notify_execute(
+        self,
+        goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
+        execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
+    ) -> None:
+        """Have the executor call the execute callback, or the one that is given, with a goal."""
+        callback = execute_callback or self._execute_callback
+        if callback is not None:
+            self._executions.add(functools.partial(self._execute, callback, goal_handle))
+
+    async def _execute(
+        self,
+        callback: ExecuteCallback[GoalT, ResultT, FeedbackT],
+        goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
+    ) -> None:
+        result = None
+        try:
+            result = await outcome_of(callback, goal_handle)
+            goal_handle.check_result(result)
+        except Exception as error:  # noqa: BLE001 (whatever the callback raises aborts the goal)
+            result = None
+            if self._node.context.ok():
+                import traceback
+
+                self._logger.error(f"Error raised in execute callback: {error}")
+                traceback.print_exc()
+        if not self._node.context.ok():
+            return  # nobody can be told any more
+        if goal_handle.is_active:
+            self._logger.warning(
+                f"Goal state not set, assuming aborted. Goal ID: {goal_handle.key.hex()}"
+            )
+            goal_handle.abort()
+        goal_handle.finish(result)
+
+    # -- the end of goals ------------------------------------------------------------------------
+
+    def notify_goal_done(self) -> None:
+        """Begin to count the time that the result of a goal is kept."""
+        with self.lock:
+            if self._expiry.is_canceled() and self._timeout_ns >= 0:
+                self._expiry.timer_period_ns = self._timeout_ns
+
+    def _forget_expired(self) -> None:
+        with self.lock:
+            now_ns = self.now_ns()
+            next_ns = None
+            for key, handle in tuple(self._goal_handles.items()):
+                if handle.ended_ns is None:
+                    continue
+                left_ns = handle.ended_ns + self._timeout_ns - now_ns
+                if left_ns <= 0:
+                    self._goal_handles.pop(key).destroy()
+                else:
+                    next_ns = min(left_ns, next_ns or left_ns)
+            if next_ns is None:
+                self._expiry.cancel()
+            else:
+                # Time may have gone back since the goal ended.
+                self._expiry.timer_period_ns = min(next_ns, self._timeout_ns)
+
+    def destroy(self) -> None:
+        """Forget all goals and take the server out of the graph. Idempotent."""
+        with self.lock:
+            if self._destroyed:
+                return
+            self._destroyed = True
+            handles, self._goal_handles = tuple(self._goal_handles.values()), {}
+        for handle in handles:
+            handle.destroy()
+        self._executions.destroy()
+        self._node.destroy_timer(self._expiry)
+        self._node.destroy_publisher(self._status)
+        self._node.destroy_publisher(self._feedback)
+        for service in reversed(self._services):
+            self._node.destroy_service(service)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy()

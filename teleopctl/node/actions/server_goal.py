@@ -1,0 +1,247 @@
+"""The server's side of one goal."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias
+
+from teleopctl.interfaces import FeedbackT, GoalT, ResultT, get_message, set_stamp
+from teleopctl.node.actions.goal_state import (
+    GoalEvent,
+    GoalState,
+    InvalidGoalTransitionError,
+    goal_key,
+    next_state,
+)
+from teleopctl.node.values.future import Future
+
+if TYPE_CHECKING:
+    import threading
+
+    from action_msgs.msg import GoalInfo, GoalStatus
+    from unique_identifier_msgs.msg import UUID
+
+    from teleopctl.interfaces import ActionType, ResultResponse
+
+
+# It works on a goal, sets its end state, and returns the result.
+ExecuteCallback: TypeAlias = Callable[
+    ["ServerGoalHandle[GoalT, ResultT, FeedbackT]"], ResultT | Awaitable[ResultT | None] | None
+]
+
+
+class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
+    """What a goal has to know of its server."""
+
+    lock: threading.RLock
+
+    @property
+    def action_type(self) -> ActionType[GoalT, ResultT, FeedbackT]:
+        """The class of the action."""
+
+    def publish_status(self) -> None:
+        """Tell the states of all goals."""
+
+    def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
+        """Send feedback of a goal."""
+
+    def notify_execute(
+        self,
+        goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
+        execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None,
+    ) -> None:
+        """Have a goal executed."""
+
+    def notify_goal_done(self) -> None:
+        """Take note that a goal has ended."""
+
+    def now_ns(self) -> int:
+        """Return the time of the server's clock in nanoseconds."""
+
+
+class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
+    """A goal that the server has accepted; servers make these.
+
+    Args:
+        action_server: Its server.
+        goal_info: Its id and when it was accepted.
+        goal_request: The goal.
+
+    Attributes:
+        key: The bytes of its id (ours).
+        stamp_ns: When it was accepted, by the server's clock (ours).
+        status_message: Its entry in the list of states (ours).
+        ended_ns: When it ended, by the server's clock; None before (ours).
+    """
+
+    def __init__(
+        self,
+        action_server: GoalServer[GoalT, ResultT, FeedbackT],
+        goal_info: GoalInfo,
+        goal_request: GoalT,
+    ) -> None:
+        self._server = action_server
+        self._info = goal_info
+        self._request = goal_request
+        self._state = GoalState.ACCEPTED
+        self._destroyed = False
+        self._response: Future[ResultResponse[ResultT]] = Future()
+        self.key = goal_key(goal_info.goal_id)
+        self.stamp_ns = action_server.now_ns()
+        self.ended_ns: int | None = None
+        set_stamp(goal_info.stamp, self.stamp_ns)
+        self.status_message: GoalStatus = get_message("action_msgs/msg/GoalStatus")(
+            goal_info=goal_info, status=GoalState.ACCEPTED
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ServerGoalHandle) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    @property
+    def request(self) -> GoalT:
+        """The goal."""
+        return self._request
+
+    @property
+    def goal_id(self) -> UUID:
+        """Its id."""
+        return self._info.goal_id
+
+    @property
+    def goal_info(self) -> GoalInfo:
+        """Its id and when it was accepted (ours)."""
+        return self._info
+
+    @property
+    def state(self) -> GoalState:
+        """Its state (ours)."""
+        return GoalState.UNKNOWN if self._destroyed else self._state
+
+    @property
+    def status(self) -> int:
+        """Its state as a number of action_msgs/msg/GoalStatus; 0 when it is forgotten."""
+        return int(self.state)
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it has not ended."""
+        return self.state.is_active
+
+    @property
+    def is_cancel_requested(self) -> bool:
+        """Whether it is to be cancelled: it should end by `canceled` soon."""
+        return self.state is GoalState.CANCELING
+
+    def execute(
+        self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
+    ) -> None:
+        """Have the executor call the server's execute callback, or another one.
+
+        A goal that is being cancelled already stays so, and its callback is called all the same.
+
+        Raises:
+            InvalidGoalTransitionError: It runs or has ended already.
+        """
+        if not self.is_cancel_requested:
+            self.executing()
+        self._server.notify_execute(self, execute_callback)
+
+    def publish_feedback(self, feedback: FeedbackT) -> None:
+        """Send feedback to whoever follows the goal.
+
+        Raises:
+            TypeError: It is of another type.
+        """
+        if not isinstance(feedback, self._server.action_type.Feedback):
+            raise TypeError(f"Expected {self._server.action_type.Feedback}, got {type(feedback)}")
+        if not self._destroyed:
+            self._server.publish_feedback(self.goal_id, feedback)
+
+    def executing(self) -> None:
+        """Tell that the work begins, where no execute callback does it.
+
+        Raises:
+            InvalidGoalTransitionError: It runs or has ended already.
+        """
+        self._update(GoalEvent.EXECUTE)
+
+    def succeed(self, response: ResultT | None = None) -> None:
+        """End well; the result may be given here, or returned by the execute callback.
+
+        Raises:
+            InvalidGoalTransitionError: It does not run.
+            TypeError: The result is of another type.
+        """
+        self._end(GoalEvent.SUCCEED, response)
+
+    def abort(self, response: ResultT | None = None) -> None:
+        """End without having reached the goal; see `succeed`."""
+        self._end(GoalEvent.ABORT, response)
+
+    def canceled(self, response: ResultT | None = None) -> None:
+        """End because that was asked for; see `succeed`.
+
+        Raises:
+            InvalidGoalTransitionError: It was not asked for.
+            TypeError: The result is of another type.
+        """
+        self._end(GoalEvent.CANCELED, response)
+
+    def destroy(self) -> None:
+        """Forget the goal: nothing is sent for it any more. Idempotent."""
+        self._destroyed = True
+        self._response.cancel()
+
+    def begin_cancel(self) -> bool:
+        """Have it cancelled; False when it has ended meanwhile (ours)."""
+        try:
+            self._update(GoalEvent.CANCEL_GOAL)
+        except InvalidGoalTransitionError:
+            return False
+        return True
+
+    def finish(self, result: ResultT | None) -> None:
+        """Give the result to whoever asked for it; the first one counts (ours)."""
+        response = self._server.action_type.Impl.GetResultService.Response()
+        response.status = self.status
+        if result is not None:
+            response.result = result
+        self._response.set_result(response)
+
+    # Any: the response of whatever action it is.
+    def when_finished(self, reply: Callable[[Any], None]) -> None:
+        """Call ``reply`` with the response to a request for the result (ours)."""
+
+        def answer(response: Future[ResultResponse[ResultT]]) -> None:
+            if not response.cancelled():
+                reply(response.result())
+
+        self._response.add_done_callback(answer)
+
+    def check_result(self, result: object) -> None:
+        """Raise TypeError for what is no result of the action (ours)."""
+        expected = self._server.action_type.Result
+        if result is not None and not isinstance(result, expected):
+            raise TypeError(f"Expected {expected}, got {type(result)}")
+
+    def _end(self, event: GoalEvent, result: ResultT | None) -> None:
+        self.check_result(result)
+        self._update(event)
+        if result is not None:
+            self.finish(result)
+
+    def _update(self, event: GoalEvent) -> None:
+        # Published under the lock, so that no older list follows a newer one.
+        with self._server.lock:
+            if self._destroyed:
+                return
+            self._state = next_state(self._state, event)
+            self.status_message.status = self._state
+            if not self._state.is_active:
+                self.ended_ns = self._server.now_ns()
+            self._server.publish_status()
+            if not self._state.is_active:
+                self._server.notify_goal_done()
