@@ -21,19 +21,15 @@ PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 TYPED = {
     page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
     for page in (
-        *("README", "cheat_sheet", "from_ros2", "launch_files", "nodes", "page", "ten_words"),
-        *("terminal", "tutorial"),
+        *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "launch_files", "nodes"),
+        *("page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
     )
 }
 
 # What runs the commands of the other pages.
 ELSEWHERE = {
-    "bag": "tests/bag",
     "components": "tests/system/test_components.py",
     "own_robot": "tests/system/test_own_robot.py",
-    "simulation": "tests/system/test_sim.py",
-    "foxglove": "tests/system/test_foxglove_bridge.py",
-    "ros2": "tests/interop",
     **{path.stem: "tests/test_extending.py" for path in PAGES if path.parent.name == "extending"},
 }
 

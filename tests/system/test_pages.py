@@ -9,6 +9,7 @@ from tests.test_docs import TYPED, command_lines, text_of
 
 if sys.platform == "win32":
     pytest.skip("the pages are typed into a shell of POSIX", allow_module_level=True)
+from tests.system.page_bags import write_page_bags
 from tests.system.reader import Reader, missing, steps
 
 # What no test types; the pages say why, in a comment.
@@ -16,6 +17,18 @@ NOT_TYPED = {
     "README": ["pip install '.[test]' && pytest"],
     "nodes": ["mypy --strict my_node.py"],
     "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0 --token SECRET"],
+    "ros2": [
+        "export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
+        "ros2 daemon stop     # a daemon that runs on another middleware would answer for it",
+        "ros2 topic list",
+        "export ZENOH_CONFIG_OVERRIDE='listen/endpoints=[\"tcp/[::]:7447\"]'",
+        "teleopctl daemon start",
+        "unset ZENOH_CONFIG_OVERRIDE",
+        "export TELEOPCTL_ROUTER=tcp/192.0.2.2:7447",
+        "teleopctl daemon status",
+        "teleopctl topic echo --once /chatter",
+        'export ZENOH_CONFIG_OVERRIDE=\'mode="client";connect/endpoints=["tcp/192.0.2.2:7447"]\'',
+    ],
 }
 
 # What its reader has already.
@@ -54,11 +67,14 @@ def reader(ros_without_router):
     return Reader(ros)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", TYPED)
 def test_the_commands_of_a_page_work_in_their_order(reader, name):
     if name == "page":
         reader.ros.env["TELEOPCTL_VIEWER"] = "true"
+    if name == "bag":
+        write_page_bags(reader.ros.folder)
+        reader.ros.env["BROWSER"] = "true"  # the program, which opens nothing
     for file, text in OWN_FILES.get(name, {}).items():
         reader.write(file, text)
     reader.follow(text_of(TYPED[name]), tables=name == "cheat_sheet")
