@@ -72,6 +72,9 @@ if TYPE_CHECKING:
     from teleopctl.launch.evaluation.foresight import (
         Foreseen as Foreseen,
     )
+    from teleopctl.launch.evaluation.parameters import (
+        parameter_value as parameter_value,
+    )
     from teleopctl.launch.evaluation.processes import (
         ProcessBuilder as ProcessBuilder,
     )
@@ -211,6 +214,7 @@ else:
             "evaluation.context": "LaunchContext",
             "evaluation.evaluation": "Evaluation",
             "evaluation.foresight": "Foreseen",
+            "evaluation.parameters": "parameter_value",
             "evaluation.processes": "ProcessBuilder",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",

@@ -11,6 +11,7 @@ from teleopctl.launch.actions.parameters import parameter
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import Parameter, ParameterFile, ParameterTree
+from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, literal
 
 _BOOLEANS = ("true", "false", "True", "False", "TRUE", "FALSE")
@@ -228,10 +229,3 @@ class SetRemap(Action):
     def evaluate(self, launch: Launch) -> None:
         """Add the remapping to those of the following nodes."""
         launch.scope.remaps += ((launch.text(self.source), launch.text(self.target)),)
-
-
-def join_namespace(outer: str, inner: str) -> str:
-    """Return a namespace below another one; an absolute one stands for itself."""
-    if inner.startswith("/"):
-        return "/" + inner.strip("/")
-    return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")

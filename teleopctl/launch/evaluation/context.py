@@ -46,6 +46,7 @@ class LaunchContext:
         node_names: How many nodes have a full name, where the launch file gives it.
         event: What has happened and is being answered; None in the first walk over the files.
         launch: The evaluation that this is the state of, once there is one.
+        shown_as: What a front end with classes of its own shows in its place; None until it does.
     """
 
     def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
@@ -54,6 +55,7 @@ class LaunchContext:
         self.log_directory = log_directory
         self.event: object | None = None
         self.launch: Launch | None = None
+        self.shown_as: object | None = None
         self.declared: set[str] = set()
         self.node_names: Counter[str] = Counter()
         self.file = Path()
@@ -69,7 +71,7 @@ class LaunchContext:
         other.declared = set(self.declared)
         other.node_names = self.node_names.copy()
         other.warnings = []
-        other.launch = None
+        other.launch = other.shown_as = None
         return other
 
     @contextmanager

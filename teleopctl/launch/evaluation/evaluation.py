@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext, Moment
+from teleopctl.launch.evaluation.environment import ShownEnvironment
 from teleopctl.launch.evaluation.foresight import Foreseen, faults, undeclared
 from teleopctl.launch.evaluation.processes import ProcessBuilder
 from teleopctl.launch.evaluation.substitution import render
@@ -123,6 +124,7 @@ class Evaluation:
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
         self.context = context
         context.launch = self
+        self._shown = ShownEnvironment()
         self._builder = builder
         self._depth = 0
         self.is_trial = False
@@ -165,6 +167,7 @@ class Evaluation:
     def run(self, steps: tuple[Step, ...]) -> None:
         """Evaluate further steps."""
         for step in steps:
+            self.show_environment()
             try:
                 with located(step.place):
                     if all(self._holds(condition) for condition in step.conditions):
@@ -175,6 +178,23 @@ class Evaluation:
                 if not self.skips_missing:
                     raise
                 self.say("WARNING", f"left out: {error.message}", "launch")
+
+    def show_environment(self) -> None:
+        """Let ``os.environ`` be what processes would see, as long as something is evaluated."""
+        self._shown.show(self.scope.environment)
+
+    def begin_calling_out(self) -> None:
+        """Let code of a launch file change ``os.environ``; `calling_out` ends that again."""
+        self._shown.begin_calling_out(self.scope.environment)
+
+    @contextmanager
+    def calling_out(self) -> Iterator[None]:
+        """Let what a launch file's code changes in ``os.environ`` be changed for what follows."""
+        self.begin_calling_out()
+        try:
+            yield
+        finally:
+            self._shown.end_calling_out(self.scope.environment)
 
     def _holds(self, condition: Condition) -> bool:
         text = self.text(condition.text)
@@ -204,7 +224,9 @@ class Evaluation:
             raise LaunchError(f"{path} is included more than {_MAX_INCLUDES} levels deep")
         self._depth += 1
         try:
-            self.run_file(read_launch_file(path))
+            with self.calling_out():
+                file = read_launch_file(path)
+            self.run_file(file)
         finally:
             self._depth -= 1
 
@@ -305,6 +327,8 @@ class Evaluation:
             yield
         finally:
             self._evaluates = outer
+            if outer is None:
+                self._shown.show({})
 
     @property
     def wants_output(self) -> bool:
@@ -320,6 +344,7 @@ class Evaluation:
                 self._builder.tell(event)
             for entry in tuple(self._handlers):
                 with self.context.at(entry.moment):
+                    self.show_environment()
                     self.run(tuple(entry.handler.respond(event, self)))
             if isinstance(event, SignalRequested):
                 self._further.signals += self._builder.signals(event)
@@ -361,7 +386,7 @@ class Evaluation:
         trial.is_trial = True
         trial.skips_missing = self.skips_missing
         error = None
-        with context.at(Moment(moment.scope.copy(), moment.file)):
+        with trial._evaluating(), context.at(Moment(moment.scope.copy(), moment.file)):
             try:
                 trial.run(steps)
             except TeleopctlError as failed:

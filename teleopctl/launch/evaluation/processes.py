@@ -13,7 +13,6 @@ import yaml
 
 from teleopctl import ros_yaml
 from teleopctl.errors import LaunchError, TeleopctlError
-from teleopctl.launch.actions.settings import join_namespace
 from teleopctl.launch.evaluation.commands import line_with_ours, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value
@@ -33,6 +32,7 @@ from teleopctl.launch.model.events import ProcessEvent, SignalRequested
 from teleopctl.launch.model.output import BOTH, Output, OutputTable, output_alias, output_table
 from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, SignalPlan
 from teleopctl.launch.model.request import LaunchRequest
+from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, TemplateError, literal, parse
 from teleopctl.packages import find_executable, resolve_uri
 from teleopctl.text_file import read_text
@@ -218,7 +218,9 @@ class ProcessBuilder:
         if node.ros_arguments is not None:
             words += self._words(node.ros_arguments, "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
-        if full_name is not None and (node.namespace is not None or namespace != "/"):
+        if full_name is not None and (
+            node.namespace is not None or self._context.scope.has_namespace
+        ):
             self._count(full_name, process_name)
         return (["--ros-args", *words] if words else []), full_name
 

@@ -8,15 +8,17 @@ from dataclasses import dataclass, field, replace
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import Parameter, ParameterFile
 
+# The launch variable in which ROS 2 keeps it, so that a file may set and read it there, too.
+_NAMESPACE = "ros_namespace"
+
 
 @dataclass(slots=True)
 class Scope:
     """What a scoped group restores when it ends.
 
     Attributes:
-        variables: Launch variables (arguments and ``let``) by name.
+        variables: Launch variables (arguments and ``let``) by name, and the namespace.
         environment: Variables set for the processes; None removes one.
-        namespace: Namespace of the following nodes, ``/`` at the top.
         parameters: Parameters and parameter files of every following node.
         remaps: Remappings of every following node.
         use_sim_time: Whether the launch's own timers follow ``/clock``.
@@ -27,13 +29,26 @@ class Scope:
 
     variables: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str | None] = field(default_factory=dict)
-    namespace: str = "/"
     parameters: tuple[Parameter | ParameterFile, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
     use_sim_time: bool = False
     loop_values: Mapping[str, str] = field(default_factory=dict)
     remembered: tuple[Scope, ...] = ()
     remembered_environments: tuple[dict[str, str | None], ...] = ()
+
+    @property
+    def namespace(self) -> str:
+        """Namespace of the following nodes, ``/`` at the top."""
+        return join_namespace("/", self.variables.get(_NAMESPACE, ""))
+
+    @namespace.setter
+    def namespace(self, namespace: str) -> None:
+        self.variables[_NAMESPACE] = namespace
+
+    @property
+    def has_namespace(self) -> bool:
+        """Whether somebody has said which namespace it is."""
+        return _NAMESPACE in self.variables
 
     def copy(self) -> Scope:
         """Return an independent copy."""
@@ -42,7 +57,6 @@ class Scope:
     def reset(self) -> None:
         """Forget what ROS 2 keeps as launch configurations: all but the environment and loops."""
         self.variables.clear()
-        self.namespace = "/"
         self.parameters = ()
         self.remaps = ()
 
@@ -60,7 +74,7 @@ class Scope:
             raise LaunchError("launch_configurations stack unexpectedly empty")
         *others, last = self.remembered
         self.remembered = tuple(others)
-        self.variables, self.namespace = dict(last.variables), last.namespace
+        self.variables = dict(last.variables)
         self.parameters, self.remaps = last.parameters, last.remaps
 
     def remember_environment(self) -> None:
@@ -77,3 +91,10 @@ class Scope:
             raise LaunchError("environment stack unexpectedly empty")
         *others, self.environment = self.remembered_environments
         self.remembered_environments = tuple(others)
+
+
+def join_namespace(outer: str, inner: str) -> str:
+    """Return a namespace below another one; an absolute one stands for itself."""
+    if inner.startswith("/"):
+        return "/" + inner.strip("/")
+    return "/" + f"{outer}/{inner}".strip("/").replace("//", "/")

@@ -1,6 +1,7 @@
 """Launch variables and environment of Python launch files: what reaches whom."""
 
 import os
+from unittest import mock
 
 import pytest
 from hypothesis import given, strategies as st
@@ -117,10 +118,14 @@ def expected(program, variables, environment):
 
 @given(st.lists(ACTIONS, max_size=5))
 def test_what_is_set_reaches_whom_it_reaches_in_ros_2(program):
-    context = LaunchContext()
-    context.launch.run(steps(entities(program)))
-    environment = {key: value for key, value in context.environment.items() if key[:2] == "E_"}
-    assert (context.launch_configurations, environment) == expected(program, {}, {})
+    seen = []
+    with mock.patch.dict(os.environ):
+        context = LaunchContext()
+        look = OpaqueFunction(function=lambda _: seen.append(dict(os.environ)))
+        context.launch.run(steps([*entities(program), look]))
+        for found in (dict(context.environment), *seen):
+            environment = {key: value for key, value in found.items() if key[:2] == "E_"}
+            assert (context.launch_configurations, environment) == expected(program, {}, {})
 
 
 def test_the_steps_of_a_group_see_what_it_gives_them():
@@ -145,8 +150,7 @@ def test_a_value_is_put_behind_that_of_a_variable_or_before_it(monkeypatch):
     context = LaunchContext()
     AppendEnvironmentVariable("E_PATH", "b").visit(context)
     AppendEnvironmentVariable("E_PATH", "c", prepend=True, separator="-").visit(context)
-    assert context.environment["E_PATH"] == f"c-a{os.pathsep}b"
-    assert os.environ["E_PATH"] == "a"
+    assert context.environment["E_PATH"] == os.environ["E_PATH"] == f"c-a{os.pathsep}b"
 
 
 def test_what_was_not_remembered_cannot_come_back():

@@ -20,7 +20,7 @@ from launch_ros.utilities import (
     to_parameters_list,
 )
 
-from teleopctl.launch.actions.settings import join_namespace
+from teleopctl.launch.model.scope import join_namespace
 
 WORDS = st.text("abz019._-", min_size=1)
 NUMBERS = st.floats(-1e6, 1e6) | st.integers(-(2**40), 2**40)

@@ -72,7 +72,9 @@ class _Visited(model.Action):
         if launch.is_trial:
             return
         try:
-            further = steps(self.entity.visit(LaunchContext.with_launch(launch)))
+            context = LaunchContext.with_launch(launch)
+            with context.launch.calling_out():
+                further = steps(self.entity.visit(context))
         except Exception as error:
             raise blamed(error, repr(self.entity)) from error
         launch.run(further)

@@ -143,7 +143,7 @@ class _ModelHandler:
             if not self._handler.matches(told):
                 return ()
             context = LaunchContext.with_launch(launch)
-            with context.locals_kept():
+            with context.locals_kept(), context.launch.calling_out():
                 return steps(self._handler.handle(told, context))
         except Exception as error:
             raise blamed(error, self._handler.describe()[0]) from error

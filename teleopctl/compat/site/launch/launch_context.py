@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, MutableMapping
+from collections.abc import Callable, Iterable, Iterator, MutableMapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
-from weakref import WeakKeyDictionary
 
+from teleopctl.errors import TeleopctlError
 from teleopctl.launch import (
     Evaluation,
     Handler,
@@ -19,13 +19,12 @@ from teleopctl.launch import (
     Template,
 )
 
+from ._configurations import Configurations
 from .event import Event, emit, event_of
 from .logging import launch_config as log_config
 
 if TYPE_CHECKING:
     import asyncio
-
-    from ._asyncio import BackgroundLoop
 
 
 class _Substitution(Protocol):
@@ -44,9 +43,6 @@ class _EventHandler(Protocol):
         ...
 
 
-_known: WeakKeyDictionary[Launch, LaunchContext] = WeakKeyDictionary()
-
-
 class LaunchContext:
     """What actions, substitutions and conditions look at: a launch that is being evaluated.
 
@@ -61,15 +57,19 @@ class LaunchContext:
         state = State({}, Path())
         builder = ProcessBuilder(state, LaunchRequest(file=""))
         self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
+        # Whoever has it does with the environment what it likes, between its calls.
+        self.launch.begin_calling_out()
 
     def begin(self, launch: Evaluation, argv: list[str], noninteractive: bool) -> None:
         """Stand for a launch."""
         self.launch = launch
+        launch.context.shown_as = self
         self.argv = argv
         self.noninteractive = noninteractive
         self._globals: dict[str, Any] = {}
         self._locals: dict[str, Any] = {}
-        self._loop: BackgroundLoop | None = None
+        self._outer_locals: list[dict[str, Any]] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._may_have_loop = False
 
     @classmethod
@@ -83,13 +83,13 @@ class LaunchContext:
     def with_launch(cls, launch: Launch) -> LaunchContext:
         """Return the one that stands for a launch."""
         assert isinstance(launch, Evaluation)
-        if launch not in _known:
-            made = cls.__new__(cls)
-            made.begin(launch, [], True)
-            made._may_have_loop = True  # noqa: SLF001 -- of this class
+        known = launch.context.shown_as
+        if not isinstance(known, cls):
+            known = cls.__new__(cls)
+            known.begin(launch, [], True)
+            known._may_have_loop = True  # noqa: SLF001 -- of this class
             log_config.take_over(launch.context.log_directory)
-            _known[launch] = made
-        return _known[launch]
+        return known
 
     def text(self, text: Template) -> str:
         """Evaluate a text of the model."""
@@ -101,14 +101,14 @@ class LaunchContext:
 
     # Any: launch files keep what they like there.
     @property
-    def launch_configurations(self) -> dict[str, Any]:
+    def launch_configurations(self) -> MutableMapping[str, Any]:
         """Launch variables by name; what is set here is seen by what follows."""
-        return self.launch.scope.variables
+        return Configurations(self.launch)
 
     @property
     def environment(self) -> MutableMapping[str, str]:
         """The environment as processes will see it; what is set here is seen by what follows."""
-        return _Environment(self.launch.scope.environment)
+        return os.environ
 
     # Any: as in ROS 2.
     def get_locals_as_dict(self) -> dict[str, Any]:
@@ -134,6 +134,35 @@ class LaunchContext:
         """Add to what is known here."""
         self._locals.update(extensions)
 
+    # These three pairs are what ROS 2's own actions use, and actions like them.
+    def _push_locals(self) -> None:
+        self._outer_locals.append(dict(self._locals))
+
+    def _pop_locals(self) -> None:
+        if not self._outer_locals:
+            raise RuntimeError("locals stack unexpectedly empty")
+        self._locals = self._outer_locals.pop()
+
+    def _push_launch_configurations(self) -> None:
+        self.launch.scope.remember()
+
+    def _pop_launch_configurations(self) -> None:
+        self._bring_back(self.launch.scope.bring_back)
+
+    def _push_environment(self) -> None:
+        with self.launch.calling_out():
+            self.launch.scope.remember_environment()
+
+    def _pop_environment(self) -> None:
+        self._bring_back(self.launch.scope.bring_back_environment)
+        self.launch.show_environment()
+
+    def _bring_back(self, bring_back: Callable[[], None]) -> None:
+        try:
+            bring_back()
+        except TeleopctlError as error:
+            raise RuntimeError(error.message) from error
+
     @contextmanager
     def locals_kept(self) -> Iterator[None]:
         """Forget at the end of the block what it adds to what is known here."""
@@ -149,7 +178,7 @@ class LaunchContext:
         return self.launch.is_ending
 
     @property
-    def asyncio_loop(self) -> BackgroundLoop | None:
+    def asyncio_loop(self) -> asyncio.AbstractEventLoop | None:
         """The event loop of the launch's coroutines, which runs on a thread beside it.
 
         None for a context that is there for trying things out.
@@ -160,11 +189,16 @@ class LaunchContext:
             self._loop = BackgroundLoop()
         return self._loop
 
+    def _set_asyncio_loop(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+
     def end_loop(self) -> None:
-        """Stop the event loop, where there is one."""
-        if self._loop is not None:
+        """Stop the event loop, where there is one of the launch's own."""
+        from ._asyncio import BackgroundLoop
+
+        if isinstance(self._loop, BackgroundLoop):
             self._loop.end()
-            self._loop = None
+        self._loop = None
 
     # Any: nobody cares for what it gives.
     def add_completion_future(self, completion_future: asyncio.Future[Any]) -> None:
@@ -209,37 +243,3 @@ class _Locals:
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"can't set attribute '{name}', locals are read-only")
-
-
-class _Environment(MutableMapping[str, str]):
-    """The environment of the launch with what it changes for the processes."""
-
-    def __init__(self, changed: dict[str, str | None]) -> None:
-        self._changed = changed
-
-    def __getitem__(self, name: str) -> str:
-        value = self._changed[name] if name in self._changed else os.environ.get(name)
-        if value is None:
-            raise KeyError(name)
-        return value
-
-    def __setitem__(self, name: str, value: str) -> None:
-        self._changed[name] = value
-
-    def __delitem__(self, name: str) -> None:
-        self[name]
-        self._changed[name] = None
-
-    def __iter__(self) -> Iterator[str]:
-        names = {**os.environ, **self._changed}
-        return (name for name in names if name in self)
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and self._changed.get(name, os.environ.get(name)) is not None
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-    def copy(self) -> dict[str, str]:
-        """Return it as it is now."""
-        return dict(self)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
@@ -80,6 +81,14 @@ class IncludeLaunchDescription(Action):
             RuntimeError: An argument is missing.
         """
         description = self._source.get_launch_description(context)
+        location = self._source.location
+        folder = Path(location).absolute().parent if Path(location).exists() else location
+        context.extend_locals(
+            {
+                "current_launch_file_path": location,
+                "current_launch_file_directory": str(folder),
+            }
+        )
         declared = description.get_launch_arguments_with_include_launch_description_actions()
         for argument, includes in declared:
             given = [

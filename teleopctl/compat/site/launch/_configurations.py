@@ -1,0 +1,87 @@
+"""The launch variables with what ROS 2 keeps among them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, MutableMapping
+from typing import Any
+
+from teleopctl.launch import (
+    Evaluation,
+    Parameter,
+    ParameterFile,
+    literal,
+    parameter_value,
+)
+
+_PARAMETERS, _REMAPS = "global_params", "ros_remaps"
+
+
+# Any: launch files keep what they like there.
+class Configurations(MutableMapping[str, Any]):
+    """Launch variables by name; parameters and remappings of every node are two of them.
+
+    Args:
+        launch: The launch.
+    """
+
+    def __init__(self, launch: Evaluation) -> None:
+        self._launch = launch
+
+    # Any: launch files keep what they like there.
+    def __getitem__(self, name: str) -> Any:
+        scope = self._launch.scope
+        if name == _REMAPS and scope.remaps:
+            return list(scope.remaps)
+        if name == _PARAMETERS and scope.parameters:
+            return [self._parameter(entry) for entry in scope.parameters]
+        return scope.variables[name]
+
+    # Any: launch files keep what they like there.
+    def __setitem__(self, name: str, value: Any) -> None:
+        scope = self._launch.scope
+        if name == _REMAPS:
+            scope.remaps = tuple((source, target) for source, target in value)
+        elif name == _PARAMETERS:
+            scope.parameters = tuple(map(_given, value))
+        else:
+            scope.variables[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        scope = self._launch.scope
+        self[name]
+        if name == _REMAPS:
+            scope.remaps = ()
+        elif name == _PARAMETERS:
+            scope.parameters = ()
+        else:
+            del scope.variables[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._launch.scope.variables
+        yield from (name for name in (_REMAPS, _PARAMETERS) if name in self)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+    # Any: launch files keep what they like there.
+    def copy(self) -> dict[str, Any]:
+        """Return them as they are now."""
+        return dict(self)
+
+    # Any: launch files keep what they like there.
+    def _parameter(self, entry: Parameter | ParameterFile) -> Any:
+        if isinstance(entry, ParameterFile):
+            return self._launch.text(entry.path)
+        value = parameter_value(entry, self._launch.context)
+        return self._launch.text(entry.name), tuple(value) if isinstance(value, list) else value
+
+
+# Any: a path, or a name and a value.
+def _given(entry: Any) -> Parameter | ParameterFile:
+    if isinstance(entry, str):
+        return ParameterFile(literal(entry))
+    name, value = entry
+    return Parameter(literal(name), list(value) if isinstance(value, tuple) else value, None)

@@ -1,0 +1,61 @@
+"""The environment variables of this process, as what is being evaluated sees them.
+
+ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and what
+else asks for a variable see what was set before. Here they see it as well, but only while they run:
+a process of another group that starts later begins with what there was before.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+
+class ShownEnvironment:
+    """Changes ``os.environ``, and knows what it was before."""
+
+    def __init__(self) -> None:
+        self._before: dict[str, str | None] = {}
+        # What code of others began with, as long as some runs.
+        self._seen: dict[str, str] = {}
+        self._depth = 0
+
+    def show(self, changed: Mapping[str, str | None]) -> None:
+        """Let ``os.environ`` differ by some variables, of which None removes one, and no others."""
+        for name in self._before.keys() - changed.keys():
+            self._set(name, self._before.pop(name))
+        for name, value in changed.items():
+            self._before.setdefault(name, os.environ.get(name))
+            self._set(name, value)
+
+    def begin_calling_out(self, changed: dict[str, str | None]) -> None:
+        """Let code of others change ``os.environ`` from now on, until `end_calling_out`."""
+        if self._depth:
+            self._take_in(changed)
+        self.show(changed)
+        self._seen = dict(os.environ)
+        self._depth += 1
+
+    def end_calling_out(self, changed: dict[str, str | None]) -> None:
+        """Take what that code has changed for changes of the launch."""
+        self._take_in(changed)
+        self.show(changed)
+        self._depth -= 1
+
+    def _take_in(self, changed: dict[str, str | None]) -> None:
+        before, self._seen = self._seen, dict(os.environ)
+        if before == self._seen:
+            return
+        for name in before.keys() | self._seen.keys():
+            if before.get(name) != self._seen.get(name):
+                self._before.setdefault(name, before.get(name))
+                changed[name] = self._seen.get(name)
+
+    def _set(self, name: str, value: str | None) -> None:
+        if os.environ.get(name) == value:
+            return
+        if value is None:
+            del os.environ[name]
+            self._seen.pop(name, None)
+        else:
+            self._seen[name] = os.environ[name] = value
