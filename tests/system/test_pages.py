@@ -47,7 +47,11 @@ OWN_FILES = {
     "nodes": {
         "ws/src/ros2_control/controller_manager/package.xml": (
             "<package><name>controller_manager</name><version>1.0.0</version></package>"
-        )
+        ),
+        "ws/src/ros2_control/controller_manager/CMakeLists.txt": "add_library(x SHARED x.cpp)\n",
+        "ws/src/joint_state_publisher/package.xml": (
+            "<package><name>joint_state_publisher</name><version>1.0.0</version></package>"
+        ),
     },
     "page": {
         "my_robot.rviz": "Visualization Manager: {Displays: [{Class: rviz_default_plugins/TF}]}",

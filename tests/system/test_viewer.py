@@ -3,6 +3,7 @@
 import re
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 import yaml
@@ -99,6 +100,16 @@ def drag_to_the_right(page: Page, slider: Locator) -> None:
     page.mouse.up()
 
 
+def unfold(folder: Locator, inside: Locator) -> None:
+    """Open a folder of the page, which moves under the mouse while the page is built up."""
+    for _ in range(3):
+        folder.click()
+        with suppress(AssertionError):
+            expect(inside).to_be_visible(timeout=10_000)
+            return
+    raise AssertionError("the folder does not open")
+
+
 def position_of(message, joint: str) -> float:
     return float(dict(zip(message.name, message.position, strict=False)).get(joint, 0.0))
 
@@ -176,8 +187,7 @@ def test_a_view_of_rviz_is_shown_and_saved_where_it_was(ros, chromium):
     ros.launch("display.yaml")
     page = opened(chromium, run_page(ros, "-d", str(view)))
     page.get_by_role("tab", name="Scene").click()
-    page.get_by_text("Frames of mine").click()
-    expect(page.get_by_text("Marker Scale")).to_be_visible()
+    unfold(page.get_by_text("Frames of mine"), page.get_by_text("Marker Scale"))
     page.get_by_role("button", name="Save view").click()
     eventually(lambda: view.read_text() not in ("", VIEW))  # it is empty while it is written
     saved = yaml.safe_load(view.read_text())["Visualization Manager"]
