@@ -129,6 +129,8 @@ NODES = Kind(
             "ros_gz_image/image_bridge": "bridges:image_bridge",
             "ros_gz_sim/create": "spawning:create",
             "ros_gz_sim/gz": "host:gz",
+            "ros_gz_sim/gzserver": "host:server_of_gz",
+            "ros_gz_sim/remove": "spawning:remove",
         }.items()
     }
     | {
@@ -249,6 +251,8 @@ LAUNCH_ACTIONS = Kind(
         "for": f"{_ACTIONS}.loops:For",
         "for_each": f"{_ACTIONS}.loops:ForEach",
         "group": f"{_ACTIONS}.nesting:Group",
+        "gz_server": f"{_ACTIONS}.gazebo:GzServer",
+        "gz_spawn_model": f"{_ACTIONS}.gazebo:GzSpawnModel",
         "include": f"{_ACTIONS}.nesting:Include",
         "let": f"{_ACTIONS}.settings:Let",
         "lifecycle_node": f"{_ACTIONS}.process:LifecycleNode",
@@ -264,6 +268,7 @@ LAUNCH_ACTIONS = Kind(
         "rep_env": f"{_ACTIONS}.environment:ReplaceEnvironment",
         "reset": f"{_ACTIONS}.settings:Reset",
         "reset_env": f"{_ACTIONS}.environment:ResetEnvironment",
+        "ros_gz_bridge": f"{_ACTIONS}.gazebo:RosGzBridge",
         "ros_timer": f"{_ACTIONS}.nesting:RosTimer",
         "set_env": f"{_ACTIONS}.environment:SetEnvironment",
         "set_parameter": f"{_ACTIONS}.settings:SetParameter",

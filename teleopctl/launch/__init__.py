@@ -23,6 +23,11 @@ if TYPE_CHECKING:
         SetRosLogDirectory as SetRosLogDirectory,
         UnsetEnvironment as UnsetEnvironment,
     )
+    from teleopctl.launch.actions.gazebo import (
+        GzServer as GzServer,
+        GzSpawnModel as GzSpawnModel,
+        RosGzBridge as RosGzBridge,
+    )
     from teleopctl.launch.actions.messages import (
         Log as Log,
         Shutdown as Shutdown,
@@ -202,6 +207,7 @@ else:
             "actions.components": "LoadComponents",
             "actions.environment": "AppendEnvironment ResetEnvironment SetEnvironment "
             "SetRosLogDirectory UnsetEnvironment",
+            "actions.gazebo": "GzServer GzSpawnModel RosGzBridge",
             "actions.messages": "Log Shutdown",
             "actions.nesting": "Group Include IncludeSteps RosTimer Timer",
             "actions.process": "Executable Node",

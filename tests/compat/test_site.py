@@ -14,7 +14,7 @@ PACKAGES = """
 ament_index_python cv_bridge launch launch_ros launch_xml launch_yaml message_filters rclpy
 rclpy_components ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
-controller_manager launch_param_builder moveit_configs_utils nav2_common
+controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_bridge ros_gz_sim
 """
 
 RCLPY = """

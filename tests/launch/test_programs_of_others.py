@@ -2,11 +2,17 @@
 
 import re
 import sys
+from itertools import pairwise
 
 import pytest
+from hypothesis import given, strategies as st
 
 from teleopctl import plugins
+from teleopctl.errors import LaunchError, UsageError
 from teleopctl.launch.evaluation.commands import COMMANDS, find_command, line_with_ours, with_ours
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.frontends import read_launch_file
+from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
 from teleopctl.packages import find_executable, find_package
 from tests import ROOT
@@ -50,20 +56,134 @@ def test_ours_stands_for_a_command_that_the_path_lacks(tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("-r -v 4 empty.sdf", Request("empty.sdf")),
-        ("-v4 shapes.sdf", Request("shapes.sdf", paused=True)),
-        ("-s --headless-rendering -r -v 3", Request(has_window=False)),
-        ("-g -v", Request(paused=True, has_server=False)),
-        ("--physics-engine dart empty.sdf -r", Request("empty.sdf")),
+        ("-r -v 4 empty.sdf", Request("empty.sdf", verbosity="DEBUG")),
+        ("-v4 shapes.sdf", Request("shapes.sdf", paused=True, verbosity="DEBUG")),
+        ("-rs house.sdf", Request("house.sdf", has_window=False)),
+        ("-s --headless-rendering -rv3", Request(has_window=False, verbosity="INFO")),
+        ("-g -v", Request(paused=True, has_server=False, verbosity="DEBUG")),
+        ("-r --verbose=1 empty.sdf", Request("empty.sdf", verbosity="ERROR")),
+        ("--versions", Request(paused=True, asks_version=True)),
+        (
+            "--physics-engine dart empty.sdf -r --seed=3 -z1000 --record two.sdf --force-version 7",
+            Request(
+                "empty.sdf",
+                unserved=(
+                    "two.sdf",
+                    "--physics-engine dart",
+                    "--seed 3",
+                    "-z 1000",
+                    "--record",
+                    "--force-version 7",
+                ),
+            ),
+        ),
     ],
 )
-def test_the_words_of_gz_sim_are_read(words, expected):
+def test_the_words_of_gz_sim_are_read_and_none_is_dropped(words, expected):
     assert sim_request(words.split()) == expected
 
 
-def test_the_words_of_gzserver_are_read():
-    words = ["--verbose", "-s", "libgazebo_ros_factory.so", "house.world", "-u"]
-    request = server_request(words, has_window=False)
-    assert request == Request("house.world", paused=True, has_window=False)
+def test_the_words_of_gzserver_are_read_and_none_is_dropped():
+    words = "--verbose -s libgazebo_ros_factory.so -s libmine.so house.world -u --lockstep -e dart"
+    request = server_request(words.split(), has_window=False)
+    assert request == Request(
+        "house.world",
+        paused=True,
+        has_window=False,
+        verbosity="DEBUG",
+        unserved=("-s libmine.so", "-e dart"),
+    )
     assert not request.has_empty_world
     assert Request("/opt/worlds/empty.world").has_empty_world
+
+
+@given(
+    st.lists(st.sampled_from(["-r", "-s", "-v", "4", "--seed", "x.sdf", "--new", "-q", "=", "-"]))
+)
+def test_each_word_of_a_command_line_is_followed_or_named(words):
+    request = sim_request(words)
+    told = " ".join((request.world, *request.unserved)).split()
+    served = {"-r", "-s", "-v"}
+    levels = sum(a == "-v" and b.isdigit() for a, b in pairwise([*words, ""]))
+    assert len(told) >= len([word for word in words if word not in served]) - levels
+
+
+def test_a_bridges_command_line_is_read():
+    words = ["/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan", "/world/a/control@x/srv/Control"]
+    assert read_words(words) == (
+        [Bridge("/scan", "/scan", "sensor_msgs/msg/LaserScan", "GZ_TO_ROS")],
+        ["/world/a/control"],
+    )
+    with pytest.raises(UsageError, match="'/scan' is no topic"):
+        read_words(["/scan"])
+
+
+def test_a_bridges_file_is_read_and_what_is_wrong_in_it_is_told(tmp_path):
+    file = tmp_path / "bridge.yaml"
+    types = "ros_type_name: std_msgs/msg/String, gz_type_name: gz.msgs.StringMsg"
+    file.write_text(
+        f"- {{ros_topic_name: chat, gz_topic_name: /gz/chat, {types}, direction: ROS_TO_GZ}}\n"
+        f"- {{topic_name: both, {types}, lazy: true}}\n"
+        "- {topic_name: untyped}\n"
+        f"- {{topic_name: a, ros_topic_name: b, {types}}}\n"
+        f"- {{topic_name: a, {types}, direction: UP}}\n"
+        "- text\n"
+    )
+    bridges, faults = read_file(file)
+    assert bridges == [
+        Bridge("chat", "/gz/chat", "std_msgs/msg/String", "ROS_TO_GZ"),
+        Bridge("both", "both", "std_msgs/msg/String", "BIDIRECTIONAL"),
+    ]
+    assert [fault.partition(": ")[2].partition(":")[0] for fault in faults] == [
+        f"entry {number}" for number in (3, 4, 5, 6)
+    ]
+    file.write_text("topic: {")
+    assert "bridge.yaml" in read_file(file)[1][0]
+    assert read_file(tmp_path / "none.yaml")[1]
+
+
+def plan_of(text, tmp_path):
+    file = tmp_path / "file.launch.xml"
+    file.write_text(f"<launch>{text}</launch>")
+    plan, _ = evaluate(read_launch_file(file), {}, tmp_path / "log")
+    return [process.command for process in plan.start.processes]
+
+
+def test_the_actions_of_ros_gz_stand_in_launch_files(tmp_path):
+    commands = plan_of(
+        "<gz_server world_sdf_file='empty.sdf'/>"
+        "<gz_spawn_model topic='description' entity_name='arm' z='0.5' yaw='1.5'/>"
+        "<ros_gz_bridge bridge_name='bridge' config_file='topics.yaml' log_level='warn'/>",
+        tmp_path,
+    )
+    assert [command[command.index("--ros-args") - 1] for command in commands] == [
+        "gzserver",
+        "create",
+        "bridge_node",
+    ]
+    with pytest.raises(LaunchError, match="'config_file' is missing"):
+        plan_of("<ros_gz_bridge bridge_name='bridge'/>", tmp_path)
+
+
+def test_the_arguments_of_gazebos_launch_files_reach_its_program(tmp_path):
+    here = "<include file='$(find-pkg-share {})/launch/{}.launch.py'>{}</include>"
+    values = "".join(
+        f"<arg name='{name}' value='{value}'/>"
+        for name, value in {
+            "world": "a.world",
+            "seed": "3",
+            "physics": "bullet",
+            "record": "true",
+            "gdb": "true",
+            "init": "false",
+            "extra_gazebo_args": "--mine 1",
+        }.items()
+    )
+    (server,) = plan_of(here.format("gazebo_ros", "gzserver", values), tmp_path)
+    assert server[:4] == ["gdb", "-ex", "run", "--args"]
+    request = server_request(server[server.index("gzserver") + 1 :], has_window=False)
+    assert request.world == "a.world"
+    assert request.unserved == ("1", "--record", "--physics bullet", "--seed 3", "--mine")
+    arguments = "<arg name='gz_args' value='-r'/><arg name='gz_version' value='7'/>"
+    (sim,) = plan_of(here.format("ros_gz_sim", "gz_sim", arguments), tmp_path)
+    assert sim_request(sim[sim.index("sim") + 1 :]).unserved == ("--force-version 7",)

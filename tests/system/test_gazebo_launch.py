@@ -37,7 +37,7 @@ def generate_launch_description():
         PythonLaunchDescriptionSource(
             [PathJoinSubstitution([FindPackageShare("ros_gz_sim"), "launch", "gz_sim.launch.py"])]
         ),
-        launch_arguments=[("gz_args", " -r -v 4 shapes.sdf"), ("on_exit_shutdown", "true")],
+        launch_arguments=[("gz_args", " -r -v 4 --seed 3 x.sdf"), ("on_exit_shutdown", "true")],
     )
     assert os.environ["ROS_DISTRO"] in ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
     window = IncludeLaunchDescription(
@@ -60,7 +60,9 @@ def generate_launch_description():
         simulator,
         window,
         Node(package="ros_gz_bridge", executable="parameter_bridge",
-             arguments=["/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock"], output="screen"),
+             arguments=["/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock",
+                        "/robot_joint_states@sensor_msgs/msg/JointState[gz.msgs.Model"],
+             remappings=[("/robot_joint_states", "/measured")], output="screen"),
         Node(package="robot_state_publisher", executable="robot_state_publisher",
              parameters=[{"robot_description": open("arm.urdf").read(), "use_sim_time": True}]),
         create,
@@ -82,17 +84,26 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     system = ros.launch("arm.launch.py")
 
     assert "no bridge is needed for /clock" in system.output
-    assert "World shapes.sdf is not built" in system.output
+    assert "Passing on /robot_joint_states as /measured" in system.output
+    assert "World x.sdf is not built" in system.output
+    assert "where MuJoCo simulates: --seed 3\n" in system.output
     assert "the simulator takes no other pose" in system.output
+    assert "one world with one robot: -name arm, -allow_renaming, -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
     eventually(lambda: "active" in ros.run("control list_controllers").stdout)
     assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
     assert (
         ros.run("param get /controller_manager use_sim_time").stdout == "Boolean value is: True\n"
     )
+    assert "joint1" in ros.run("topic echo --once /measured").stdout
     again = ros.run("run ros_gz_sim create -topic robot_description -name twin")
     assert again.returncode == 1
     assert "There is a robot already" in again.stderr + again.stdout
+    removed = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm")
+    assert "Entity removal successful." in removed.stderr + removed.stdout
+    assert "/mujoco_sim" not in ros.run("node list").stdout
+    assert ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm").returncode == 1
+    assert ros.run("run ros_gz_sim create -topic robot_description").returncode == 0
 
     ros.run(f"stop {system.name}")
     assert not system.is_running

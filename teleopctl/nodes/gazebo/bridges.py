@@ -1,40 +1,150 @@
-"""``parameter_bridge`` and ``image_bridge``: nothing is to be bridged, and they say so.
+"""``parameter_bridge``, ``bridge_node`` and ``image_bridge``: between Gazebo's topics and ROS's.
 
-Gazebo has messages of its own, which these programs of ROS 2 translate; the simulator here speaks
-ROS 2 itself. They stay until they are stopped, since a launch may wait for them.
+Gazebo has messages of its own, which these programs of ROS 2 translate. The simulator here speaks
+ROS 2 itself, so that a topic with one name on both sides needs no bridge. One that has another name
+in ROS, by the file or by a remapping, is passed on under it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import sys
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
-from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, spin
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import get_message
+from teleopctl.node import (
+    ExternalShutdownException,
+    Node,
+    SingleThreadedExecutor,
+    init,
+    parse_ros_arguments,
+)
+from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
+
+_IMAGE = "sensor_msgs/msg/Image"
+# As deep as the real ones' queues.
+_DEPTH = 10
 
 
 def parameter_bridge() -> int:
-    """Stand for ``ros_gz_bridge parameter_bridge``."""
-    words = parse_ros_arguments(sys.argv[1:]).program
-    # /topic@ros/type@gz.type, with [ or ] in place of the second @ for one direction.
-    topics = [word.partition("@")[0] for word in words if not word.startswith("-")]
-    return _stay("ros_gz_bridge", topics, ("config_file",))
+    """Run ``ros_gz_bridge parameter_bridge``, or ``bridge_node``, which has a file alone.
+
+    Raises:
+        UsageError: A word of the command line is no topic.
+    """
+    bridges, services = read_words(parse_ros_arguments(sys.argv[1:]).program)
+    with _bridging("ros_gz_bridge") as (node, simulators):
+        for service in services:
+            node.get_logger().warning(
+                f"Service {service} is not there: those of the simulator are below /mujoco_sim"
+            )
+        node.declare_parameter("lazy", False)
+        node.declare_parameter("subscription_heartbeat", 1000)
+        if node.declare_parameter("override_timestamps_with_wall_time", False).value:
+            node.get_logger().warning("Without effect here: override_timestamps_with_wall_time")
+        expands = node.declare_parameter("expand_gz_topic_names", False).value
+        file = str(node.declare_parameter("config_file", "").value)
+        if file:
+            read, faults = read_file(Path(file))
+            for fault in faults:
+                node.get_logger().error(fault)
+            bridges += [
+                bridge._replace(gz_topic=f"{node.get_namespace().rstrip('/')}/{bridge.gz_topic}")
+                if expands and not bridge.gz_topic.startswith("/")
+                else bridge
+                for bridge in read
+            ]
+        _bridge(node, simulators, bridges)
+        _spin(node, simulators)
+    return 0
 
 
 def image_bridge() -> int:
-    """Stand for ``ros_gz_image image_bridge``."""
-    words = parse_ros_arguments(sys.argv[1:]).program
-    topics = [word for word in words if not word.startswith("-")]
-    return _stay("ros_gz_image", topics, ())
+    """Run ``ros_gz_image image_bridge``.
+
+    Raises:
+        UsageError: There is no topic on the command line.
+    """
+    topics = parse_ros_arguments(sys.argv[1:]).program
+    if not topics:
+        raise UsageError("There is no topic to bridge", hint="Usage: image_bridge TOPIC …")
+    with _bridging("ros_gz_image") as (node, simulators):
+        node.declare_parameter("qos", "default")
+        _bridge(node, simulators, [Bridge(name, name, _IMAGE, "GZ_TO_ROS") for name in topics])
+        _spin(node, simulators)
+    return 0
 
 
-def _stay(name: str, topics: list[str], files: tuple[str, ...]) -> int:
+@contextlib.contextmanager
+def _bridging(name: str) -> Iterator[tuple[Node, Node]]:
+    """The node on ROS's side, with its remappings, and the one on the simulator's, without."""
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(),
         Node(name) as node,
+        Node(f"_{node.get_name()}_gz", use_global_arguments=False) as simulators,
     ):
-        named = [*topics, *(str(node.declare_parameter(file, "").value) for file in files)]
-        told = ", ".join(filter(None, named)) or "its topics"
+        yield node, simulators
+
+
+def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
+    """Pass on the topics that have two names, and name those that need it not."""
+    same: list[str] = []
+    for bridge in bridges:
+        ros = node.resolve_topic_name(bridge.ros_topic)
+        gz = f"/{bridge.gz_topic.lstrip('/')}"
+        if ros == gz:
+            same.append(gz)
+            continue
+        try:
+            message = get_message(bridge.ros_type)
+        except TeleopctlError as error:
+            node.get_logger().warning(f"Topic {ros} is not passed on: {error.message}")
+            continue
+        in_ros, in_gazebo = _Side(node, bridge.ros_topic, message), _Side(simulators, gz, message)
+        if bridge.direction != "ROS_TO_GZ":
+            node.get_logger().info(f"Passing on {gz} as {ros}")
+            in_gazebo.pass_to(in_ros)
+        if bridge.direction != "GZ_TO_ROS":
+            node.get_logger().info(f"Passing on {ros} as {gz}")
+            in_ros.pass_to(in_gazebo)
+    if same or not bridges:
+        told = ", ".join(same) or "its topics"
         node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {told}")
-        spin(node)
-    return 0
+
+
+class _Side:
+    """A topic on one of the two sides of a bridge.
+
+    Of a bridge in both directions, what is published here is heard here, and goes no further.
+    """
+
+    def __init__(self, node: Node, topic: str, message: type[Any]) -> None:
+        self._node = node
+        self._topic = topic
+        self._message = message
+        self._echoes: deque[bytes] = deque(maxlen=_DEPTH)
+
+    def pass_to(self, other: _Side) -> None:
+        """Publish there what is heard here."""
+        publisher = other._node.create_publisher(other._message, other._topic, _DEPTH)
+
+        def pass_on(data: bytes) -> None:
+            if data in self._echoes:
+                self._echoes.remove(data)
+                return
+            other._echoes.append(data)
+            publisher.publish(data)
+
+        self._node.create_subscription(self._message, self._topic, pass_on, _DEPTH, raw=True)
+
+
+def _spin(node: Node, simulators: Node) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.add_node(simulators)
+    executor.spin()

@@ -54,6 +54,13 @@ class Children:
         """What one of them has said last of how far it has come."""
         return progress.read(self._log(name))
 
+    def end(self) -> None:
+        """End all of them, the simulator last."""
+        self._end(at_once=True)
+        for name in self._processes:
+            progress.file_of(self._log(name)).unlink(missing_ok=True)
+        self._processes.clear()
+
     def ended(self) -> tuple[str, int] | None:
         """Name and exit status of one that has ended; None while all of them run."""
         for name, process in self._processes.items():

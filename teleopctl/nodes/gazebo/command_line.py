@@ -1,4 +1,7 @@
-"""The command lines of Gazebo: of ``gz sim``, and of ``gzserver`` and ``gazebo`` before it."""
+"""The command lines of Gazebo: of ``gz sim``, and of ``gzserver`` and ``gazebo`` before it.
+
+What has no meaning for MuJoCo is not dropped: a request has it by name, for a line that says so.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-# What is followed by a value; every other word with a dash stands alone.
+# Options that are followed by a value. Those of one letter may have it in the same word.
 _SIM_VALUES: Final = frozenset(
     (
         "-z",
@@ -53,8 +56,20 @@ _SERVER_VALUES: Final = frozenset(
         "--server-plugin",
     )
 )
+# Options that are followed, or ask for what is so anyway: pictures need no window, and physics
+# waits for the controllers.
+_SIM_SERVED: Final = frozenset(
+    ("-g", "-r", "-s", "-v", "--headless-rendering", "--verbose", "--version", "--versions")
+)
+_SERVER_SERVED: Final = frozenset(("-u", "-v", "--lockstep", "--pause", "--verbose", "--version"))
+# Gazebo's plug-ins for ROS 2: the clock, spawning and forces, which the simulator has itself.
+_ROS_PLUGINS: Final = tuple(
+    f"libgazebo_ros_{name}.so" for name in ("init", "factory", "force_system")
+)
 # Worlds without anything in them but a floor and a light.
 _EMPTY: Final = frozenset({"", "empty", "default"})
+# The levels of gz's -v; any other shows everything.
+_VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
 
 class Request(NamedTuple):
@@ -65,12 +80,18 @@ class Request(NamedTuple):
         paused: Whether time stands still at first.
         has_server: Whether it is to simulate.
         has_window: Whether it is to show that.
+        asks_version: Whether it is only asked for its version.
+        verbosity: The name of the lowest level of messages to show; empty for the usual one.
+        unserved: The words that nothing is done about, as they were written.
     """
 
     world: str = ""
     paused: bool = False
     has_server: bool = True
     has_window: bool = True
+    asks_version: bool = False
+    verbosity: str = ""
+    unserved: tuple[str, ...] = ()
 
     @property
     def has_empty_world(self) -> bool:
@@ -81,38 +102,67 @@ class Request(NamedTuple):
 
 def sim_request(words: Sequence[str]) -> Request:
     """Read the words behind ``gz sim``: time passes only with ``-r``."""
-    worlds, flags = _sort(words, _SIM_VALUES)
+    worlds, options = _sort(words, _SIM_VALUES)
+    flags = {name for name, _ in options}
+    level = next((value for name, value in options if name in ("-v", "--verbose")), None)
     return Request(
         world=worlds[0] if worlds else "",
         paused="-r" not in flags,
         has_server="-g" not in flags,
         has_window="-s" not in flags,
+        asks_version=not flags.isdisjoint(("--version", "--versions")),
+        # As in gz, -v alone is everything.
+        verbosity="" if level is None else _VERBOSITIES.get(level, "DEBUG"),
+        unserved=(*worlds[1:], *_unserved(options, _SIM_SERVED)),
     )
 
 
 def server_request(words: Sequence[str], *, has_window: bool) -> Request:
     """Read the words behind ``gzserver`` or ``gazebo``: time stands still only with ``-u``."""
-    worlds, flags = _sort(words, _SERVER_VALUES)
+    worlds, options = _sort(words, _SERVER_VALUES)
+    flags = {name for name, _ in options}
+    told = [one for one in options if one[1] not in _ROS_PLUGINS]
     return Request(
         world=worlds[0] if worlds else "",
         paused=not flags.isdisjoint(("-u", "--pause")),
         has_window=has_window,
+        asks_version=not flags.isdisjoint(("-v", "--version")),
+        verbosity="DEBUG" if "--verbose" in flags else "",
+        unserved=(*worlds[1:], *_unserved(told, _SERVER_SERVED)),
     )
 
 
-def _sort(words: Sequence[str], with_value: frozenset[str]) -> tuple[list[str], set[str]]:
-    """Return the words that stand for themselves, and the options."""
+def _unserved(options: Sequence[tuple[str, str]], served: frozenset[str]) -> list[str]:
+    return [" ".join(filter(None, option)) for option in options if option[0] not in served]
+
+
+def _sort(
+    words: Sequence[str], with_value: frozenset[str]
+) -> tuple[list[str], list[tuple[str, str]]]:
+    """Return the words that stand for themselves, and the options with their values."""
     alone: list[str] = []
-    options: set[str] = set()
-    rest = iter(words)
-    before = ""
-    for word in rest:
-        if word.startswith("-"):
-            options.add(word)
-            if word in with_value:
-                next(rest, None)
-        # The level behind -v may be left out.
-        elif not (before in ("-v", "--verbose") and word.isdigit()):
+    options: list[tuple[str, str]] = []
+    rest = list(reversed(words))
+    while rest:
+        word = rest.pop()
+        if not word.startswith("-") or word == "-":
             alone.append(word)
-        before = word
+            continue
+        name, equals, value = word.partition("=")
+        if not word.startswith("--") and len(word) > 2:
+            # Several options of one letter, or one with its value: -rs, -v4.
+            name, value = word[:2], word[2:]
+            if name not in with_value and not (name == "-v" and value.isdigit()):
+                rest.append(f"-{value}")
+                value = ""
+        elif (
+            not equals
+            and rest
+            and (
+                # The level behind -v may be left out.
+                name in with_value or (name in ("-v", "--verbose") and rest[-1].isdigit())
+            )
+        ):
+            value = rest.pop()
+        options.append((name, value))
     return alone, options

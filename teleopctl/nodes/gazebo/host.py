@@ -17,8 +17,10 @@ from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
     ExternalShutdownException,
+    LoggingSeverity,
     Node,
     Parameter,
+    Publisher,
     init,
     parse_ros_arguments,
     qos_profile_latched,
@@ -37,6 +39,7 @@ _TOPIC = f"/{PARAMETER}"
 _SIMULATOR = "mujoco_sim"
 # The end of a child, and what it says of itself, are looked for this often, in seconds.
 _LOOK_EVERY_S = 0.1
+WITHOUT_EFFECT = "Without effect here, where MuJoCo simulates: {}"
 _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's window is not there"
 
 
@@ -53,22 +56,27 @@ class Host(Node):
         self._paused = request.paused
         self._children = children
         self._has_robot = False
+        self._publisher: Publisher[Any] | None = None
         refuse_a_second(self)
         logger = self.get_logger()
         if not request.has_empty_world:
             logger.warning(f"World {request.world} is not built: the robot stands in an empty one")
+        if request.unserved:
+            logger.warning(WITHOUT_EFFECT.format(", ".join(request.unserved)))
         if request.has_window:
             logger.info(_PAGE)
         self.declare_parameter(PARAMETER, "")
         self.add_on_set_parameters_callback(self._on_set_parameters)
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
+        if request.verbosity:
+            logger.set_level(LoggingSeverity[request.verbosity])
         progress.tell(progress.READY)
 
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
             if parameter.name != PARAMETER:
                 continue
-            reason = self._spawn(str(parameter.value))
+            reason = self._spawn(str(parameter.value)) if parameter.value else self._remove()
             if reason:
                 self.get_logger().error(reason)
                 return _result(successful=False, reason=reason)
@@ -94,6 +102,17 @@ class Host(Node):
         self._children.start(programs)
         return self._wait_for_the_simulator()
 
+    def _remove(self) -> str:
+        """End the simulation of the robot, and return why that cannot be."""
+        if not self._has_robot:
+            return "There is no robot"
+        self._children.end()
+        self._has_robot = False
+        if self._publisher is not None:
+            self.destroy_publisher(self._publisher)
+            self._publisher = None
+        return ""
+
     def _wait_for_the_simulator(self) -> str:
         while True:
             said = self._children.said(_SIMULATOR)
@@ -112,42 +131,81 @@ def gz() -> int:
     Raises:
         UsageError: It is another subcommand, which needs Gazebo itself.
     """
-    words = parse_ros_arguments(sys.argv[1:]).program
+    words = _words()
     command = words[0] if words else ""
+    if command in ("--version", "--versions"):
+        command = "sim"
     if command not in ("sim", "gazebo"):
         raise UsageError(
             f"gz {command}: of gz's subcommands there is `gz sim`, with MuJoCo",
             hint="The simulator speaks ROS 2: `teleopctl topic list`, `teleopctl service list`.",
         )
-    return _run(sim_request(words[1:]))
+    return _run(sim_request(words[1:] if words[0] == command else words))
 
 
 def gazebo() -> int:
     """Run ``gazebo``: the server, and a word on the window."""
-    return _run(server_request(parse_ros_arguments(sys.argv[1:]).program, has_window=True))
+    return _run(server_request(_words(), has_window=True))
 
 
 def gzserver() -> int:
     """Run ``gzserver``."""
-    return _run(server_request(parse_ros_arguments(sys.argv[1:]).program, has_window=False))
+    return _run(server_request(_words(), has_window=False))
+
+
+def server_of_gz() -> int:
+    """Run ``ros_gz_sim gzserver``: time passes from the start.
+
+    Raises:
+        UsageError: There is no world.
+    """
+    given = parse_ros_arguments(sys.argv[1:])
+    with init(), Node("gzserver") as asked:
+        file = str(asked.declare_parameter("world_sdf_file", "").value)
+        text = str(asked.declare_parameter("world_sdf_string", "").value)
+    if not (file or text):
+        raise UsageError("Must specify either 'world_sdf_file' or 'world_sdf_string'")
+    unserved = (*given.program, *(() if file else ("world_sdf_string",)))
+    return _run(Request(file, has_window=False, unserved=unserved))
 
 
 def gzclient() -> int:
     """Say where Gazebo's picture is, and stay: with the window's end many a launch ends."""
+    return _show(server_request(_words(), has_window=True))
+
+
+def _words() -> tuple[str, ...]:
+    return parse_ros_arguments(sys.argv[1:]).program
+
+
+def _show(request: Request) -> int:
+    if request.asks_version:
+        return _tell_version()
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(),
         Node("gzclient") as node,
     ):
+        if request.unserved:
+            node.get_logger().warning(WITHOUT_EFFECT.format(", ".join(request.unserved)))
         node.get_logger().info(_PAGE)
         spin(node)
     return 0
 
 
+def _tell_version() -> int:
+    from importlib.metadata import version
+
+    sys.stdout.write(f"teleopctl {version('teleopctl')}, MuJoCo {version('mujoco')}\n")
+    return 0
+
+
 def _run(request: Request) -> int:
     """Run until it is interrupted, or until one of the programs ends."""
+    if request.asks_version:
+        return _tell_version()
     if not request.has_server:
-        return gzclient()
+        return _show(request)
     # Behind `init`: what is told while the children end may still be published.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),

@@ -1,10 +1,15 @@
-"""``ros_gz_sim create`` and ``gazebo_ros spawn_entity.py``: put a robot into the simulator."""
+"""Robots into the simulator and out of it.
+
+``create`` and ``remove`` of ``ros_gz_sim``, and ``spawn_entity.py`` of ``gazebo_ros``.
+"""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,6 +25,7 @@ from teleopctl.node import (
     init,
     parse_ros_arguments,
     qos_profile_latched,
+    spin,
     spin_once,
     spin_until_future_complete,
 )
@@ -57,13 +63,12 @@ def create() -> int:
     # A flag of its own, or with its value behind it: `-allow_renaming true`.
     parser.add_argument("-allow_renaming", "--allow_renaming", nargs="?", default="false")
     _add_pose(parser)
-    # The real one passes over what it does not know.
-    options, _ = parser.parse_known_args(_words())
+    options, unknown = parser.parse_known_args(_words())
     with _node("ros_gz_sim") as node:
         for name in _TEXTS:
             value = node.declare_parameter(name, "").value
             setattr(options, name, value or getattr(options, name))
-        node.declare_parameter("allow_renaming", False)
+        renames = node.declare_parameter("allow_renaming", False).value
         for name in _NUMBERS:
             value = node.declare_parameter(name, 0.0).value
             setattr(options, name, value or getattr(options, name))
@@ -71,8 +76,16 @@ def create() -> int:
         if urdf is None:
             node.get_logger().error("Must specify either -file, -param, -string or -topic")
             return 255
+        _tell_unserved(
+            node,
+            [
+                *_written(options, "name", "world"),
+                *(["-allow_renaming"] if renames or options.allow_renaming != "false" else []),
+                *filter(None, [" ".join(unknown)]),
+            ],
+        )
         _tell_pose(node, options)
-        reason = _spawn(node, urdf)
+        reason = _hand_over(node, urdf)
         if reason is None:
             node.get_logger().info("Entity creation successfull.")
             return 0
@@ -96,8 +109,8 @@ def spawn_entity() -> int:
     parser.add_argument("-entity", required=True)
     for name in ("reference_frame", "gazebo_namespace", "robot_namespace", "wait"):
         parser.add_argument(f"-{name}", default="")
-    for name in ("timeout", "spawn_service_timeout"):
-        parser.add_argument(f"-{name}", type=float)
+    parser.add_argument("-timeout", type=float, default=30.0)
+    parser.add_argument("-spawn_service_timeout", type=float)
     for flag in ("unpause", "package_to_model", "b"):
         parser.add_argument(f"-{flag}", action="store_true")
     _add_pose(parser)
@@ -108,14 +121,46 @@ def spawn_entity() -> int:
     with _node("spawn_entity") as node:
         node.get_logger().info("Spawn Entity started")
         urdf = sys.stdin.read() if options.stdin else _description(node, options)
+        unserved = _written(options, "reference_frame", "robot_namespace", "wait")
+        _tell_unserved(node, [*unserved, *(["-b"] if options.b else [])])
         _tell_pose(node, options)
-        reason = _spawn(node, urdf or "")
+        namespace = options.gazebo_namespace.rstrip("/")
+        patience = options.timeout
+        if options.spawn_service_timeout is not None:
+            node.get_logger().warning(
+                "'-spawn_service_timeout' is deprecated, use '-timeout' instead"
+            )
+            patience = options.spawn_service_timeout
+        reason = _hand_over(node, urdf or "", namespace, patience)
         if reason is None:
             text = f"SpawnEntity: Successfully spawned entity [{options.entity}]"
             node.get_logger().info(f"Spawn status: {text}")
+            if options.unpause:
+                _set(node, "/mujoco_sim", Parameter("paused", value=False))
+            if options.b:
+                spin(node)
             return 0
         node.get_logger().error(f"Spawn status: {reason}")
         node.get_logger().error("Spawn service failed. Exiting.")
+        return 1
+    return 0
+
+
+def remove() -> int:
+    """Take the robot out as ``ros_gz_sim remove`` does."""
+    with _node("ros_gz_sim_remove_entity") as node:
+        world = node.declare_parameter("world", "").value
+        _tell_unserved(node, [f"world {world}"] if world else [])
+        if not node.declare_parameter("entity_name", "").value:
+            node.get_logger().info(
+                "Entity to remove name is not provided, entity will not be removed."
+            )
+            return 255
+        reason = _hand_over(node, "")
+        if reason is None:
+            node.get_logger().info("Entity removal successful.")
+            return 0
+        node.get_logger().error(f"Entity removal failed.\n {reason}")
         return 1
     return 0
 
@@ -167,6 +212,18 @@ def _heard(node: Node, topic: str) -> str:
     return heard[0]
 
 
+def _tell_unserved(node: Node, words: Sequence[str]) -> None:
+    if words:
+        node.get_logger().warning(
+            f"Without effect here, where there is one world with one robot: {', '.join(words)}"
+        )
+
+
+def _written(options: argparse.Namespace, *names: str) -> list[str]:
+    values = ((name, getattr(options, name)) for name in names)
+    return [f"-{name} {value}" for name, value in values if value]
+
+
 def _tell_pose(node: Node, options: argparse.Namespace) -> None:
     if any(getattr(options, name) for name in _NUMBERS):
         node.get_logger().warning(
@@ -174,15 +231,29 @@ def _tell_pose(node: Node, options: argparse.Namespace) -> None:
         )
 
 
-def _spawn(node: Node, urdf: str) -> str | None:
-    """Hand the description to the simulator; return why it refuses it, or None."""
-    simulator = AsyncParameterClient(node, f"/{NAME}")
-    while not simulator.wait_for_services(_PATIENCE_S):
-        node.get_logger().info(f"Waiting for the simulator, node /{NAME}")
-    future = simulator.set_parameters([Parameter(PARAMETER, value=urdf)])
+def _hand_over(
+    node: Node, urdf: str, namespace: str = "", patience_s: float = math.inf
+) -> str | None:
+    """Hand a description to the simulator, an empty one to take the robot out.
+
+    Returns:
+        Why that was refused, or None.
+    """
+    return _set(node, f"{namespace}/{NAME}", Parameter(PARAMETER, value=urdf), patience_s)
+
+
+def _set(node: Node, target: str, parameter: Parameter, patience_s: float = math.inf) -> str | None:
+    """Set a parameter of a node; return why that was not done, or None."""
+    simulator = AsyncParameterClient(node, target)
+    deadline = time.monotonic() + patience_s
+    while not simulator.wait_for_services(min(_PATIENCE_S, patience_s)):
+        if time.monotonic() >= deadline:
+            return f"there is no simulator, node {target}, after {patience_s:g} s"
+        node.get_logger().info(f"Waiting for the simulator, node {target}")
+    future = simulator.set_parameters([parameter])
     while not future.done():
         spin_until_future_complete(node, future, timeout_sec=_PATIENCE_S)
-        if not future.done() and f"/{NAME}" not in node.get_fully_qualified_node_names():
+        if not future.done() and target not in node.get_fully_qualified_node_names():
             return "the simulator has ended"
     try:
         response = future.result()

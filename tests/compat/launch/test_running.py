@@ -50,7 +50,8 @@ def in_order(text, *words):
 def test_one_process_follows_another_and_all_are_told_of_it(launch):
     text = launch(
         """
-        first, second = says("first", cached_output=True), says("second", log_cmd=True)
+        first = says("first", cached_output=True)
+        second = says("second", log_cmd=True, output_format="{line}")
 
         def on_exit(event, context):
             return [tell("wrote ", first.get_stdout().strip(), f" {first.return_code}"), second]
@@ -79,6 +80,7 @@ def test_one_process_follows_another_and_all_are_told_of_it(launch):
     )
     in_order(text, "started first-1", "wrote first 0", "heard second", "mine came", "ends")
     assert "[INFO] [second-2]: process details: cmd=" in text
+    assert text.count("[WARNING] [second-2]: output_format is without effect") == 1
 
 
 def test_timers_and_coroutines_keep_a_launch_going_until_they_are_cancelled(launch):

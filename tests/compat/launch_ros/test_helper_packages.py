@@ -120,6 +120,27 @@ def test_launch_files_of_moveit_put_their_nodes_together(plan):
     assert joint.command[6:10] == ["--frame-id", "world", "--child-frame-id", "none"]
 
 
+def test_the_actions_of_ros_gz_are_the_launch_files_of_their_names(plan):
+    server, bridge, model = plan(
+        """
+        from launch import LaunchDescription
+        from launch.substitutions import TextSubstitution
+        from ros_gz_bridge.actions import RosGzBridge
+        from ros_gz_sim.actions import GzServer, GzSpawnModel
+
+        def generate_launch_description():
+            return LaunchDescription([
+                GzServer(world_sdf_file=TextSubstitution(text="empty.sdf")),
+                RosGzBridge(bridge_name="bridge", config_file="topics.yaml", use_respawn=True),
+                GzSpawnModel(topic="robot_description", entity_name="arm", yaw="1.5"),
+            ])
+        """
+    ).start.processes
+    assert "gzserver" in server.command
+    assert (bridge.node_name, bridge.respawn, bridge.respawn_delay) == ("/bridge", True, 2.0)
+    assert "create" in model.command
+
+
 def test_a_parameter_file_is_rewritten_for_nav2(plan, tmp_path):
     given = {
         "amcl": {"ros__parameters": {"scan": {"topic": "scan"}, "rate": 5, "map": "old"}},

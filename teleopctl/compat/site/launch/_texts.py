@@ -76,3 +76,10 @@ def pairs(entries: Mapping[Any, object] | None) -> tuple[tuple[Template, Templat
     return tuple(
         (template(name), optional(value) or literal("")) for name, value in (entries or {}).items()
     )
+
+
+# object: texts, truth values and numbers, or None.
+def given(**texts: object) -> tuple[tuple[str, Template], ...]:
+    """Return those of some named texts that are there, as the model has them."""
+    found = ((name, optional(text)) for name, text in texts.items())
+    return tuple((name, text) for name, text in found if text is not None)

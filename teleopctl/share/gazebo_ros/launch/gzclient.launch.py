@@ -1,18 +1,43 @@
 """Says where the picture of Gazebo's window is."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-IGNORED = {
-    "version": "false",
-    "verbose": "false",
-    "help": "false",
+FLAGS = ("version", "verbose", "help")
+DEFAULTS = {
+    **dict.fromkeys(FLAGS, "false"),
     "extra_gazebo_args": "",
     "gdb": "false",
     "valgrind": "false",
     "gui_required": "false",
 }
+DEBUGGERS = {"gdb": "gdb -ex run --args", "valgrind": "valgrind"}
+
+
+def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return the program, with the arguments that Gazebo's window would be given."""
+
+    def value(name: str) -> str:
+        return LaunchConfiguration(name).perform(context)
+
+    def is_set(name: str) -> bool:
+        return value(name).lower() == "true"
+
+    return [
+        Node(
+            package="gazebo_ros",
+            executable="gzclient",
+            output="screen",
+            arguments=[
+                *(f"--{name}" for name in FLAGS if is_set(name)),
+                *value("extra_gazebo_args").split(),
+            ],
+            prefix=next((words for name, words in DEBUGGERS.items() if is_set(name)), None),
+            on_exit=[Shutdown()] if is_set("gui_required") else None,
+        )
+    ]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -20,9 +45,9 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             *(
-                DeclareLaunchArgument(name, default_value=default, description="Without effect.")
-                for name, default in IGNORED.items()
+                DeclareLaunchArgument(name, default_value=default)
+                for name, default in DEFAULTS.items()
             ),
-            Node(package="gazebo_ros", executable="gzclient", output="screen"),
+            OpaqueFunction(function=start),
         ]
     )

@@ -5,36 +5,29 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-# Those that the simulator follows, and those that files pass on to Gazebo: name → default.
-FOLLOWED = {
+# Options of gzserver, which says what it does nothing about.
+FLAGS = ("version", "verbose", "lockstep", "help", "pause", "record", "minimal_comms")
+VALUES = (
+    "initial_sim_time",
+    "physics",
+    "play",
+    "record_encoding",
+    "record_path",
+    "record_period",
+    "record_filter",
+    "seed",
+    "iters",
+    "profile",
+)
+PLUGINS = ("init", "factory", "force_system")
+DEBUGGERS = {"gdb": "gdb -ex run --args", "valgrind": "valgrind"}
+OTHERS = {
     "world": ("", "A world; one with more than a floor is not built."),
-    "pause": ("false", "Whether time stands still at first."),
     "params_file": ("", "A file of parameters."),
     "extra_gazebo_args": ("", "More words for gzserver."),
     "server_required": ("false", "Whether everything ends with the simulator."),
-}
-IGNORED = {
-    "version": "false",
-    "verbose": "false",
-    "lockstep": "false",
-    "help": "false",
-    "initial_sim_time": "",
-    "physics": "",
-    "play": "",
-    "record": "false",
-    "record_encoding": "",
-    "record_path": "",
-    "record_period": "",
-    "record_filter": "",
-    "seed": "",
-    "iters": "",
-    "minimal_comms": "false",
-    "profile": "",
-    "gdb": "false",
-    "valgrind": "false",
-    "init": "true",
-    "factory": "true",
-    "force_system": "true",
+    "gdb": ("false", "Whether to run it in gdb."),
+    "valgrind": ("false", "Whether to run it in valgrind."),
 }
 
 
@@ -44,33 +37,45 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
 
-    pause = ["-u"] if value("pause").lower() == "true" else []
-    world = [value("world")] if value("world") else []
-    file = [value("params_file")] if value("params_file") else []
-    ends = value("server_required").lower() == "true"
+    def is_set(name: str) -> bool:
+        return value(name).lower() == "true"
+
+    words = [
+        *filter(None, [value("world")]),
+        *(f"--{name}" for name in FLAGS if is_set(name)),
+        *(word for name in VALUES if value(name) for word in (f"--{name}", value(name))),
+        *(word for name in PLUGINS if is_set(name) for word in ("-s", f"libgazebo_ros_{name}.so")),
+        *value("extra_gazebo_args").split(),
+    ]
     return [
         Node(
             package="gazebo_ros",
             executable="gzserver",
             output="screen",
-            arguments=[*world, *pause, *value("extra_gazebo_args").split()],
-            parameters=file,
-            on_exit=[Shutdown()] if ends else None,
+            arguments=words,
+            parameters=list(filter(None, [value("params_file")])),
+            prefix=next((words for name, words in DEBUGGERS.items() if is_set(name)), None),
+            on_exit=[Shutdown()] if is_set("server_required") else None,
         )
     ]
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return what is to be launched."""
+    defaults = {
+        **dict.fromkeys(FLAGS, "false"),
+        **dict.fromkeys(VALUES, ""),
+        **dict.fromkeys(PLUGINS, "true"),
+    }
     return LaunchDescription(
         [
             *(
                 DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in FOLLOWED.items()
+                for name, (default, description) in OTHERS.items()
             ),
             *(
-                DeclareLaunchArgument(name, default_value=default, description="Without effect.")
-                for name, default in IGNORED.items()
+                DeclareLaunchArgument(name, default_value=default)
+                for name, default in defaults.items()
             ),
             OpaqueFunction(function=start),
         ]

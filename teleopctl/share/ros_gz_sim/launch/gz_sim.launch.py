@@ -3,9 +3,11 @@
 import shlex
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+VERSION = "8"
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -14,17 +16,22 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
 
+    version = value("ign_version") or value("gz_version")
+    wanted = [] if version == VERSION else ["--force-version", version]
     stays = value("on_exit_shutdown") == "false"
-    return [
-        Node(
-            package="ros_gz_sim",
-            executable="gz",
-            exec_name="gazebo",
-            output="screen",
-            arguments=["sim", *shlex.split(value("gz_args") or value("ign_args"))],
-            on_exit=None if stays else [Shutdown()],
-        )
-    ]
+    debugs = value("debugger") != "false"
+    simulator = Node(
+        package="ros_gz_sim",
+        executable="gz",
+        exec_name="gazebo",
+        output="screen",
+        arguments=["sim", *shlex.split(value("gz_args") or value("ign_args")), *wanted],
+        prefix="x-terminal-emulator -e gdb -ex run --args" if debugs else None,
+        on_exit=None if stays else [Shutdown()],
+    )
+    if value("ign_args") and not value("gz_args"):
+        return [LogInfo(msg="ign_args is deprecated, migrate to gz_args!"), simulator]
+    return [simulator]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -37,7 +44,7 @@ def generate_launch_description() -> LaunchDescription:
                 description="Arguments of `gz sim`; -r: time passes from the start.",
             ),
             DeclareLaunchArgument(
-                "gz_version", default_value="8", description="Without effect: there is MuJoCo."
+                "gz_version", default_value=VERSION, description="Without effect: there is MuJoCo."
             ),
             DeclareLaunchArgument(
                 "ign_args", default_value="", description="The older name of gz_args."
@@ -45,7 +52,9 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "ign_version", default_value="", description="The older name of gz_version."
             ),
-            DeclareLaunchArgument("debugger", default_value="false", description="Without effect."),
+            DeclareLaunchArgument(
+                "debugger", default_value="false", description="Whether to run it in gdb."
+            ),
             DeclareLaunchArgument(
                 "on_exit_shutdown",
                 default_value="false",

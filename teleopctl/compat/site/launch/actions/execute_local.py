@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
 
 
+_LINE = "[{this.process_description.final_name}] {line}"
+
+
 class ExecuteLocal(Action):
     """Starts a process.
 
@@ -36,7 +39,8 @@ class ExecuteLocal(Action):
         emulate_tty: Whether it is to take its output for a terminal.
         output: ``screen``, ``log``, ``both`` …, or such a word for each of ``stdout`` and
             ``stderr``.
-        output_format: Accepted for ROS 2's sake: a line has the process's name in front.
+        output_format: Without effect, which is told where it is another one: a line has the
+            process's name in front.
         cached_output: Whether `get_stdout` and `get_stderr` are to know what it has written.
         log_cmd: Whether a line tells what is started.
         on_exit: What is done when it has ended, or a function that is called with event and
@@ -57,7 +61,7 @@ class ExecuteLocal(Action):
         sigkill_timeout: SomeSubstitutionsType | float | None = None,
         emulate_tty: bool | SomeSubstitutionsType = False,
         output: SomeSubstitutionsType | Mapping[str, Any] = "log",
-        output_format: str = "[{this.process_description.final_name}] {line}",  # noqa: ARG002
+        output_format: str = _LINE,
         cached_output: bool = False,
         log_cmd: bool = False,
         on_exit: OnEvent | None = None,
@@ -83,6 +87,7 @@ class ExecuteLocal(Action):
         self._emulate_tty = emulate_tty
         self._output = output
         self._log_cmd = log_cmd
+        self._has_format = output_format != _LINE
         self._on_exit = on_exit
         self._plan: ProcessPlan | None = None
         self._launch: model.Launch | None = None
@@ -173,6 +178,10 @@ class ExecuteLocal(Action):
             words = " ".join(word for word in plan.command if word.strip())
             about = f"cmd='{words}', cwd='{plan.working_directory}', custom_env?=True"
             launch.say("INFO", f"process details: {about}", plan.name)
+        if self._has_format:
+            launch.say(
+                "WARNING", "output_format is without effect: lines are '[NAME] …'", plan.name
+            )
         if self._written is not None:
             self._answer(ProcessIO, lambda event, _: self._keep(event), launch)
         if self._on_exit is not None:

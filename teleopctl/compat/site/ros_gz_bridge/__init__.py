@@ -1,0 +1,1 @@
+"""``ros_gz_bridge``: the part that launch files use."""

@@ -1,0 +1,5 @@
+"""``ros_gz_bridge.actions``."""
+
+from .ros_gz_bridge import RosGzBridge
+
+__all__ = ["RosGzBridge"]

@@ -1,0 +1,1 @@
+"""``ros_gz_sim``: the part that launch files use."""

@@ -1,0 +1,77 @@
+"""Actions of ``ros_gz_sim`` and ``ros_gz_bridge``: each is the launch file of its name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from teleopctl.launch.actions.nesting import give
+from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.template import Template, literal
+from teleopctl.packages import package_share
+
+_COMPOSITION = ("container_name", "create_own_container", "use_composition")
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFileOf(Action):
+    """A launch file of a package, whose arguments are the action's keys.
+
+    Attributes:
+        arguments: Those that are given, by key.
+    """
+
+    package: ClassVar[str]
+    file: ClassVar[str]
+    required: ClassVar[tuple[str, ...]] = ()
+    # Keys that the file's argument is not called.
+    names: ClassVar[dict[str, str]] = {}
+
+    arguments: tuple[tuple[str, Template], ...]
+
+    @classmethod
+    def parse(cls, entity: Entity) -> Self:
+        """Read the keys."""
+        needed = [(key, entity.required(key)) for key in cls.required]
+        others = [(key, entity.optional(key)) for key in cls.keys if key not in cls.required]
+        return cls((*needed, *((key, value) for key, value in others if value is not None)))
+
+    def evaluate(self, launch: Launch) -> None:
+        """Evaluate the file."""
+        give(
+            tuple((literal(self.names.get(key, key)), value) for key, value in self.arguments),
+            launch,
+        )
+        launch.include(package_share(self.package) / "launch" / self.file)
+
+
+class GzServer(LaunchFileOf):
+    """``gz_server``: the simulator."""
+
+    __slots__ = ()
+    package = "ros_gz_sim"
+    file = "gz_server.launch.py"
+    keys = ("world_sdf_file", "world_sdf_string", *_COMPOSITION)
+
+
+class GzSpawnModel(LaunchFileOf):
+    """``gz_spawn_model``: puts a robot into the simulator."""
+
+    __slots__ = ()
+    package = "ros_gz_sim"
+    file = "gz_spawn_model.launch.py"
+    names: ClassVar = {"roll": "R", "pitch": "P", "yaw": "Y"}
+    keys = (
+        *("world", "file", "model_string", "topic", "entity_name", "allow_renaming"),
+        *("x", "y", "z", "roll", "pitch", "yaw"),
+    )
+
+
+class RosGzBridge(LaunchFileOf):
+    """``ros_gz_bridge``: passes on the simulator's topics."""
+
+    __slots__ = ()
+    package = "ros_gz_bridge"
+    file = "ros_gz_bridge.launch.py"
+    required = ("bridge_name", "config_file")
+    keys = (*required, *_COMPOSITION, "namespace", "use_respawn", "log_level")

@@ -1,0 +1,23 @@
+"""Takes the robot out of the simulator."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+ARGUMENTS = {"world": "The world's name; there is one world.", "entity_name": "Its name."}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what is to be launched."""
+    values = {name: ParameterValue(LaunchConfiguration(name), value_type=str) for name in ARGUMENTS}
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value="", description=description)
+                for name, description in ARGUMENTS.items()
+            ),
+            Node(package="ros_gz_sim", executable="remove", output="screen", parameters=[values]),
+        ]
+    )

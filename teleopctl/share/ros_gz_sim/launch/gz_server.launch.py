@@ -1,0 +1,38 @@
+"""Starts the simulator without a word on its picture."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, LogInfo
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ARGUMENTS = {
+    "world_sdf_file": ("", "A world; one with more than a floor is not built."),
+    "world_sdf_string": ("", "A world as text, which is not built."),
+    "container_name": ("ros_gz_container", "Where it would be loaded."),
+    "create_own_container": ("False", "Whether it would be loaded into one of its own."),
+    "use_composition": ("False", "Whether it would be loaded into a container."),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return what is to be launched."""
+    worlds = ("world_sdf_file", "world_sdf_string")
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (default, description) in ARGUMENTS.items()
+            ),
+            LogInfo(
+                msg="use_composition: the simulator is a process of its own here",
+                condition=IfCondition(LaunchConfiguration("use_composition")),
+            ),
+            Node(
+                package="ros_gz_sim",
+                executable="gzserver",
+                output="screen",
+                parameters=[{name: LaunchConfiguration(name) for name in worlds}],
+            ),
+        ]
+    )
