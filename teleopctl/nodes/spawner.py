@@ -35,6 +35,7 @@ class Request:
         load_only: Leave it unconfigured.
         inactive: Leave it inactive.
         ros_args: ROS arguments for its node.
+        type: Its type, where no parameter file gives it.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Request:
     load_only: bool = False
     inactive: bool = False
     ros_args: list[str] = field(default_factory=list)
+    type: str = ""
 
 
 def _controller_options(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +59,18 @@ def _controller_options(parser: argparse.ArgumentParser) -> None:
         "--load-only", action="store_true", help="only load, leave the controller unconfigured"
     )
     parser.add_argument(
-        "--inactive", action="store_true", help="load and configure, but do not activate"
+        "--inactive",
+        "-s",  # as before Jazzy
+        "--stopped",
+        action="store_true",
+        help="load and configure, but do not activate",
+    )
+    parser.add_argument(
+        "-t",
+        "--controller-type",
+        default="",
+        metavar="TYPE",
+        help="the controller's type, where no parameter file gives it, as before Jazzy",
     )
     parser.add_argument(
         "--controller-ros-args",
@@ -81,6 +94,9 @@ def _make_parser() -> argparse.ArgumentParser:
         default="controller_manager",
         metavar="NAME",
         help="name of the controller manager's node",
+    )
+    parser.add_argument(
+        "-n", "--namespace", default="", metavar="NS", help="the controller manager's namespace"
     )
     _controller_options(parser)
     parser.add_argument(
@@ -129,6 +145,8 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Re
             groups[-1].append(word)
     parser = _make_parser()
     options = parser.parse_args(groups[0])
+    if options.namespace and not options.controller_manager.startswith("/"):
+        options.controller_manager = f"/{options.namespace.strip('/')}/{options.controller_manager}"
     own = argparse.ArgumentParser(prog="spawner --controller", add_help=False)
     own.add_argument("name")
     _controller_options(own)
@@ -139,6 +157,7 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Re
             options.load_only,
             options.inactive,
             list(options.controller_ros_args),
+            options.controller_type,
         )
         # Names have no blanks: a launch argument gives several of them as one word.
         for word in options.controller_names
@@ -153,6 +172,7 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Re
                 given.load_only or options.load_only,
                 given.inactive or options.inactive,
                 [*options.controller_ros_args, *given.controller_ros_args],
+                given.controller_type or options.controller_type,
             )
         )
     if not requests:
@@ -241,6 +261,8 @@ class Spawner:
             settings = manager_settings(request.name, self._client.name, request.param_files)
         except TeleopctlError as error:
             self._fail(error.message)
+        if request.type:
+            settings.setdefault("type", request.type)
         if request.ros_args:
             settings["node_options_args"] = [
                 word for arguments in request.ros_args for word in arguments.split()

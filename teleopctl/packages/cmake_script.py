@@ -143,8 +143,10 @@ class _Script:
 
     def _globbed(self, patterns: list[str], below: str, recursive: bool) -> list[str]:
         relative_to = None
-        if patterns[:1] == ["RELATIVE"] and len(patterns) > 1:
-            relative_to, patterns = _place(below, patterns[1]), patterns[2:]
+        while len(patterns) > 1 and patterns[0] in ("LIST_DIRECTORIES", "RELATIVE"):
+            if patterns[0] == "RELATIVE":
+                relative_to = _place(below, patterns[1])
+            patterns = patterns[2:]
         found: list[str] = []
         for pattern in patterns:
             if pattern == "CONFIGURE_DEPENDS":
@@ -153,7 +155,7 @@ class _Script:
             wanted = "/".join(part for part in (start, "**" if recursive else "", last) if part)
             try:
                 files = sorted(islice(self._folder.glob(wanted), _MOST_FILES))
-            except (ValueError, NotImplementedError):  # no pattern for pathlib
+            except (ValueError, NotImplementedError, IndexError):  # no pattern for pathlib
                 continue
             for file in files:
                 path = Path(os.path.relpath(file, self._folder)).as_posix()

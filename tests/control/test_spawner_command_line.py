@@ -33,3 +33,12 @@ def test_controllers_do_not_inherit_the_name_of_the_managers_node():
 def test_one_word_may_hold_several_names_as_a_launch_argument_gives_them():
     _, requests = read_command_line(["a b", "c"])
     assert [request.name for request in requests] == ["a", "b", "c"]
+
+
+def test_the_options_of_ros_2_before_jazzy_are_known():
+    words = ["a", "-t", "x/X", "--stopped", "-n", "/left", "--controller", "b", "-t", "y/Y"]
+    options, (a, b) = read_command_line(words)
+    assert options.controller_manager == "/left/controller_manager"
+    assert (a.type, a.inactive, b.type) == ("x/X", True, "y/Y")
+    absolute, _ = read_command_line(["a", "-n", "left", "-c", "/right/manager"])
+    assert absolute.controller_manager == "/right/manager"

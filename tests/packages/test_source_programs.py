@@ -50,7 +50,8 @@ def arm(tmp_path):
         ),
         ("file(GLOB all scripts/*)\ninstall(PROGRAMS ${all} DESTINATION lib/arm)", "* notes.txt"),
         (
-            "file(GLOB all RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS\n"
+            "file(GLOB all LIST_DIRECTORIES FALSE\n"
+            "RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS\n"
             "  ${CMAKE_CURRENT_SOURCE_DIR}/scripts/*.py)\n"
             "install(PROGRAMS ${all} DESTINATION lib/arm)",
             "wave.py",
@@ -102,6 +103,7 @@ def test_a_program_that_is_not_compiled_is_told_from_one_that_does_not_exist(
         "foreach(a b c)\n" * 40 + "set(x 1)",
         "install(PROGRAMS ${",
         "add_subdirectory(.)",
+        "file(GLOB x ${PROJECT_SOURCE_DIR} .)",
         "file(GLOB x /etc/* ../*)\ninstall(PROGRAMS ${x} DESTINATION lib/arm)",
         "file(GLOB)\nfile(GLOB x RELATIVE)\nlist(APPEND)\nset()\ninstall(FILES DESTINATION)",
     ],

@@ -28,16 +28,18 @@ _TYPE = ".type"
 def expand(arguments: Sequence[str], context: LaunchContext) -> str:
     """Return the robot description of a xacro file and its ``name:=value`` arguments.
 
+    As on the command line of ``xacro``, the file may stand anywhere among them.
+
     Raises:
         TeleopctlError: An argument is something else, or the file cannot be expanded.
     """
-    mappings: dict[str, str] = {}
-    for argument in arguments[1:]:
-        name, separator, value = argument.partition(":=")
-        if not separator or not name:
-            raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
-        mappings[name] = value
-    return context.robot_description(resolve_uri(arguments[0]).absolute(), mappings)
+    files = [word for word in arguments if ":=" not in word]
+    for argument in files[1:]:
+        raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
+    if not files:
+        raise LaunchError("$(xacro …): the file is missing")
+    mappings = dict(word.split(":=", 1) for word in arguments if ":=" in word)
+    return context.robot_description(resolve_uri(files[0]).absolute(), mappings)
 
 
 def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:

@@ -122,11 +122,15 @@ def _anonymous(arguments: Sequence[str], context: LaunchContext) -> str:
     return context.anonymous_name(arguments[0])
 
 
+def _is_plain_xacro(words: Sequence[str]) -> bool:
+    return Path(words[0]).name == "xacro" and not any(word.startswith("-") for word in words[1:])
+
+
 def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     words = values.words(arguments[0])
     if not words:
         raise LaunchError("$(command …): the command is empty")
-    if Path(words[0]).name == "xacro" and len(words) > 1 and words[1][:1] != "-":
+    if _is_plain_xacro(words):
         # What every launch file in the world does; it needs no xacro on the PATH here.
         return expand(words[1:], context)
     words = with_ours(words, context.environment_value("PATH"))

@@ -222,15 +222,17 @@ def test_controllers_are_started_by_a_spawner(plan):
     source = """
         from controller_manager.launch_utils import (
             generate_controllers_spawner_launch_description_from_dict as several,
+            generate_load_controller_launch_description as one,
             generate_spawner_launch_description as each,
         )
         def generate_launch_description():
             launch = several({"arm": ["a.yaml", "b.yaml"], "hand": None}, ["--inactive"])
             wheels = {"param_file": "c.yaml", "load_only": True}
             launch.add_action(each({"wheels": wheels}).entities[0])
+            launch.add_action(one("head", controller_type="x/X").entities[-1])
             return launch
         """
-    first, second = plan(source, unload_on_kill="true").processes
+    first, second, third = plan(source, unload_on_kill="true").processes
     given = first.command[0].partition("spawner ")[2]
     assert " ".join(given.split()) == (
         "arm hand --controller-manager controller_manager --param-file a.yaml --param-file b.yaml "
@@ -238,6 +240,7 @@ def test_controllers_are_started_by_a_spawner(plan):
     )
     given = second.command[0].partition("spawner ")[2]
     assert given == "--controller wheels --param-file c.yaml --load-only"
+    assert "--controller-type x/X --unload-on-kill" in third.command[0]
 
 
 def test_components_are_refused_with_their_names_and_line_or_left_out(plan):

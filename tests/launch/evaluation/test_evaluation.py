@@ -513,11 +513,15 @@ def test_a_semantic_description_is_no_robot_that_lacks_links(plan, tmp_path):
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
     from teleopctl import robot
 
-    monkeypatch.setattr(robot, "expand_xacro", lambda path, mappings: "robot")
+    monkeypatch.setattr(robot, "expand_xacro", lambda path, given: f"{path.name} {given}")
     monkeypatch.setenv("PATH", "")
     for program in ("xacro", "$(find-exec xacro)"):
-        command = f'$(command "{program} a.xacro b:=1")'
-        assert words(plan("launch:\n" + echo(command))) == ["robot"]
+        for line in ("a.xacro b:=1 c:=", "b:=1 a.xacro c:="):
+            command = f'$(command "{program} {line}")'
+            assert words(plan("launch:\n" + echo(command))) == ["a.xacro {'b': '1', 'c': ''}"]
+    for line, error in (("a.xacro more", "expected 'name:=value', got 'more'"), ("", "missing")):
+        with pytest.raises(TeleopctlError, match=error):
+            plan(f"launch:\n- executable: {{cmd: echo $(command 'xacro {line}')}}")
 
 
 def test_a_request_survives_the_way_to_another_process(tmp_path):

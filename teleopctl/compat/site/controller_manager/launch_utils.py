@@ -17,6 +17,8 @@ def generate_controllers_spawner_launch_description(
     controller_names: Sequence[str],
     controller_params_files: Iterable[SomeSubstitutionsType] | None = None,
     extra_spawner_args: Sequence[SomeSubstitutionsType] = (),
+    *,
+    controller_type: str | None = None,
 ) -> LaunchDescription:
     """Return a description that starts controllers, with arguments for how.
 
@@ -24,6 +26,7 @@ def generate_controllers_spawner_launch_description(
         controller_names: The controllers.
         controller_params_files: Parameter files for them.
         extra_spawner_args: Further arguments of the spawner.
+        controller_type: Their type, of ROS 2 before Jazzy.
     """
     manager = LaunchConfiguration("controller_manager_name")
     unload = PythonExpression(
@@ -48,6 +51,7 @@ def generate_controllers_spawner_launch_description(
                     "--controller-manager",
                     manager,
                     *files,
+                    *(["--controller-type", controller_type] if controller_type else []),
                     unload,
                     *extra_spawner_args,
                 ]
@@ -81,6 +85,8 @@ def generate_load_controller_launch_description(
     controller_name: str,
     controller_params_file: SomeSubstitutionsType | None = None,
     extra_spawner_args: Sequence[SomeSubstitutionsType] = (),
+    *,
+    controller_type: str | None = None,
 ) -> LaunchDescription:
     """Return a description that starts one controller.
 
@@ -88,10 +94,11 @@ def generate_load_controller_launch_description(
         controller_name: The controller.
         controller_params_file: A parameter file for it.
         extra_spawner_args: Further arguments of the spawner.
+        controller_type: Its type, of ROS 2 before Jazzy.
     """
     files = [controller_params_file] if controller_params_file else None
     return generate_controllers_spawner_launch_description(
-        [controller_name], files, extra_spawner_args
+        [controller_name], files, extra_spawner_args, controller_type=controller_type
     )
 
 
