@@ -122,9 +122,10 @@ def include_package_of(file: Path) -> None:
     """Let the package that a file lies in be found, here and by the processes started from here.
 
     It comes before one of its name around the current folder, which is only met there, and behind
-    one on ``TELEOPCTL_PACKAGE_PATH``.
+    one on ``TELEOPCTL_PACKAGE_PATH``; and so do the others of its workspace: a description and its
+    bringup are two packages.
     """
-    from teleopctl.packages.source_folders import enclosing_package, package_name
+    from teleopctl.packages.source_folders import enclosing_package, package_name, workspace_of
 
     folder = enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
     name = folder and package_name(folder / "package.xml")
@@ -132,7 +133,12 @@ def include_package_of(file: Path) -> None:
         return
     own = builtin_package(name)
     if own is None or own.folder != folder:
-        named = filter(None, (os.environ.get(PACKAGE_PATH_VARIABLE), str(folder)))
+        workspace = workspace_of(folder)
+        here = Path.cwd()
+        # What lies below the current folder is found anyway; several workspaces may lie there.
+        near = workspace is None or here in (workspace, workspace.parent)
+        others = None if near else str(workspace)
+        named = filter(None, (os.environ.get(PACKAGE_PATH_VARIABLE), str(folder), others))
         os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join(named)
 
 

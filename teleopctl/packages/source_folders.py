@@ -36,6 +36,15 @@ def enclosing_package(folder: Path) -> Path | None:
     return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
 
 
+def workspace_of(folder: Path) -> Path | None:
+    """Return the folder that a package lies in with others: the nearest ``src``, or a repository.
+
+    Args:
+        folder: The package's.
+    """
+    return next((f for f in folder.parents if f.name == "src" or (f / ".git").exists()), None)
+
+
 def find_package_folders(
     root: Path, on_cut: Callable[[int], object] = lambda _: None
 ) -> Iterator[tuple[str | None, Path]]:

@@ -347,6 +347,22 @@ def test_the_package_of_a_file_is_meant_whatever_lies_below_the_current_folder(
     assert packages.package_share("arm") == folder
 
 
+@pytest.mark.parametrize("mark", ["src", ".git"])
+def test_the_packages_beside_that_of_a_file_given_by_path_are_found(tmp_path, monkeypatch, mark):
+    workspace = tmp_path / "away" / ("src" if mark == "src" else "repository")
+    bringup = make_package(workspace / "bringup", "arm_bringup")
+    description = make_package(workspace / "deep" / "description", "arm_description")
+    (workspace / mark).mkdir()
+    make_package(tmp_path / "other" / "src" / "description", "arm_description")
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", "")
+    packages.include_package_of(bringup / "launch" / "up.launch.py")
+    assert packages.package_share("arm_description") == description
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", "")
+    monkeypatch.chdir(workspace)
+    packages.include_package_of(bringup / "launch" / "up.launch.py")
+    assert os.environ["TELEOPCTL_PACKAGE_PATH"] == str(bringup)
+
+
 def test_the_package_of_a_file_hides_none_of_the_folders_named(tmp_path, monkeypatch):
     named = make_package(tmp_path / "named", "arm")
     make_package(tmp_path / "away", "arm")
