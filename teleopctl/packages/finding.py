@@ -128,8 +128,12 @@ def include_package_of(file: Path) -> None:
     from teleopctl.packages.source_folders import enclosing_package, package_name, workspace_of
 
     folder = enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
-    name = folder and package_name(folder / "package.xml")
-    if not name or name in _packages_below(tuple((root, "") for root in _named_roots())):
+    name = None if folder is None else package_name(folder / "package.xml")
+    if (
+        folder is None
+        or not name
+        or name in _packages_below(tuple((root, "") for root in _named_roots()))
+    ):
         return
     own = builtin_package(name)
     if own is None or own.folder != folder:
