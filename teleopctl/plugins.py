@@ -27,6 +27,7 @@ _VERBS = {
     "run": ("run:VERB", "Start one node."),
     "python": ("python:VERB", "Start Python with rclpy to import."),
     "launch": ("launch:VERB", "Start many nodes from a launch file."),
+    "test": ("test:VERB", "Run tests beside what a launch file starts."),
     "ps": ("ps:VERB", "List what runs in the background."),
     "logs": ("logs:VERB", "Show the output of a background process."),
     "stop": ("stop:VERB", "Stop background processes."),

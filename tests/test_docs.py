@@ -23,6 +23,7 @@ TYPED = {
     for page in (
         *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "launch_files", "nodes"),
         *("page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
+        "launch_tests",
     )
 }
 

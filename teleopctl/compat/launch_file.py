@@ -22,11 +22,7 @@ def read(path: Path) -> LaunchFile:
         TeleopctlError: It cannot be read or has no such function, or something in it is wrong; the
             message has file and line.
     """
-    activate()
-    _source()
-    if sys.path[0] != SITE:
-        # A launch is evaluated here, so that the classes have to be these and no others.
-        sys.path.insert(0, SITE)
+    prefer_ours()
     from launch import LaunchDescription
     from launch._entities import steps
     from launch._places import blamed
@@ -61,8 +57,14 @@ def read(path: Path) -> LaunchFile:
         raise blamed(error, str(path)) from error
 
 
-def _source() -> None:
-    """Set what is set where a ROS 2 has been sourced, for the file and for what it starts."""
+def prefer_ours() -> None:
+    """Let this process import ``launch`` and the like from here, as if a ROS 2 had been sourced.
+
+    A launch is evaluated here, so that the classes have to be these and no others.
+    """
+    activate()
+    if sys.path[0] != SITE:
+        sys.path.insert(0, SITE)
     given = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": distribution()}
     for name, value in given.items():
         os.environ.setdefault(name, value)

@@ -36,8 +36,11 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
     """Make the packages importable before the first ``conftest.py`` is read."""
     if early_config.getini("teleopctl_imports"):
         from teleopctl.compat import activation
+        from teleopctl.testing import launch_tests
 
         activation.activate()
+        if launch_tests.are_ours(activation.SITE):
+            early_config.pluginmanager.register(launch_tests)
 
 
 @pytest.fixture

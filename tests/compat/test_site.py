@@ -15,6 +15,7 @@ ament_index_python cv_bridge launch launch_ros launch_xml launch_yaml message_fi
 rclpy_components ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_bridge ros_gz_sim
+launch_pytest launch_testing launch_testing_ros
 """
 
 RCLPY = """
@@ -47,7 +48,7 @@ def test_the_public_modules_of_rclpy_are_those_of_the_list():
 
 
 def test_the_packages_know_each_other_by_their_public_names():
-    others = {"lxml", "numpy", "teleopctl", "yaml"}
+    others = {"lxml", "numpy", "pytest", "teleopctl", "yaml"}
     allowed = {*PACKAGES.split(), *sys.stdlib_module_names, *others}
     for file in Path(SITE).rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):

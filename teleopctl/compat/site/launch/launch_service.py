@@ -76,6 +76,10 @@ class LaunchService:
         """The task that runs the launch, where one does."""
         return self._task
 
+    def _is_idle(self) -> bool:
+        """Tell whether nothing goes on; tests of what a launch has left ask for that."""
+        return not self._runs
+
     def emit_event(self, event: Event) -> None:
         """Make an event happen, at once or when the launch runs; any thread may do this."""
         emit(event, self._evaluation)

@@ -161,13 +161,19 @@ class ExecuteLocal(Action):
             )
         return b"".join(self._written[name]).decode(errors="replace")
 
+    def prepare(self, context: LaunchContext) -> None:
+        """Evaluate its command line, which is known from then on; nothing is started."""
+        self._plan = context.launch.plan_of(self.process())
+        if self._description is not None:
+            self._description.planned(self._plan)
+
     def planned(self, plan: ProcessPlan, launch: model.Launch) -> None:
         """Take in that it is going to be started.
 
         Raises:
             RuntimeError: That has happened before.
         """
-        if self._plan is not None:
+        if self._launch is not None:
             raise RuntimeError(
                 f"ExecuteLocal action '{plan.name}': executed more than once: {self.describe()}"
             )

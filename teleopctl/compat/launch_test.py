@@ -1,0 +1,77 @@
+"""Launch tests: Python files with ``generate_test_description()`` and classes of tests."""
+
+from __future__ import annotations
+
+import random
+import socket
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from teleopctl.compat.launch_file import prefer_ours
+from teleopctl.errors import SystemFailureError
+
+# As ROS 2's domain_coordinator has them, so that runs of both keep out of each other's way.
+_DOMAINS = range(1, 101)
+_FIRST_PORT = 22119
+
+
+def run_launch_test(
+    file: Path,
+    arguments: Iterable[str],
+    *,
+    package_name: str | None = None,
+    verbose: bool = False,
+    show_args: bool = False,
+    xml_path: str | None = None,
+) -> int:
+    """Run the tests of a file, and return 0 where all have passed, else 1.
+
+    Args:
+        file: The file.
+        arguments: Arguments of its launch: ``name:=value``.
+        package_name: Package of the test, in the report; by default the file's name.
+        verbose: Whether lines for finding mistakes are shown.
+        show_args: Whether to list which arguments it takes, and to run nothing.
+        xml_path: File to write an xUnit report to, or None.
+
+    Raises:
+        TeleopctlError: The file cannot be read, or its launch not be run; the message has file and
+            line.
+    """
+    prefer_ours()
+    from launch._places import blamed
+    from launch_testing.launch_test import run_file
+
+    try:
+        return run_file(
+            file,
+            arguments,
+            package_name=package_name,
+            verbose=verbose,
+            show_args=show_args,
+            xml_path=xml_path,
+        )
+    except Exception as error:
+        raise blamed(error, str(file)) from error
+
+
+@contextmanager
+def free_domain() -> Iterator[int]:
+    """Give the block a ROS domain that no other test on this machine has.
+
+    Raises:
+        SystemFailureError: All are taken.
+    """
+    for domain in random.sample(_DOMAINS, len(_DOMAINS)):
+        with socket.socket() as taken:
+            try:
+                taken.bind(("127.0.0.1", _FIRST_PORT + domain))
+            except OSError:
+                continue
+            yield domain
+            return
+    raise SystemFailureError(
+        f"Launch tests run in all {len(_DOMAINS)} ROS domains",
+        hint="Wait for one of them to end, or set ROS_DOMAIN_ID.",
+    )

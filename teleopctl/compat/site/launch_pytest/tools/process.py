@@ -1,0 +1,276 @@
+"""``launch_pytest.tools.process``: waits for processes of a launch that runs.
+
+Each comes twice: to be awaited, and with ``_sync`` for tests that are no coroutines. What has
+happened already counts.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import TypeVar
+
+from launch import LaunchContext
+from launch.actions import ExecuteLocal
+from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart
+
+_Value = TypeVar("_Value")
+
+# Tells whether what one waits for is there.
+Condition = Callable[[], _Value]
+# Whether output is as expected, or what raises AssertionError where it is not.
+Validate = Callable[[str], object]
+
+
+@contextmanager
+def _watched(
+    context: LaunchContext, process: ExecuteLocal, changed: Callable[[], object]
+) -> Iterator[None]:
+    """Have a function called, on the launch's thread, whenever something happens to a process."""
+
+    def on_event(*_: object) -> None:
+        changed()
+
+    handlers = [
+        OnProcessStart(target_action=process, on_start=on_event),
+        OnProcessExit(target_action=process, on_exit=on_event),
+        OnProcessIO(target_action=process, on_stdout=on_event, on_stderr=on_event),
+    ]
+    for handler in handlers:
+        # Behind that of the action itself, which takes in what has happened.
+        context.register_event_handler(handler, append=True)
+    try:
+        yield
+    finally:
+        for handler in handlers:
+            context.unregister_event_handler(handler)
+
+
+async def _wait(
+    context: LaunchContext,
+    process: ExecuteLocal,
+    condition: Condition[_Value],
+    timeout: float | None,
+) -> _Value:
+    loop = asyncio.get_running_loop()
+    changed = asyncio.Event()
+
+    async def wait() -> None:
+        while not condition():
+            await changed.wait()
+            changed.clear()
+
+    with _watched(context, process, lambda: loop.call_soon_threadsafe(changed.set)):
+        with suppress(TimeoutError):
+            await asyncio.wait_for(wait(), timeout)
+        return condition()
+
+
+def _wait_sync(
+    context: LaunchContext,
+    process: ExecuteLocal,
+    condition: Condition[_Value],
+    timeout: float | None,
+) -> _Value:
+    changed = threading.Event()
+    end = None if timeout is None else time.monotonic() + timeout
+    with _watched(context, process, changed.set):
+        while not (value := condition()):
+            left = None if end is None else max(0.0, end - time.monotonic())
+            if not changed.wait(left):
+                return condition()
+            changed.clear()
+        return value
+
+
+def _holds(validate: Validate, written: Callable[[], str]) -> Condition[bool]:
+    def condition() -> bool:
+        try:
+            validate(written())
+        except AssertionError:
+            return False
+        return True
+
+    return condition
+
+
+async def wait_for_output(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> object:
+    """Wait until what a process has written to stdout is as expected.
+
+    Args:
+        launch_context: The launch.
+        execute_process_action: The process; its output is cached.
+        validate_output: Called with the output, tells whether it is.
+        timeout: Seconds to wait; None for as long as it takes.
+
+    Returns:
+        What `validate_output` has returned last.
+    """
+    process = execute_process_action
+    return await _wait(
+        launch_context, process, lambda: validate_output(process.get_stdout()), timeout
+    )
+
+
+async def wait_for_stderr(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> object:
+    """Do for stderr what `wait_for_output` does for stdout."""
+    process = execute_process_action
+    return await _wait(
+        launch_context, process, lambda: validate_output(process.get_stderr()), timeout
+    )
+
+
+async def assert_output(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> None:
+    """Wait until what a process has written to stdout passes a check.
+
+    Args:
+        launch_context: The launch.
+        execute_process_action: The process; its output is cached.
+        validate_output: Called with the output, raises AssertionError where it does not.
+        timeout: Seconds to wait; None for as long as it takes.
+
+    Raises:
+        AssertionError: It does not by then.
+    """
+    written = execute_process_action.get_stdout
+    condition = _holds(validate_output, written)
+    if not await _wait(launch_context, execute_process_action, condition, timeout):
+        validate_output(written())
+
+
+async def assert_stderr(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> None:
+    """Do for stderr what `assert_output` does for stdout."""
+    written = execute_process_action.get_stderr
+    condition = _holds(validate_output, written)
+    if not await _wait(launch_context, execute_process_action, condition, timeout):
+        validate_output(written())
+
+
+async def wait_for_start(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    timeout: float | None = None,
+) -> bool:
+    """Wait until a process has been started, and tell whether it has.
+
+    Args:
+        launch_context: The launch.
+        execute_process_action: The process.
+        timeout: Seconds to wait; None for as long as it takes.
+    """
+    process = execute_process_action
+    return await _wait(launch_context, process, lambda: _is_started(process), timeout)
+
+
+async def wait_for_exit(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    timeout: float | None = None,
+) -> bool:
+    """Wait until a process has ended, and tell whether it has; see `wait_for_start`."""
+    process = execute_process_action
+    return await _wait(launch_context, process, lambda: _has_ended(process), timeout)
+
+
+def wait_for_output_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> object:
+    """Do what `wait_for_output` does."""
+    process = execute_process_action
+    return _wait_sync(
+        launch_context, process, lambda: validate_output(process.get_stdout()), timeout
+    )
+
+
+def wait_for_stderr_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> object:
+    """Do for stderr what `wait_for_output` does for stdout."""
+    process = execute_process_action
+    return _wait_sync(
+        launch_context, process, lambda: validate_output(process.get_stderr()), timeout
+    )
+
+
+def assert_output_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> None:
+    """Do what `assert_output` does."""
+    written = execute_process_action.get_stdout
+    condition = _holds(validate_output, written)
+    if not _wait_sync(launch_context, execute_process_action, condition, timeout):
+        validate_output(written())
+
+
+def assert_stderr_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    validate_output: Validate,
+    timeout: float | None = None,
+) -> None:
+    """Do for stderr what `assert_output` does for stdout."""
+    written = execute_process_action.get_stderr
+    condition = _holds(validate_output, written)
+    if not _wait_sync(launch_context, execute_process_action, condition, timeout):
+        validate_output(written())
+
+
+def wait_for_start_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    timeout: float | None = None,
+) -> bool:
+    """Do what `wait_for_start` does."""
+    process = execute_process_action
+    return _wait_sync(launch_context, process, lambda: _is_started(process), timeout)
+
+
+def wait_for_exit_sync(
+    launch_context: LaunchContext,
+    execute_process_action: ExecuteLocal,
+    timeout: float | None = None,
+) -> bool:
+    """Do what `wait_for_exit` does."""
+    process = execute_process_action
+    return _wait_sync(launch_context, process, lambda: _has_ended(process), timeout)
+
+
+def _is_started(process: ExecuteLocal) -> bool:
+    details = process.process_details
+    return details is not None and "pid" in details
+
+
+def _has_ended(process: ExecuteLocal) -> bool:
+    return process.return_code is not None

@@ -1,0 +1,28 @@
+"""``launch_testing.actions.gtest``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from launch import SomeSubstitutionsType
+
+from .test import Test
+
+
+class GTest(Test):
+    """Starts a program of GoogleTest, or any other that is a test.
+
+    Args:
+        path: The program.
+        kwargs: What `Test` takes.
+    """
+
+    # Any: the words of Test.
+    def __init__(self, *, path: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(cmd=[path], **kwargs)
+        self._path = path
+
+    @property
+    def path(self) -> SomeSubstitutionsType:
+        """The program."""
+        return self._path

@@ -1,0 +1,29 @@
+"""``launch_testing.actions.pytest``."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from launch import SomeSubstitutionsType
+
+from .test import Test
+
+
+class PyTest(Test):
+    """Starts pytest on a file.
+
+    Args:
+        path: The file.
+        kwargs: What `Test` takes.
+    """
+
+    # Any: the words of Test.
+    def __init__(self, *, path: SomeSubstitutionsType, **kwargs: Any) -> None:
+        super().__init__(cmd=[sys.executable, "-m", "pytest", path], **kwargs)
+        self._path = path
+
+    @property
+    def path(self) -> SomeSubstitutionsType:
+        """The file."""
+        return self._path

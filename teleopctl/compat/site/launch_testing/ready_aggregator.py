@@ -1,0 +1,28 @@
+"""``launch_testing.ready_aggregator``."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+
+class ReadyAggregator:
+    """Calls a function once it has itself been called a number of times, by whatever threads.
+
+    Args:
+        ready_fn: What is called.
+        num_to_aggregate: At which call of `ready_fn` that is.
+    """
+
+    def __init__(self, ready_fn: Callable[[], object], num_to_aggregate: int) -> None:
+        self._function = ready_fn
+        self._left = num_to_aggregate
+        self._lock = threading.Lock()
+
+    def ready_fn(self) -> None:
+        """Count one more."""
+        with self._lock:
+            self._left -= 1
+            is_the_last = self._left == 0
+        if is_the_last:
+            self._function()

@@ -1,0 +1,61 @@
+"""What pytest knows of ROS 2's launch tests from its start.
+
+``launch_testing`` and ``launch_pytest`` each bring a plug-in, which imports all of ``launch``. Of
+ours, pytest gets the option and the marks at its start, and each plug-in with the first file that
+may have such tests.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+_PLUGINS = {
+    "launch_testing": ("launch_testing.pytest.hooks", (b"generate_test_description",)),
+    "launch_pytest": ("launch_pytest.plugin", (b"launch_pytest", b"mark.launch")),
+}
+_MARKS = (
+    "launch_test: a generate_test_description() with launch tests of launch_testing",
+    "rostest: likewise, of launch_testing_ros",
+    "launch(fixture, shutdown=False): a test of launch_pytest, beside the launch of a fixture",
+)
+
+
+def are_ours(site: str) -> bool:
+    """Tell whether the packages are imported from a folder, and not from a real ROS 2."""
+    specs = [find_spec(name) for name in _PLUGINS]
+    return all(spec is not None and (spec.origin or "").startswith(site) for spec in specs)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the option of launch_testing's plug-in."""
+    parser.addoption(
+        "--launch-args",
+        action="append",
+        nargs="*",
+        default=[],
+        help="arguments of launch tests: name:=value",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the marks of both."""
+    for line in _MARKS:
+        config.addinivalue_line("markers", line)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
+    """Load the plug-ins that a file needs, before it is collected."""
+    if file_path.suffix != ".py":
+        return
+    manager = parent.config.pluginmanager
+    text: bytes | None = None
+    for name, (module, words) in _PLUGINS.items():
+        if not manager.has_plugin(name) and not manager.is_blocked(name):
+            text = file_path.read_bytes() if text is None else text
+            if any(word in text for word in words):
+                manager.register(import_module(module), name)

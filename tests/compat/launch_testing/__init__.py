@@ -1,0 +1,1 @@
+"""``launch_testing``, ``launch_testing_ros`` and ``launch_pytest``."""
