@@ -24,7 +24,8 @@ LAUNCH = """
 import os
 
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess, IncludeLaunchDescription, RegisterEventHandler
+from launch.actions import (
+    ExecuteProcess, IncludeLaunchDescription, LogInfo, RegisterEventHandler)
 from launch.event_handlers import OnProcessExit
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import FindExecutable, PathJoinSubstitution
@@ -66,7 +67,9 @@ def generate_launch_description():
         Node(package="robot_state_publisher", executable="robot_state_publisher",
              parameters=[{"robot_description": open("arm.urdf").read(), "use_sim_time": True}]),
         create,
-        RegisterEventHandler(OnProcessExit(target_action=create, on_exit=[load])),
+        load,
+        RegisterEventHandler(OnProcessExit(
+            target_action=create, on_exit=[LogInfo(msg="create has ended")])),
     ])
 """
 
@@ -90,6 +93,7 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "the simulator takes no other pose" in system.output
     assert "one world with one robot: -name arm, -allow_renaming, -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
+    system.wait_for_line("create has ended")
     eventually(lambda: "active" in ros.run("control list_controllers").stdout)
     assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
     assert (

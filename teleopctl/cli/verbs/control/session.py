@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
+from teleopctl import progress
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.control import ControllerManagerClient
@@ -29,6 +31,9 @@ _WAIT = 1.0
 def manager_client(name: str) -> Iterator[ControllerManagerClient]:
     """A client of a controller manager that answers.
 
+    In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
+    since `ros2 control` waits for it: so does this there.
+
     Args:
         name: The manager's name.
 
@@ -38,5 +43,6 @@ def manager_client(name: str) -> Iterator[ControllerManagerClient]:
     """
     with command_node(session_mode="client") as node:
         client = ControllerManagerClient(node, name)
-        client.wait(_WAIT)
+        in_a_launch = progress.VARIABLE in os.environ
+        client.wait(0.0 if in_a_launch else _WAIT, patient=in_a_launch)
         yield client
