@@ -23,7 +23,7 @@ from teleopctl.bag import (
     recover,
     reindex,
 )
-from teleopctl.errors import InvalidFileError, RefusedError, UsageError
+from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError, UsageError
 from tests.bag.bags import LATCHED, message, topic, write_bag
 
 DATABASES = WriterOptions(database_settings=database_settings(), distribution="jazzy")
@@ -147,6 +147,25 @@ def test_a_bag_that_is_being_written_can_be_read_and_is_not_mended(tmp_path):
                 mend(tmp_path / "bag")
         writer.write(message("/x", 2))
     assert read_by_rosbags(tmp_path / "bag") == stored([message("/x", 1), message("/x", 2)])
+
+
+def test_what_was_written_before_a_disk_was_full_can_be_read(tmp_path):
+    # SQLite says the same of a file that may not grow as of a disk that is full.
+    full = WriterOptions(database_settings=(*database_settings(), "max_page_count=100"))
+    written = [message("/x", number, data="x" * 1000) for number in range(1000)]
+    writer = BagWriter(tmp_path / "bag", full)
+    writer.add_topic(topic("/x"))
+    with pytest.raises(SystemFailureError, match=r"Cannot write .*bag_0\.db3: .* full"):
+        for each in written:
+            writer.write(each)
+            writer.flush()
+    writer.close()
+    assert {file.name for file in (tmp_path / "bag").iterdir()} == {"bag_0.db3", "metadata.yaml"}
+    found = read_by_rosbags(tmp_path / "bag")
+    assert 200 < len(found) < 1000
+    assert found == stored(written[: len(found)])
+    with open_bag(tmp_path / "bag") as bag:
+        assert bag.remarks == []
 
 
 def test_a_topic_without_a_definition_is_bytes_for_rosbags_too(tmp_path):

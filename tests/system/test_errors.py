@@ -14,9 +14,10 @@ from teleopctl.testing import LONGEST_WAIT_S
 @pytest.fixture(scope="module")
 def graph(shared_ros):
     node = shared_ros.spawn_module("teleopctl.nodes", "teleop_robot_py_pkg simple_parameter")
-    shared_ros.run(
+    done = shared_ros.run(
         "service call /simple_parameter/list_parameters rcl_interfaces/srv/ListParameters"
     )
+    assert done.returncode == 0, done.stderr
     talker = shared_ros.spawn("topic pub -r 20 /chatter std_msgs/msg/String")
     talker.wait_for_line("publishing #1")
     assert node.returncode is None
