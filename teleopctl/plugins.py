@@ -39,6 +39,7 @@ _VERBS = {
     "param": ("param:GROUP", "Read and change parameters of nodes."),
     "service": ("service:GROUP", "List and call services."),
     "pkg": ("pkg:GROUP", "Find packages."),
+    "component": ("component:GROUP", "Load nodes into containers."),
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
@@ -65,6 +66,10 @@ COMPLETIONS = Kind(
     "teleopctl.completions",
     {
         "bags": "teleopctl.cli.verbs.bag.candidates:bags",
+        **{
+            name: f"teleopctl.cli.verbs.component.candidates:{name}"
+            for name in ("component_ids", "component_packages", "component_types", "containers")
+        },
         "controllers": "teleopctl.cli.verbs.control.candidates:controllers",
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
         "interface_packages": "teleopctl.cli.verbs.interface.candidates:interface_packages",

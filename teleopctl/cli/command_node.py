@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.node import Context, Node, SignalHandlerOptions
+
+if TYPE_CHECKING:
+    from teleopctl.interfaces import ServiceType
+    from teleopctl.node import ResponseFuture
 
 
 @contextmanager
@@ -43,3 +49,43 @@ def command_node(
             yield node
     finally:
         context.try_shutdown()
+
+
+# Any: requests and responses of any service.
+def ask_all(
+    node: Node,
+    type_: type[ServiceType[Any, Any]],
+    service: str,
+    node_names: Iterable[str],
+    request: Any,
+    timeout_s: float,
+) -> dict[str, Any]:
+    """Ask nodes by a service of theirs.
+
+    Args:
+        node: The node that asks.
+        type_: The service's type.
+        service: The service's name below that of the node, such as ``get_state``.
+        node_names: Full names of those that are asked.
+        request: What they are sent.
+        timeout_s: Longest wait for all the answers, in seconds.
+
+    Returns:
+        The response of each, or an UnavailableError where one did not answer.
+    """
+    futures = {
+        name: node.create_client(type_, f"{name}/{service}").call_async(request)
+        for name in node_names
+    }
+    deadline = time.monotonic() + timeout_s
+    return {name: _outcome(name, future, deadline, timeout_s) for name, future in futures.items()}
+
+
+def _outcome(name: str, future: ResponseFuture[Any], deadline: float, timeout_s: float) -> Any:
+    try:
+        response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
+    except TeleopctlError as error:
+        return UnavailableError(f"Node '{name}' did not answer: {error.message}")
+    if response is None:
+        return UnavailableError(f"Node '{name}' did not answer within {timeout_s:g} s")
+    return response

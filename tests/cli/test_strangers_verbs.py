@@ -102,7 +102,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
     ("line", "verb", "where"),
     [
         ("action list", "action", "teleopctl"),
-        ("component", "component", "teleopctl"),
+        ("security", "security", "teleopctl"),
         ("multicast --help", "multicast", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),
     ],
@@ -125,10 +125,10 @@ def test_a_missing_verb_that_a_stranger_brings_is_there(ros_without_router, site
     install(
         site,
         "my-parts",
-        {"teleopctl.verbs": {"component": "greeter:VERB"}},
+        {"teleopctl.verbs": {"security": "greeter:VERB"}},
         {"greeter.py": GREETER},
     )
-    done = ros_without_router.run("component Ada")
+    done = ros_without_router.run("security Ada")
     assert done.stdout == "Hello Ada\n", done.stderr
 
 

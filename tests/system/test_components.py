@@ -1,35 +1,113 @@
 """A component container as a process, and what loads components into it."""
 
+import json
+import re
+import shlex
 import sys
 from pathlib import Path
 
 import pytest
 
+from teleopctl.cli import completing, main
 from teleopctl.testing import eventually
 from tests.distributions import install
 
-CONTAINER = "/ComponentManager"
+BOX = "/ComponentManager"
 
 
 @pytest.fixture(scope="module")
-def graph(shared_ros):
-    """A graph with a container in it."""
-    container = shared_ros.spawn("run rclpy_components component_container")
-    service = f"{CONTAINER}/_container/list_nodes"
-    shared_ros.run(f"service call {service} composition_interfaces/srv/ListNodes")
-    assert container.returncode is None
-    return shared_ros
+def container(shared_ros):
+    """A container in a graph that this process is in, too."""
+    running = shared_ros.spawn("run rclpy_components component_container")
+    eventually(lambda: main.run(["component", "list", BOX]) == 0, what="the container")
+    return running
 
 
-def test_a_component_is_a_node_of_its_own_in_the_graph(graph):
-    request = (
-        "{package_name: composition, plugin_name: 'composition::Talker', node_name: alice,"
-        " node_namespace: /left, remap_rules: ['chatter:=said']}"
+@pytest.fixture
+def component(container, capsys):
+    """Runs ``component``; returns status, output and errors."""
+
+    def run(line):
+        capsys.readouterr()
+        return (main.run(["component", *shlex.split(line)]), *capsys.readouterr())
+
+    yield run
+    for each in json.loads(run(f"list {BOX} --json")[1])[0]["components"]:
+        run(f"unload {BOX} {each['id']}")
+
+
+def test_components_are_loaded_listed_and_unloaded_in_the_words_of_ros2(component, shared_ros):
+    status, out, _ = component(
+        "load ComponentManager composition composition::Talker -n alice --node-namespace /left "
+        "-r chatter:=said -p use_sim_time:=false -e use_intra_process_comms:=true --log-level warn"
     )
-    service = f"{CONTAINER}/_container/load_node"
-    done = graph.run(["service", "call", service, "composition_interfaces/srv/LoadNode", request])
-    assert "full_node_name='/left/alice', unique_id=1" in done.stdout
-    assert "Hello World" in graph.run("topic echo --once /left/said std_msgs/msg/String").stdout
+    assert status == 0
+    loaded = re.fullmatch(
+        f"Loaded component (\\d+) into '{BOX}' container node as '/left/alice'\n", out
+    )
+    assert loaded is not None
+    first = int(loaded[1])
+    assert (
+        "Hello World" in shared_ros.run("topic echo --once /left/said std_msgs/msg/String").stdout
+    )
+    second = first + 1
+    shown = component(f"load -q {BOX} composition composition::Listener")[1]
+    assert shown == f"{second}  /listener\n"
+    assert component("list") == (0, f"{BOX}\n  {first}  /left/alice\n  {second}  /listener\n", "")
+    assert component(f"list {BOX} --no-daemon")[1] == (
+        f"{first}  /left/alice\n{second}  /listener\n"
+    )
+    assert component("list --containers-only")[1] == f"{BOX}\n"
+    assert json.loads(component("list --json")[1]) == [
+        {
+            "container": BOX,
+            "components": [
+                {"id": first, "node": "/left/alice"},
+                {"id": second, "node": "/listener"},
+            ],
+        }
+    ]
+    shown = component(f"unload {BOX} {first}")[1]
+    assert shown == f"Unloaded component {first} from '{BOX}' container node\n"
+    assert component(f"unload -q {BOX} {second}")[1] == f"{second}\n"
+    assert component(f"list {BOX}") == (0, "", "")
+
+
+def test_what_cannot_be_done_says_why(component):
+    status, out, err = component(f"load {BOX} composition composition::Talkr")
+    assert (status, out) == (1, "")
+    assert err.splitlines()[:2] == [
+        "teleopctl: Failed to load component: Failed to find class with the requested plugin name.",
+        "  Did you mean composition::Talker or composition::Server or composition::Client?",
+    ]
+    assert "Unable to find container node '/box'" in component("list box")[2]
+    assert component(f"unload {BOX} 99")[2].startswith(
+        f"teleopctl: Failed to unload component 99 from '{BOX}' container node\n"
+        "    No node found with unique_id: 99\n"
+    )
+    assert component(f"unload {BOX} one")[0] == 2
+    assert component(f"load {BOX} composition composition::Talker -r chatter")[0] == 2
+
+
+def test_tab_completes_containers_packages_types_and_numbers(component):
+    assert completing.candidates(["component", "load"], "/C") == [BOX]
+    assert completing.candidates(["component", "load", BOX], "compo") == ["composition"]
+    offered = completing.candidates(["component", "load", BOX, "composition"], "composition::L")
+    assert offered == ["composition::Listener"]
+    component(f"load {BOX} composition composition::Listener")
+    (number,) = completing.candidates(["component", "unload", BOX], "") or []
+    assert component(f"list {BOX}")[1] == f"{number}  /listener\n"
+
+
+def test_a_component_runs_alone_until_ctrl_c(ros):
+    alone = ros.spawn("component standalone composition composition::Talker -n solo -c single")
+    alone.wait_for_line("Publishing: 'Hello World: 1'")
+    assert ros.run("component list").stdout == "/single\n  1  /solo\n"
+    alone.interrupt()
+    assert alone.wait() == 0
+    done = ros.run("component standalone composition composition::Talkr")
+    assert done.returncode == 1
+    assert "Failed to load component" in done.stderr
 
 
 STRANGERS = """

@@ -1,11 +1,10 @@
 """Which managed nodes a verb asks, and for how long."""
 
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
-from teleopctl.cli.command_node import command_node
+from teleopctl.cli.command_node import ask_all, command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.lifecycle.nodes import managed_nodes
@@ -15,7 +14,7 @@ from teleopctl.interfaces import get_service
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node, ResponseFuture
+    from teleopctl.node import Node
 
 ManagedNodeName = Annotated[str, Argument(help="The node.", complete="managed_nodes")]
 HiddenNodes = Annotated[
@@ -78,14 +77,8 @@ class Lifecycles:
     ) -> Mapping[str, Any]:
         """Ask many nodes at once; the response of each, or the error where it did not answer."""
         class_ = get_service(f"lifecycle_msgs/srv/{type_}")
-        futures = {
-            name: self._node.create_client(class_, f"{name}/{service}").call_async(
-                class_.Request(**fields)
-            )
-            for name in node_names
-        }
-        deadline = time.monotonic() + self._timeout_s
-        return {name: self._outcome(name, future, deadline) for name, future in futures.items()}
+        request = class_.Request(**fields)
+        return ask_all(self._node, class_, service, node_names, request, self._timeout_s)
 
     def change(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
         """Take a node through a transition; False when it says no.
@@ -108,15 +101,6 @@ class Lifecycles:
         if response is None:
             raise UnavailableError(f"Node '{node_name}' did not answer within {timeout_s:g} s")
         return bool(response.success)
-
-    def _outcome(self, name: str, future: "ResponseFuture[Any]", deadline: float) -> Any:
-        try:
-            response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
-        except TeleopctlError as error:
-            return UnavailableError(f"Node '{name}' did not answer: {error.message}")
-        if response is None:
-            return UnavailableError(f"Node '{name}' did not answer within {self._timeout_s:g} s")
-        return response
 
 
 @contextmanager

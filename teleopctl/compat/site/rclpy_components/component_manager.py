@@ -62,9 +62,9 @@ class ComponentManager(Node):
         self._make_executor = make_executor
         self._loaded: dict[int, _Loaded] = {}
         self._last_id = 0
-        self.create_service(ListNodes, "~/_container/list_nodes", self.on_list_node)
         self.create_service(LoadNode, "~/_container/load_node", self.on_load_node)
         self.create_service(UnloadNode, "~/_container/unload_node", self.on_unload_node)
+        self.create_service(ListNodes, "~/_container/list_nodes", self.on_list_node)
 
     def set_executor(self, executor: Executor) -> None:
         """Run the callbacks of the components that are loaded from now on."""
