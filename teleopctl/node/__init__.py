@@ -62,7 +62,11 @@ if TYPE_CHECKING:
         QoSPolicyKind as QoSPolicyKind,
     )
     from teleopctl.node.endpoints.service import Service as Service
+    from teleopctl.node.endpoints.service_introspection import (
+        ServiceIntrospectionState as ServiceIntrospectionState,
+    )
     from teleopctl.node.endpoints.subscription import (
+        ContentFilterOptions as ContentFilterOptions,
         MessageInfo as MessageInfo,
         Subscription as Subscription,
     )
@@ -103,14 +107,28 @@ if TYPE_CHECKING:
         try_shutdown as try_shutdown,
     )
     from teleopctl.node.node import Node as Node
-    from teleopctl.node.parameter_client import (
+    from teleopctl.node.parameters.parameter import (
+        AllowableParameterValue as AllowableParameterValue,
+        Parameter as Parameter,
+        ParameterType as ParameterType,
+        parameter_value_from_yaml as parameter_value_from_yaml,
+        parameter_value_to_python as parameter_value_to_python,
+    )
+    from teleopctl.node.parameters.parameter_client import (
         AsyncParameterClient as AsyncParameterClient,
         ask_nodes as ask_nodes,
     )
-    from teleopctl.node.parameter_events import (
+    from teleopctl.node.parameters.parameter_events import (
         ParameterCallbackHandle as ParameterCallbackHandle,
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
+    )
+    from teleopctl.node.parameters.parameter_file import (
+        ParameterFile as ParameterFile,
+        parameter_document as parameter_document,
+        parameter_messages as parameter_messages,
+        plain_parameter_value as plain_parameter_value,
+        read_parameter_file as read_parameter_file,
     )
     from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
     from teleopctl.node.values.callback_groups import (
@@ -153,6 +171,7 @@ if TYPE_CHECKING:
         effective_level as effective_level,
         get_logger as get_logger,
         get_logger_level as get_logger_level,
+        reset_levels as reset_levels,
         set_logger_level as set_logger_level,
         severity_from_name as severity_from_name,
     )
@@ -164,20 +183,6 @@ if TYPE_CHECKING:
         validate_name as validate_name,
         validate_namespace as validate_namespace,
         validate_node_name as validate_node_name,
-    )
-    from teleopctl.node.values.parameter import (
-        AllowableParameterValue as AllowableParameterValue,
-        Parameter as Parameter,
-        ParameterType as ParameterType,
-        parameter_value_from_yaml as parameter_value_from_yaml,
-        parameter_value_to_python as parameter_value_to_python,
-    )
-    from teleopctl.node.values.parameter_file import (
-        ParameterFile as ParameterFile,
-        parameter_document as parameter_document,
-        parameter_messages as parameter_messages,
-        plain_parameter_value as plain_parameter_value,
-        read_parameter_file as read_parameter_file,
     )
     from teleopctl.node.values.qos import (
         DurabilityPolicy as DurabilityPolicy,
@@ -196,15 +201,24 @@ if TYPE_CHECKING:
         qos_profile_sensor_data as qos_profile_sensor_data,
         qos_profile_services_default as qos_profile_services_default,
         qos_profile_system_default as qos_profile_system_default,
+        qos_profile_unknown as qos_profile_unknown,
+    )
+    from teleopctl.node.values.qos_compatibility import (
+        QoSCompatibility as QoSCompatibility,
+        qos_check_compatible as qos_check_compatible,
     )
     from teleopctl.node.values.ros_args import parse_ros_arguments as parse_ros_arguments
-    from teleopctl.node.values.signals import SignalHandlerOptions as SignalHandlerOptions
+    from teleopctl.node.values.signals import (
+        SignalHandlerOptions as SignalHandlerOptions,
+        heeded_signals as heeded_signals,
+    )
     from teleopctl.node.values.time import (
         ClockType as ClockType,
         Duration as Duration,
         Infinite as Infinite,
         Time as Time,
     )
+    from teleopctl.node.values.type_hash import TypeHash as TypeHash
 else:
     from teleopctl.lazy import attach
 
@@ -234,7 +248,8 @@ else:
             "endpoints.qos_overrides": "InvalidQosOverridesError QoSOverridingOptions "
             "QoSPolicyKind",
             "endpoints.service": "Service",
-            "endpoints.subscription": "MessageInfo Subscription",
+            "endpoints.service_introspection": "ServiceIntrospectionState",
+            "endpoints.subscription": "ContentFilterOptions MessageInfo Subscription",
             "endpoints.timer": "Rate Timer",
             "executor": "Executor",
             "executors": "MultiThreadedExecutor SingleThreadedExecutor",
@@ -247,8 +262,8 @@ else:
             "lifetime": "create_node get_default_context get_global_executor init ok shutdown "
             "spin spin_once spin_until_future_complete try_shutdown",
             "node": "Node",
-            "parameter_client": "AsyncParameterClient ask_nodes",
-            "parameter_events": "ParameterCallbackHandle ParameterEventCallbackHandle "
+            "parameters.parameter_client": "AsyncParameterClient ask_nodes",
+            "parameters.parameter_events": "ParameterCallbackHandle ParameterEventCallbackHandle "
             "ParameterEventHandler",
             "topic_meter": "TopicMeter Traffic",
             "values.callback_groups": "CallbackGroup MutuallyExclusiveCallbackGroup "
@@ -265,20 +280,23 @@ else:
             "TimeoutException",
             "values.future": "Future Task",
             "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
-            "get_logger_level set_logger_level severity_from_name",
+            "get_logger_level reset_levels set_logger_level severity_from_name",
             "values.names": "absolute_namespace expand_name expand_unchecked "
             "validate_absolute_name validate_name validate_namespace validate_node_name",
-            "values.parameter": "AllowableParameterValue Parameter ParameterType "
+            "parameters.parameter": "AllowableParameterValue Parameter ParameterType "
             "parameter_value_from_yaml parameter_value_to_python",
-            "values.parameter_file": "ParameterFile parameter_document parameter_messages "
+            "parameters.parameter_file": "ParameterFile parameter_document parameter_messages "
             "plain_parameter_value read_parameter_file",
             "values.qos": "DurabilityPolicy HistoryPolicy InvalidQoSProfileException "
             "LivelinessPolicy QoSPresetProfiles QoSProfile ReliabilityPolicy "
             "qos_profile_action_status_default qos_profile_best_available qos_profile_latched "
             "qos_profile_parameter_events qos_profile_parameters qos_profile_rosout_default "
-            "qos_profile_sensor_data qos_profile_services_default qos_profile_system_default",
+            "qos_profile_sensor_data qos_profile_services_default qos_profile_system_default "
+            "qos_profile_unknown",
+            "values.qos_compatibility": "QoSCompatibility qos_check_compatible",
             "values.ros_args": "parse_ros_arguments",
-            "values.signals": "SignalHandlerOptions",
+            "values.signals": "SignalHandlerOptions heeded_signals",
             "values.time": "ClockType Duration Infinite Time",
+            "values.type_hash": "TypeHash",
         },
     )

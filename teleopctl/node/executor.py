@@ -26,6 +26,7 @@ from teleopctl.node.values.exceptions import (
 )
 from teleopctl.node.values.future import Future, ResultT, Task
 from teleopctl.node.values.scheduler import Schedulable
+from teleopctl.node.values.spin_guard import SpinGuard
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.timer import Timer
@@ -66,6 +67,7 @@ class Executor:
         self._timer_was_last = False
         self._held: set[Waitable] = set()  # what its callback group did not let run yet
         self._ready: Ready | None = None
+        self._spinner = SpinGuard()
         self._context.on_shutdown(self.wake)
 
     @property
@@ -77,6 +79,11 @@ class Executor:
     def is_shutdown(self) -> bool:
         """True after `shutdown` (ours)."""
         return self._is_shutdown
+
+    @property
+    def is_spinning(self) -> bool:
+        """Whether a thread spins; another one is refused."""
+        return self._spinner.is_held
 
     # -- nodes -----------------------------------------------------------------------------------
 
@@ -165,8 +172,9 @@ class Executor:
         Raises:
             ExternalShutdownException: A signal shut the context down.
         """
-        while self._context.ok() and not self._is_shutdown:
-            self.spin_once()
+        with self._spinner:
+            while self._context.ok() and not self._is_shutdown:
+                self.spin_once()
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
@@ -178,7 +186,8 @@ class Executor:
         Raises:
             ExternalShutdownException: A signal shut the context down.
         """
-        self._spin_once(_deadline(timeout_sec), None)
+        with self._spinner:
+            self._spin_once(_deadline(timeout_sec), None)
         self._raise_if_ended_by_signal()
 
     def wait_for_ready_callbacks(
@@ -215,29 +224,20 @@ class Executor:
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
         """Wait for one callback and run it, or until a future has ended or the time is over."""
-        future.on_end(self.wake)
-        try:
+        with self._spinner.until(future, self.wake):
             self._spin_once(_deadline(timeout_sec), future)
-        finally:
-            future.forget_on_end(self.wake)
         self._raise_if_ended_by_signal()
 
     def spin_until_future_complete(
         self, future: Future[ResultT], timeout_sec: float | None = None
     ) -> None:
-        """Run callbacks until a future has ended or the time is over.
-
-        A time of 0 still runs one callback that is ready.
-        """
+        """Run callbacks until a future has ended or the time is over; 0 still runs a ready one."""
         deadline = _deadline(timeout_sec)
-        future.on_end(self.wake)
-        try:
-            while self._context.ok() and not future.done() and not self._is_shutdown:
+        with self._spinner.until(future, self.wake):
+            while self._context.ok() and not future.ended() and not self._is_shutdown:
                 self._spin_once(deadline, future)
                 if deadline is not None and time.monotonic() >= deadline:
                     break
-        finally:
-            future.forget_on_end(self.wake)
         self._raise_if_ended_by_signal()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002 (rclpy has it)
@@ -256,7 +256,7 @@ class Executor:
     def _spin_once(self, deadline: float | None, future: Future[ResultT] | None) -> None:
         """Run one callback; return without one at the deadline and when something ends."""
         while self._context.ok() and not self._is_shutdown:
-            if future is not None and future.done():
+            if future is not None and future.ended():
                 return
             timer, wait_s = self._next_timer()
             # Turn about: a timer that is always due must not keep the messages from being taken.

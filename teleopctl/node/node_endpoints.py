@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import abc
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from teleopctl.interfaces import MessageT, RequestT, ResponseT, from_seconds
-from teleopctl.node.clock import Clock
+from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.client import Client
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
-from teleopctl.node.endpoints.guard_condition import GuardCondition
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.endpoints.service import Service, ServiceCallback
-from teleopctl.node.endpoints.subscription import RawCallback, Subscription, SubscriptionCallback
-from teleopctl.node.endpoints.timer import Rate, Timer
+from teleopctl.node.endpoints.subscription import (
+    ContentFilterOptions,
+    RawCallback,
+    Subscription,
+    SubscriptionCallback,
+)
 from teleopctl.node.endpoints.waitable import Waitable
-from teleopctl.node.node_core import NodeCore
-from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from teleopctl.node.node_timers import NodeTimers
+from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
 
-class NodeEndpoints(NodeCore):
-    """The part of a node that holds its publishers, subscriptions, services, clients, timers."""
+class NodeEndpoints(NodeTimers):
+    """The part of a node that holds its publishers, subscriptions, services and clients."""
 
     def __init__(
         self,
@@ -42,17 +43,7 @@ class NodeEndpoints(NodeCore):
         use_global_arguments: bool,
     ) -> None:
         super().__init__(node_name, context, cli_args, namespace, use_global_arguments)
-        # Replaced, never changed, so that executors may iterate without a lock.
-        self._timers: tuple[Timer, ...] = ()
         self._endpoints: list[Endpoint] = []
-        self._guards: list[GuardCondition] = []
-        self._endpoints_lock = threading.Lock()
-        self._default_callback_group = MutuallyExclusiveCallbackGroup()
-
-    @property
-    def default_callback_group(self) -> CallbackGroup:
-        """The group of callbacks that name none."""
-        return self._default_callback_group
 
     # -- making endpoints ------------------------------------------------------------------------
 
@@ -127,6 +118,7 @@ class NodeEndpoints(NodeCore):
         callback_group: CallbackGroup | None = None,
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
+        content_filter_options: ContentFilterOptions | None = None,
         raw: Literal[False] = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]: ...
@@ -142,6 +134,7 @@ class NodeEndpoints(NodeCore):
         callback_group: CallbackGroup | None = None,
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
+        content_filter_options: ContentFilterOptions | None = None,
         raw: bool,
         immediate: bool = False,
     ) -> Subscription[MessageT]: ...
@@ -156,10 +149,13 @@ class NodeEndpoints(NodeCore):
         callback_group: CallbackGroup | None = None,
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
+        content_filter_options: ContentFilterOptions | None = None,  # noqa: ARG002
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]:
         """Make a subscription; see `Subscription` for the callback and ``immediate``.
+
+        ``content_filter_options`` is rclpy's: as under rmw_zenoh every message comes.
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
@@ -229,61 +225,6 @@ class NodeEndpoints(NodeCore):
         group = callback_group or self._default_callback_group
         return self.keep(Client(self, srv_type, name, group, qos_profile))
 
-    def create_timer(
-        self,
-        timer_period_sec: float,
-        callback: Callable[[], object] | None,
-        callback_group: CallbackGroup | None = None,
-        clock: Clock | None = None,
-        autostart: bool = True,
-    ) -> Timer:
-        """Make a timer on the node's clock, or on another.
-
-        Args:
-            timer_period_sec: Period in seconds.
-            callback: Called each period.
-            callback_group: For multi-threaded executors.
-            clock: The node's clock if None, so simulated time counts where it is used.
-            autostart: Start at once; else `Timer.reset` does.
-        """
-        timer = Timer(
-            self,
-            callback,
-            callback_group or self._default_callback_group,
-            from_seconds(timer_period_sec),
-            clock or self._clock,
-            autostart=autostart,
-        )
-        with self._endpoints_lock:
-            self._timers = (*self._timers, timer)
-        timer.callback_group.add_entity(timer)
-        if self.executor is not None:
-            self.executor.wake()
-        return timer
-
-    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Make a rate in Hz, to sleep by in a thread that does not spin.
-
-        Raises:
-            ValueError: The frequency is not positive.
-        """
-        if frequency <= 0:
-            raise ValueError("frequency must be positive")
-        # A group of its own: the tick must come while a callback sleeps by it.
-        group = MutuallyExclusiveCallbackGroup()
-        timer = self.create_timer(1.0 / frequency, None, group, clock)
-        return Rate(timer, self._context)
-
-    def create_guard_condition(
-        self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
-    ) -> GuardCondition:
-        """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
-        guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
-        guard.callback_group.add_entity(guard)
-        with self._endpoints_lock:
-            self._guards.append(guard)
-        return guard
-
     def _of_class(self, class_: type[_EndpointT]) -> list[_EndpointT]:
         with self._endpoints_lock:
             return [endpoint for endpoint in self._endpoints if isinstance(endpoint, class_)]
@@ -307,16 +248,6 @@ class NodeEndpoints(NodeCore):
             receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
             events = [event for endpoint in self._endpoints for event in endpoint.events]
             return [*receiving, *self._guards, *events]
-
-    @property
-    def timers(self) -> tuple[Timer, ...]:
-        """The node's timers."""
-        return self._timers
-
-    @property
-    def guards(self) -> list[GuardCondition]:
-        """The node's guard conditions."""
-        return list(self._guards)
 
     # Any: each of them has a type of its own.
 
@@ -365,28 +296,6 @@ class NodeEndpoints(NodeCore):
     def destroy_client(self, client: Client[RequestT, ResponseT]) -> bool:
         """Destroy a service client; False when it is not this node's."""
         return self._forget(client)
-
-    def destroy_timer(self, timer: Timer) -> bool:
-        """Destroy a timer; False when it is not this node's."""
-        with self._endpoints_lock:
-            if timer not in self._timers:
-                return False
-            self._timers = tuple(other for other in self._timers if other is not timer)
-        timer.destroy()
-        return True
-
-    def destroy_rate(self, rate: Rate) -> bool:
-        """Destroy a rate and its timer."""
-        rate.destroy()
-        return self.destroy_timer(rate.timer)
-
-    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Destroy a guard condition; False when it is not this node's."""
-        with self._endpoints_lock:
-            if guard not in self._guards:
-                return False
-            self._guards.remove(guard)
-        return True
 
     def _destroy_all(self) -> None:
         """Destroy timers and endpoints, the youngest first."""

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
-from teleopctl.node.values.parameter import (
+from teleopctl.node.parameters.parameter import (
     AllowableParameterValue,
     Parameter,
     ParameterType,
     parameter_value_to_python,
 )
-from teleopctl.node.values.parameter_store import (
+from teleopctl.node.parameters.parameter_store import (
     OnSetCallback,
     ParameterStore,
     PostSetCallback,
@@ -54,7 +54,7 @@ class NodeParameters(NodeEndpoints):
             overrides, allow_undeclared=allow_undeclared, on_change=self._publish_change
         )
         if start_services:
-            from teleopctl.node.parameter_service import ParameterService
+            from teleopctl.node.parameters.parameter_service import ParameterService
 
             ParameterService(self, self._parameters)
 
@@ -68,7 +68,7 @@ class NodeParameters(NodeEndpoints):
     ) -> None:
         if not self._parameter_events.node.context.session_is_open:
             return
-        from teleopctl.node.parameter_service import parameter_event
+        from teleopctl.node.parameters.parameter_service import parameter_event
 
         self._parameter_events.publish(
             parameter_event(

@@ -194,7 +194,7 @@ class Buffer(BufferCore, BufferInterface):
         with self._changed:
             awaited, self._awaited = self._awaited, []
         for answer, future in awaited:
-            if future.done():
+            if future.ended():
                 continue
             try:
                 found = answer()

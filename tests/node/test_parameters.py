@@ -6,14 +6,14 @@ import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Node, Parameter
+from teleopctl.node.parameters.parameter import parameter_value_from_yaml, parameter_value_to_python
+from teleopctl.node.parameters.parameter_store import result
 from teleopctl.node.values.exceptions import (
     InvalidParameterTypeException,
     InvalidParameterValueException,
     ParameterAlreadyDeclaredException,
     ParameterNotDeclaredException,
 )
-from teleopctl.node.values.parameter import parameter_value_from_yaml, parameter_value_to_python
-from teleopctl.node.values.parameter_store import result
 
 
 @pytest.fixture

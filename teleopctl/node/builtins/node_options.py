@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.node.context import Context
     from teleopctl.node.node_parameters import NodeParameters
-    from teleopctl.node.values.parameter import Parameter
+    from teleopctl.node.parameters.parameter import Parameter
 
 
 class NodeOptions:

@@ -31,6 +31,11 @@ from teleopctl.wire import (
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
+    from teleopctl.node.clock import Clock
+    from teleopctl.node.endpoints.service_introspection import (
+        ServiceIntrospection,
+        ServiceIntrospectionState,
+    )
     from teleopctl.node.node_core import NodeCore
 
 
@@ -97,7 +102,7 @@ class ResponseFuture(Future[ResultT]):
             ExternalShutdownException: The context was shut down meanwhile.
         """
         settled = self.wait_until_settled(timeout_sec)
-        if self.done():
+        if self.ended():
             return self.result()
         self._client.remove_pending_request(self)
         if settled:
@@ -161,6 +166,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
         self._patience = Patience()
+        self._introspection: ServiceIntrospection | None = None
         self.refusals = Refusals(f"an answer of '{name}'", node.get_logger().error)
         self._announce()
 
@@ -218,6 +224,8 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             payload=payload,
             attachment=encode_attachment(sequence, time.time_ns(), self.gid),
         )
+        if self._introspection is not None:
+            self._introspection.request_sent(self.gid, sequence, request)
         return future
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None:
@@ -234,6 +242,26 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             ExternalShutdownException: The context was shut down meanwhile.
         """
         return self.call_async(request).wait_until_answered(timeout_sec)
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of each call on ``SERVICE/_service_event``.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Quality of service of the publisher, when it is made.
+            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
+        """
+        from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
+
+        self._check_alive()
+        if self._introspection is None:
+            self._introspection = ServiceIntrospection(self, self.srv_type)
+        self._introspection.configure(clock, service_event_qos_profile, introspection_state)
 
     # Any: what is made of a response need be none.
     def make_future(self) -> ResponseFuture[Any]:
@@ -279,7 +307,7 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
         """Take the first answer that belongs to the request; further servers' are dropped."""
         sample = reply.ok
-        if sample is None or future.done():
+        if sample is None or future.ended():
             return
         meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None or meta.sequence != sequence:
@@ -293,9 +321,13 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             return
         with self._lock:
             self._pending.discard(future)
+        if self._introspection is not None:
+            self._introspection.response_received(self.gid, sequence, response)
         future.set_result(response)
 
     def _close(self) -> None:
+        if self._introspection is not None:
+            self._introspection.close()
         with self._lock:
             pending, self._pending = self._pending, set()
         for future in pending:

@@ -26,7 +26,7 @@ from teleopctl.node.values.time import Duration
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 
-    from teleopctl.node.values.parameter import AllowableParameterValue, Parameter
+    from teleopctl.node.parameters.parameter import AllowableParameterValue, Parameter
 
 # Node.declare_parameter, or what finds a parameter that is declared already.
 Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescriptor], Parameter]"

@@ -28,6 +28,11 @@ from teleopctl.wire import (
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
+    from teleopctl.node.clock import Clock
+    from teleopctl.node.endpoints.service_introspection import (
+        ServiceIntrospection,
+        ServiceIntrospectionState,
+    )
     from teleopctl.node.node_core import NodeCore
 
 
@@ -75,6 +80,7 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
         self.callback = callback
         self.callback_group = callback_group
+        self._introspection: ServiceIntrospection | None = None
         self._depth = max(qos.queue_depth or 0, _FEWEST_WAITING)
         self._queries: KeepLast[zenoh.Query] = KeepLast(self._depth)
         self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
@@ -93,6 +99,26 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     def service_name(self) -> str:
         """The fully qualified name of the service."""
         return self.name
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of each call on ``SERVICE/_service_event``.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Quality of service of the publisher, when it is made.
+            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
+        """
+        from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
+
+        self._check_alive()
+        if self._introspection is None:
+            self._introspection = ServiceIntrospection(self, self.srv_type)
+        self._introspection.configure(clock, service_event_qos_profile, introspection_state)
 
     def pending(self) -> int:
         """Return how many requests wait."""
@@ -132,6 +158,8 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         except TeleopctlError as error:
             self.refusals.refuse(error.message)
             return None
+        if self._introspection is not None:
+            self._introspection.request_received(meta.gid, meta.sequence, request)
         return self._serve(request, functools.partial(self._reply, query, meta))
 
     def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
@@ -155,8 +183,12 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
                 payload,
                 attachment=encode_attachment(request.sequence, time.time_ns(), request.gid),
             )
+            if self._introspection is not None:
+                self._introspection.response_sent(request.gid, request.sequence, response)
 
     def _close(self) -> None:
+        if self._introspection is not None:
+            self._introspection.close()
         self._channel.undeclare()
         # Letting go of a request ends the wait of its client.
         self._queries.close()

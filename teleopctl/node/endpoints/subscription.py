@@ -6,7 +6,7 @@ import functools
 import time
 from collections.abc import Callable
 from types import FunctionType, MethodType
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 
 import zenoh
 
@@ -23,11 +23,24 @@ from teleopctl.node.endpoints.events import (
 )
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
 from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
+
+
+class ContentFilterOptions(NamedTuple):
+    """Which messages are wanted, for middleware that filters where they are sent; Zenoh does not.
+
+    Attributes:
+        filter_expression: Such as ``position > %0``.
+        expression_parameters: What stands for ``%0`` and so on.
+    """
+
+    filter_expression: str
+    expression_parameters: list[str]
 
 
 class MessageInfo(TypedDict):
@@ -148,6 +161,31 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     def topic_name(self) -> str:
         """The fully qualified name of the topic."""
         return self.name
+
+    @property
+    def is_cft_enabled(self) -> bool:
+        """False: the transport filters no messages, as under rmw_zenoh."""
+        return False
+
+    def set_content_filter(
+        self,
+        filter_expression: str,  # noqa: ARG002 -- rclpy's
+        expression_parameters: list[str],  # noqa: ARG002 -- likewise
+    ) -> None:
+        """Refuse, as under rmw_zenoh.
+
+        Raises:
+            RCLError: Always.
+        """
+        raise RCLError("content filters are not supported by the middleware (Zenoh)")
+
+    def get_content_filter(self) -> ContentFilterOptions:
+        """Refuse likewise.
+
+        Raises:
+            RCLError: Always.
+        """
+        raise RCLError("content filters are not supported by the middleware (Zenoh)")
 
     def get_publisher_count(self) -> int:
         """Return how many publishers the topic has, of the same type."""

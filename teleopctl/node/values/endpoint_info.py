@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple
+from collections.abc import Sequence
 
-from teleopctl.node.values.qos import QoSProfile
+from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, qos_profile_unknown
+from teleopctl.node.values.type_hash import TypeHash
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid
 
 
@@ -27,26 +28,47 @@ _TYPE_OF_KIND = {
 }
 
 
-class TopicEndpointInfo(NamedTuple):
+class TopicEndpointInfo:
     """One publisher, subscription, client or server, as its liveliness token announces it.
 
-    Attributes:
+    Args:
         node_name: Name of the node that owns it.
         node_namespace: Namespace of that node.
         topic_type: Such as ``std_msgs/msg/String``.
-        topic_type_hash: Such as ``RIHS01_…``.
+        topic_type_hash: The hash of that type.
         endpoint_type: Which side it is.
         endpoint_gid: The 16 bytes that identify it.
         qos_profile: Its quality of service.
     """
 
-    node_name: str
-    node_namespace: str
-    topic_type: str
-    topic_type_hash: str
-    endpoint_type: TopicEndpointTypeEnum
-    endpoint_gid: list[int]
-    qos_profile: QoSProfile
+    __slots__ = (
+        "endpoint_gid",
+        "endpoint_type",
+        "node_name",
+        "node_namespace",
+        "qos_profile",
+        "topic_type",
+        "topic_type_hash",
+    )
+
+    def __init__(
+        self,
+        *,
+        node_name: str = "",
+        node_namespace: str = "",
+        topic_type: str = "",
+        topic_type_hash: TypeHash | None = None,
+        endpoint_type: TopicEndpointTypeEnum | int = TopicEndpointTypeEnum.INVALID,
+        endpoint_gid: Sequence[int] = (),
+        qos_profile: QoSProfile | None = None,
+    ) -> None:
+        self.node_name = node_name
+        self.node_namespace = node_namespace
+        self.topic_type = topic_type
+        self.topic_type_hash = TypeHash() if topic_type_hash is None else topic_type_hash
+        self.endpoint_type = TopicEndpointTypeEnum(endpoint_type)
+        self.endpoint_gid = list(endpoint_gid)
+        self.qos_profile = qos_profile_unknown if qos_profile is None else qos_profile
 
     @classmethod
     def of(cls, token: EndpointToken) -> TopicEndpointInfo:
@@ -55,8 +77,37 @@ class TopicEndpointInfo(NamedTuple):
             node_name=token.node,
             node_namespace=token.namespace,
             topic_type=token.type_name,
-            topic_type_hash=token.type_hash,
+            topic_type_hash=TypeHash.from_text(token.type_hash),
             endpoint_type=_TYPE_OF_KIND[token.kind],
-            endpoint_gid=list(gid(format_token(token))),
+            endpoint_gid=gid(format_token(token)),
             qos_profile=QoSProfile.from_wire(token.qos),
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, TopicEndpointInfo):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in self.__slots__)
+
+    __hash__ = None  # type: ignore[assignment]  # its values change
+
+    def __str__(self) -> str:
+        qos = self.qos_profile
+        depth = f" ({qos.depth})" if qos.history == HistoryPolicy.KEEP_LAST else ""
+        return "\n".join(
+            [
+                f"Node name: {self.node_name}",
+                f"Node namespace: {self.node_namespace}",
+                f"Topic type: {self.topic_type}",
+                f"Topic type hash: {self.topic_type_hash}",
+                f"Endpoint type: {self.endpoint_type.name}",
+                f"GID: {'.'.join(f'{byte:02x}' for byte in self.endpoint_gid)}",
+                "QoS profile:",
+                f"  Reliability: {qos.reliability.name}",
+                f"  History (Depth): {qos.history.name}{depth}",
+                f"  Durability: {qos.durability.name}",
+                f"  Lifespan: {qos.lifespan}",
+                f"  Deadline: {qos.deadline}",
+                f"  Liveliness: {qos.liveliness.name}",
+                f"  Liveliness lease duration: {qos.liveliness_lease_duration}",
+            ]
         )

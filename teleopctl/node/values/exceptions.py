@@ -8,7 +8,7 @@ from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.printable import shortened
 
 if TYPE_CHECKING:
-    from teleopctl.node.values.parameter import Parameter
+    from teleopctl.node.parameters.parameter import Parameter
 
 
 class NotInitializedException(TeleopctlError):

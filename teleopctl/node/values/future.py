@@ -36,7 +36,11 @@ class Future(Generic[ResultT]):
         self._listeners: list[Callable[[], object]] = []
 
     def done(self) -> bool:
-        """Tell whether it has ended, by value, exception or cancellation."""
+        """Tell whether it has ended by value or exception; cancelled is not done, as in rclpy."""
+        return self._finished.is_set() and not self._cancelled
+
+    def ended(self) -> bool:
+        """Tell whether it has ended, by value, exception or cancellation (ours)."""
         return self._finished.is_set()
 
     def cancelled(self) -> bool:
@@ -58,16 +62,26 @@ class Future(Generic[ResultT]):
         return self._exception
 
     def set_result(self, result: ResultT) -> None:
-        """End with a value."""
-        self._finish(result=result)
+        """End with a value; one that has ended takes it as well, and calls nobody back again."""
+        with self._lock:
+            self._result = result
+            self._cancelled = False
+        self._finish()
 
     def set_exception(self, exception: BaseException) -> None:
-        """End with an exception."""
-        self._finish(exception=exception)
+        """End with an exception; likewise."""
+        with self._lock:
+            self._exception = exception
+            self._cancelled = False
+        self._finish()
 
     def cancel(self) -> None:
         """End without a value, unless it has ended already."""
-        self._finish(cancelled=True)
+        with self._lock:
+            if self._finished.is_set():
+                return
+            self._cancelled = True
+        self._finish()
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Block this thread until it has ended (ours); False when the time ran out."""
@@ -101,19 +115,8 @@ class Future(Generic[ResultT]):
             if listener in self._listeners:
                 self._listeners.remove(listener)
 
-    def _finish(
-        self,
-        *,
-        result: ResultT | None = None,
-        exception: BaseException | None = None,
-        cancelled: bool = False,
-    ) -> None:
+    def _finish(self) -> None:
         with self._lock:
-            if self._finished.is_set():
-                return
-            self._result = result
-            self._exception = exception
-            self._cancelled = cancelled
             self._finished.set()
             callbacks, self._callbacks = self._callbacks, []
             listeners, self._listeners = self._listeners, []
@@ -130,7 +133,7 @@ class Future(Generic[ResultT]):
 
     # Any: what an asyncio loop is given is its own affair.
     def __await__(self) -> Generator[Any, Any, ResultT | None]:
-        while not self.done():
+        while not self.ended():
             loop = _running_loop()
             if loop is None or loop is _stepping.loop:
                 yield self
@@ -224,7 +227,7 @@ class Task(Future[ResultT]):
         An exception of the function ends the task and is raised again, so that spinning tells
         of it; one that a coroutine awaits reaches the coroutine.
         """
-        if self.done():
+        if self.ended():
             if self._coroutine is not None:
                 self._coroutine.close()
             return

@@ -145,6 +145,12 @@ def get_logger_level(name: str) -> LoggingSeverity:
     return _levels.get(name, LoggingSeverity.UNSET)
 
 
+def reset_levels() -> None:
+    """Forget the levels that were set, but for the root's default."""
+    _levels.clear()
+    _levels[""] = LoggingSeverity.INFO
+
+
 def effective_level(name: str) -> LoggingSeverity:
     """Return the level that counts for a logger: its own or that of the nearest ancestor."""
     while name:

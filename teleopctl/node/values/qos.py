@@ -22,8 +22,8 @@ class _Policy(enum.IntEnum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Names of all members that a person may ask for."""
-        return [member.short_key for member in cls if member.name != "UNKNOWN"]
+        """Names of all members."""
+        return [member.short_key for member in cls]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> Self:
@@ -35,9 +35,9 @@ class _Policy(enum.IntEnum):
         try:
             return cls[name.upper()]
         except KeyError:
+            known = ", ".join(key for key in cls.short_keys() if key != "unknown")
             raise UsageError(
-                f"'{name}' is no {cls.__name__}",
-                hint=f"choose one of {', '.join(cls.short_keys())}",
+                f"'{name}' is no {cls.__name__}", hint=f"choose one of {known}"
             ) from None
 
 
@@ -120,17 +120,42 @@ class QoSProfile:
             raise InvalidQoSProfileException("History and/or depth settings are required.")
         if history == HistoryPolicy.KEEP_LAST and depth is None:
             raise InvalidQoSProfileException("History set to KEEP_LAST without a depth setting.")
-        if depth is not None and depth < 0:
-            raise ValueError(f"depth must not be negative, got {depth}")
         self.history = HistoryPolicy.KEEP_LAST if history is None else HistoryPolicy(history)
-        self.depth = 0 if depth is None else depth
+        self._depth = 0
+        if depth is not None:
+            self.depth = depth
         self.reliability = ReliabilityPolicy(reliability)
         self.durability = DurabilityPolicy(durability)
-        self.lifespan = lifespan or Infinite
-        self.deadline = deadline or Infinite
+        self.lifespan = Infinite if lifespan is None else lifespan
+        self.deadline = Infinite if deadline is None else deadline
         self.liveliness = LivelinessPolicy(liveliness)
-        self.liveliness_lease_duration = liveliness_lease_duration or Infinite
+        self.liveliness_lease_duration = (
+            Infinite if liveliness_lease_duration is None else liveliness_lease_duration
+        )
         self.avoid_ros_namespace_conventions = avoid_ros_namespace_conventions
+
+    @property
+    def depth(self) -> int:
+        """Messages kept with KEEP_LAST; 0 stands for the middleware's own number.
+
+        Raises:
+            ValueError: A number that is set is negative.
+        """
+        return self._depth
+
+    @depth.setter
+    def depth(self, value: int) -> None:
+        if value < 0:
+            raise ValueError(f"depth must not be negative, got {value}")
+        if value == 0 and self.history == HistoryPolicy.KEEP_LAST:
+            import warnings
+
+            warnings.warn(
+                "A zero depth with KEEP_LAST doesn't make sense: nothing could be kept. "
+                "It is taken for the system's default.",
+                stacklevel=2,
+            )
+        self._depth = value
 
     @property
     def is_latched(self) -> bool:
@@ -179,7 +204,7 @@ class QoSProfile:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        fields = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
+        fields = ", ".join(f"{name.lstrip('_')}={value!r}" for name, value in vars(self).items())
         return f"QoSProfile({fields})"
 
 
@@ -227,13 +252,23 @@ qos_profile_rosout_default = QoSProfile(
     depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan=Duration(seconds=10)
 )
 qos_profile_latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+qos_profile_unknown = QoSProfile(
+    history=HistoryPolicy.UNKNOWN,
+    depth=0,
+    reliability=ReliabilityPolicy.UNKNOWN,
+    durability=DurabilityPolicy.UNKNOWN,
+    lifespan=Duration(),
+    deadline=Duration(),
+    liveliness=LivelinessPolicy.UNKNOWN,
+    liveliness_lease_duration=Duration(),
+)
 qos_profile_clock = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class QoSPresetProfiles(enum.Enum):
     """rclpy's presets under their names there."""
 
-    UNKNOWN = None
+    UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
     SYSTEM_DEFAULT = qos_profile_system_default
     SENSOR_DATA = qos_profile_sensor_data
@@ -246,7 +281,7 @@ class QoSPresetProfiles(enum.Enum):
     @classmethod
     def short_keys(cls) -> list[str]:
         """Names of the presets, as the command line has them."""
-        return [preset.name.lower() for preset in cls if preset.value is not None]
+        return [preset.name.lower() for preset in cls if preset is not cls.UNKNOWN]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> QoSProfile:
@@ -256,7 +291,7 @@ class QoSPresetProfiles(enum.Enum):
             UsageError: There is none.
         """
         preset = cls.__members__.get(name.upper())
-        if preset is None or preset.value is None:
+        if preset is None or preset is cls.UNKNOWN:
             raise UsageError(
                 f"'{name}' is no QoS profile",
                 hint=f"choose one of {', '.join(cls.short_keys())}",

@@ -100,7 +100,7 @@ class RosArguments(NamedTuple):
         overrides: dict[str, Any] = {}
         for source in self.parameters:
             if isinstance(source, Path):
-                from teleopctl.node.values.parameter_file import read_parameter_file
+                from teleopctl.node.parameters.parameter_file import read_parameter_file
 
                 overrides.update(read_parameter_file(source).for_node(full_name))
             elif source.node in (None, node_name, full_name):

@@ -69,6 +69,16 @@ def forget(context: Endable) -> None:
             signal.signal(number, _previous[number])
 
 
+def heeded_signals() -> SignalHandlerOptions:
+    """Return which signals end a context at present."""
+    heeded = SignalHandlerOptions.NO
+    for option in (SignalHandlerOptions.SIGINT, SignalHandlerOptions.SIGTERM):
+        (number,) = _SIGNALS[option]
+        if _contexts[number]:
+            heeded = SignalHandlerOptions(heeded | option)
+    return heeded
+
+
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
     if in_transport_callback(frame):
         # What is raised here would be lost: come again when the call is over.

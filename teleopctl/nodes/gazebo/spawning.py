@@ -251,9 +251,9 @@ def _set(node: Node, target: str, parameter: Parameter, patience_s: float = math
             return f"there is no simulator, node {target}, after {patience_s:g} s"
         node.get_logger().info(f"Waiting for the simulator, node {target}")
     future = simulator.set_parameters([parameter])
-    while not future.done():
+    while not future.ended():
         spin_until_future_complete(node, future, timeout_sec=_PATIENCE_S)
-        if not future.done() and target not in node.get_fully_qualified_node_names():
+        if not future.ended() and target not in node.get_fully_qualified_node_names():
             return "the simulator has ended"
     try:
         response = future.result()

@@ -9,6 +9,7 @@ from teleopctl.node import (
     effective_level,
     get_logger,
     get_logger_level,
+    reset_levels,
     set_logger_level,
     severity_from_name,
 )
@@ -16,6 +17,7 @@ from teleopctl.node import (
 __all__ = [
     "LoggingSeverity",
     "RcutilsLogger",
+    "clear_config",
     "get_logger",
     "get_logger_effective_level",
     "get_logger_level",
@@ -24,7 +26,11 @@ __all__ = [
     "set_logger_level",
 ]
 
+# Private in name only: programs set the level of everything by it.
+_root_logger = RcutilsLogger()
+
 get_logger_effective_level = effective_level
+clear_config = reset_levels
 get_logging_severity_from_string = severity_from_name
 
 

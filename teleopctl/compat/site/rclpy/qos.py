@@ -5,9 +5,12 @@ from teleopctl.node import (
     HistoryPolicy,
     InvalidQoSProfileException,
     LivelinessPolicy,
+    QoSCompatibility,
+    QoSPolicyKind,
     QoSPresetProfiles,
     QoSProfile,
     ReliabilityPolicy,
+    qos_check_compatible,
     qos_profile_action_status_default,
     qos_profile_best_available,
     qos_profile_parameter_events,
@@ -15,6 +18,7 @@ from teleopctl.node import (
     qos_profile_sensor_data,
     qos_profile_services_default,
     qos_profile_system_default,
+    qos_profile_unknown,
 )
 
 __all__ = [
@@ -22,9 +26,12 @@ __all__ = [
     "HistoryPolicy",
     "InvalidQoSProfileException",
     "LivelinessPolicy",
+    "QoSCompatibility",
+    "QoSPolicyKind",
     "QoSPresetProfiles",
     "QoSProfile",
     "ReliabilityPolicy",
+    "qos_check_compatible",
     "qos_profile_action_status_default",
     "qos_profile_best_available",
     "qos_profile_parameter_events",
@@ -32,6 +39,7 @@ __all__ = [
     "qos_profile_sensor_data",
     "qos_profile_services_default",
     "qos_profile_system_default",
+    "qos_profile_unknown",
 ]
 
 # The names of earlier distributions, which many nodes still use.

@@ -2,7 +2,12 @@
 
 from typing import Any
 
-__all__ = ["NoTypeSupportImportedException", "check_for_type_support", "check_is_valid_msg_type"]
+__all__ = [
+    "NoTypeSupportImportedException",
+    "check_for_type_support",
+    "check_is_valid_msg_type",
+    "check_is_valid_srv_type",
+]
 
 
 class NoTypeSupportImportedException(Exception):
@@ -23,3 +28,9 @@ def check_is_valid_msg_type(msg_type: Any) -> None:
     """Raise RuntimeError unless the class is a message."""
     if "/msg/" not in getattr(msg_type, "TYPE_NAME", ""):
         raise RuntimeError(f"{msg_type!r} is no message class")
+
+
+def check_is_valid_srv_type(srv_type: Any) -> None:
+    """Raise RuntimeError unless the class is a service."""
+    if "/srv/" not in getattr(srv_type, "TYPE_NAME", ""):
+        raise RuntimeError(f"{srv_type!r} is no service class")

@@ -11,6 +11,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.interfaces import get_message
+from teleopctl.node.parameters.parameter import (
+    AllowableParameterValue,
+    Parameter,
+    ParameterType,
+    parameter_value_to_python,
+)
 from teleopctl.node.values.exceptions import (
     InvalidParameterException,
     InvalidParameterTypeException,
@@ -19,12 +25,6 @@ from teleopctl.node.values.exceptions import (
     ParameterImmutableException,
     ParameterNotDeclaredException,
     ParameterUninitializedException,
-)
-from teleopctl.node.values.parameter import (
-    AllowableParameterValue,
-    Parameter,
-    ParameterType,
-    parameter_value_to_python,
 )
 
 if TYPE_CHECKING:

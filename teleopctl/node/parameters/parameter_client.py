@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.endpoints.client import Client, ResponseFuture
+from teleopctl.node.parameters.parameter import Parameter
+from teleopctl.node.parameters.parameter_file import parameter_messages
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.values.parameter import Parameter
-from teleopctl.node.values.parameter_file import parameter_messages
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:

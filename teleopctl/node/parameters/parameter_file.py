@@ -135,7 +135,7 @@ def parameter_messages(
         InvalidFileError: The file cannot be read or is no parameter file, or a node has no section.
         TypeError: A value is none that parameters can have.
     """
-    from teleopctl.node.values.parameter import Parameter
+    from teleopctl.node.parameters.parameter import Parameter
 
     sections = read_parameter_file(Path(path)).sections
     targets = [f"/{name.strip('/')}" for name in target_nodes or ()]
@@ -176,7 +176,7 @@ def _is_meant(section: str, node: str) -> bool:
 # Any: a value of YAML, of whatever type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
     """Return what a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
-    from teleopctl.node.values.parameter import parameter_value_to_python
+    from teleopctl.node.parameters.parameter import parameter_value_to_python
 
     found = parameter_value_to_python(value)
     if isinstance(found, list):

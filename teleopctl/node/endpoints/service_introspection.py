@@ -1,0 +1,114 @@
+"""Service introspection: what is called and answered, told on a topic of the service (REP 2012)."""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import get_message
+from teleopctl.node.endpoints.publisher import Publisher
+from teleopctl.node.values.exceptions import InvalidHandle
+
+if TYPE_CHECKING:
+    from teleopctl.node.clock import Clock
+    from teleopctl.node.endpoints.endpoint import Endpoint
+    from teleopctl.node.values.qos import QoSProfile
+
+
+class ServiceIntrospectionState(enum.IntEnum):
+    """How much is told of each call."""
+
+    OFF = 0
+    METADATA = 1
+    CONTENTS = 2
+
+
+# The numbers of service_msgs/msg/ServiceEventInfo.
+_REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
+
+
+class ServiceIntrospection:
+    """Publishes what one client, or one server, sees of its service's calls; off at first.
+
+    Args:
+        endpoint: The client or server.
+        service: Its service class.
+    """
+
+    def __init__(self, endpoint: Endpoint, service: Any) -> None:
+        self._endpoint = endpoint
+        self._service = service
+        self._clock: Clock | None = None
+        # Any: the event type of the service.
+        self._publisher: Publisher[Any] | None = None
+        self._state = ServiceIntrospectionState.OFF
+
+    def configure(self, clock: Clock, qos: QoSProfile, state: ServiceIntrospectionState) -> None:
+        """Switch on or off; the publisher stays as it was made until it is switched off."""
+        self._state = ServiceIntrospectionState(state)
+        self._clock = clock
+        if self._state is ServiceIntrospectionState.OFF:
+            self.close()
+        elif self._publisher is None:
+            self._publisher = Publisher(
+                self._endpoint.node,
+                self._service.Event,
+                f"{self._endpoint.name}/_service_event",
+                qos,
+            )
+
+    def request_sent(self, client_gid: bytes, sequence: int, request: object) -> None:
+        """Tell that the client has sent a request.
+
+        Args:
+            client_gid: Identity of the client; so the next three.
+            sequence: Number of the call among the client's.
+            request: What was asked.
+        """
+        self._tell(_REQUEST_SENT, client_gid, sequence, request=request)
+
+    def request_received(self, client_gid: bytes, sequence: int, request: object) -> None:
+        """Tell that the server has taken a request."""
+        self._tell(_REQUEST_RECEIVED, client_gid, sequence, request=request)
+
+    def response_sent(self, client_gid: bytes, sequence: int, response: object) -> None:
+        """Tell that the server has answered."""
+        self._tell(_RESPONSE_SENT, client_gid, sequence, response=response)
+
+    def response_received(self, client_gid: bytes, sequence: int, response: object) -> None:
+        """Tell that the client has the answer."""
+        self._tell(_RESPONSE_RECEIVED, client_gid, sequence, response=response)
+
+    def _tell(
+        self,
+        event: int,
+        client_gid: bytes,
+        sequence: int,
+        *,
+        request: object = None,
+        response: object = None,
+    ) -> None:
+        publisher, clock = self._publisher, self._clock
+        if publisher is None or clock is None:
+            return
+        shows = self._state is ServiceIntrospectionState.CONTENTS
+        message = self._service.Event(
+            info=get_message("service_msgs/msg/ServiceEventInfo")(
+                event_type=event,
+                stamp=clock.now().to_msg(),
+                client_gid=list(client_gid),
+                sequence_number=sequence,
+            ),
+            request=[request] if shows and request is not None else [],
+            response=[response] if shows and response is not None else [],
+        )
+        # It may be switched off, or the node have ended, meanwhile: the call itself goes on.
+        with contextlib.suppress(InvalidHandle):
+            publisher.publish(message)
+
+    def close(self) -> None:
+        """Take the publisher out of the graph. Idempotent."""
+        publisher, self._publisher = self._publisher, None
+        if publisher is not None:
+            publisher.destroy()

@@ -1,0 +1,125 @@
+"""What has a node's callbacks run without a message: timers, rates, guard conditions."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+
+from teleopctl.interfaces import from_seconds
+from teleopctl.node.clock import Clock
+from teleopctl.node.context import Context
+from teleopctl.node.endpoints.guard_condition import GuardCondition
+from teleopctl.node.endpoints.timer import Rate, Timer
+from teleopctl.node.node_core import NodeCore
+from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+
+
+class NodeTimers(NodeCore):
+    """The part of a node that holds its timers and guard conditions."""
+
+    def __init__(
+        self,
+        node_name: str,
+        context: Context | None,
+        cli_args: Sequence[str] | None,
+        namespace: str | None,
+        use_global_arguments: bool,
+    ) -> None:
+        super().__init__(node_name, context, cli_args, namespace, use_global_arguments)
+        # Replaced, never changed, so that executors may iterate without a lock.
+        self._timers: tuple[Timer, ...] = ()
+        self._guards: list[GuardCondition] = []
+        self._endpoints_lock = threading.Lock()
+        self._default_callback_group = MutuallyExclusiveCallbackGroup()
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The group of callbacks that name none."""
+        return self._default_callback_group
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[[], object] | None,
+        callback_group: CallbackGroup | None = None,
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Make a timer on the node's clock, or on another.
+
+        Args:
+            timer_period_sec: Period in seconds.
+            callback: Called each period.
+            callback_group: For multi-threaded executors.
+            clock: The node's clock if None, so simulated time counts where it is used.
+            autostart: Start at once; else `Timer.reset` does.
+        """
+        timer = Timer(
+            self,
+            callback,
+            callback_group or self._default_callback_group,
+            from_seconds(timer_period_sec),
+            clock or self._clock,
+            autostart=autostart,
+        )
+        with self._endpoints_lock:
+            self._timers = (*self._timers, timer)
+        timer.callback_group.add_entity(timer)
+        if self.executor is not None:
+            self.executor.wake()
+        return timer
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Make a rate in Hz, to sleep by in a thread that does not spin.
+
+        Raises:
+            ValueError: The frequency is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be positive")
+        # A group of its own: the tick must come while a callback sleeps by it.
+        group = MutuallyExclusiveCallbackGroup()
+        timer = self.create_timer(1.0 / frequency, None, group, clock)
+        return Rate(timer, self._context)
+
+    def create_guard_condition(
+        self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
+        guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
+        guard.callback_group.add_entity(guard)
+        with self._endpoints_lock:
+            self._guards.append(guard)
+        return guard
+
+    @property
+    def timers(self) -> tuple[Timer, ...]:
+        """The node's timers."""
+        return self._timers
+
+    @property
+    def guards(self) -> list[GuardCondition]:
+        """The node's guard conditions."""
+        return list(self._guards)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Destroy a timer; False when it is not this node's."""
+        with self._endpoints_lock:
+            if timer not in self._timers:
+                return False
+            self._timers = tuple(other for other in self._timers if other is not timer)
+        timer.destroy()
+        return True
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Destroy a rate and its timer."""
+        rate.destroy()
+        return self.destroy_timer(rate.timer)
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Destroy a guard condition; False when it is not this node's."""
+        with self._endpoints_lock:
+            if guard not in self._guards:
+                return False
+            self._guards.remove(guard)
+        return True
