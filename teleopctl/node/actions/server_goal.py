@@ -205,6 +205,8 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     def finish(self, result: ResultT | None) -> None:
         """Give the result to whoever asked for it; the first one counts (ours)."""
+        if self._response.ended():
+            return
         response = self._server.action_type.Impl.GetResultService.Response()
         response.status = self.status
         if result is not None:
