@@ -36,6 +36,7 @@ class ServiceIntrospection:
         service: Its service class.
     """
 
+    # Any: a class whose attributes are classes.
     def __init__(self, endpoint: Endpoint, service: Any) -> None:
         self._endpoint = endpoint
         self._service = service
