@@ -7,6 +7,7 @@ import os
 import socket
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -58,15 +59,25 @@ def evaluated(request: LaunchRequest, log_directory: Path) -> tuple[LaunchPlan, 
     global _log_directory
     _log_directory = log_directory
     file = Path(request.file)
-    plan, evaluation = evaluate(
-        read_launch_file(file),
-        request.arguments,
-        log_directory,
-        request,
-    )
+    with _files_read(request) as files:
+        plan, evaluation = evaluate(
+            read_launch_file(file),
+            request.arguments,
+            log_directory,
+            request,
+        )
+    evaluation.files_read = frozenset(files)
     if request.record_into is not None:
         plan = recorded(plan, Path(request.record_into), file, request.arguments)
     return plan, evaluation
+
+
+def _files_read(request: LaunchRequest) -> AbstractContextManager[set[Path]]:
+    if not request.watch:
+        return contextlib.nullcontext(set())
+    from teleopctl.launch.watching.files_read import files_read
+
+    return files_read()
 
 
 def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
@@ -89,7 +100,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     outlive_output()
     with _findable_if_killed(plan.log_directory):
         if not on_terminal:
-            return _run(Supervisor(plan, evaluation, debug=request.debug), request)
+            return _run(Supervisor(plan, evaluation, debug=request.debug), evaluation, request)
         return _run_on_terminal(plan, evaluation, request, coloured=coloured)
 
 
@@ -111,12 +122,30 @@ def run_in_background(request_file: Path) -> int:
         raise
     status.write_warnings(folder, plan.warnings)
     supervisor = Supervisor(plan, evaluation, in_background=True, debug=request.debug)
-    return _run(supervisor, request)
+    return _run(supervisor, evaluation, request)
 
 
-def _run(supervisor: Supervisor, request: LaunchRequest) -> int:
-    status = supervisor.run()
+def _run(supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest) -> int:
+    with _watched(supervisor, evaluation, request):
+        status = supervisor.run()
     return status if request.exit_status else supervisor.ros2_exit_status
+
+
+@contextlib.contextmanager
+def _watched(
+    supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest
+) -> Iterator[None]:
+    if not request.watch:
+        yield
+        return
+    from teleopctl.launch.watching.watch import Watch
+
+    watch = Watch(request, evaluation, supervisor.restarts)
+    supervisor.restarts.watch(watch)
+    try:
+        yield
+    finally:
+        watch.close()
 
 
 def _run_on_terminal(
@@ -129,7 +158,7 @@ def _run_on_terminal(
     terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
     supervisor = Supervisor(plan, evaluation, terminal=terminal, debug=request.debug)
     with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
-        return _run(supervisor, request)
+        return _run(supervisor, evaluation, request)
 
 
 def start_in_background(

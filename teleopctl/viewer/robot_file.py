@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.file_watch import FileWatch
 from teleopctl.node import Parameter
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_xacro
 from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.displays.robot_parts import shapes_of
-from teleopctl.viewer.file_watch import FileWatch
 from teleopctl.viewer.page.html import escaped
 from teleopctl.viewer.remote.service_calls import ServiceCalls
 from teleopctl.viewer.scene.mesh_files import file_of
@@ -61,7 +61,7 @@ class RobotFile:
         self._told = ""
         self._turn = 0
         self._calls = ServiceCalls(page)
-        self._watch = FileWatch(page.on(self._read))
+        self._watch = FileWatch(page.on(lambda _: self._read()))
         self._note: Any = page.gui.add_html("", visible=False)
         if self.path is not None:
             self._read()

@@ -70,6 +70,13 @@ def launch(
     debug: Annotated[
         bool, Option("--debug", help="Say what happens inside the launch; ROS 2's -d.")
     ] = False,
+    watch: Annotated[
+        bool,
+        Option(
+            "--watch",
+            help="Restart a node when its source is saved, or the description that it was given.",
+        ),
+    ] = False,
     exit_status: Annotated[
         bool,
         Option(
@@ -122,6 +129,7 @@ def launch(
         skip_missing=skip_missing,
         debug=debug,
         exit_status=exit_status,
+        watch=watch,
         record_into=None if folder is None else str(folder),
     )
     try:

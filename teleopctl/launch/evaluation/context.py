@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.action import Launch
+from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
 
@@ -157,6 +158,11 @@ class LaunchContext:
             self._live_nodes = _query_nodes()
         return name in self._live_nodes
 
+    def take_names(self, other: LaunchContext) -> None:
+        """Know the anonymous names that another one has made, and the nodes that it has seen."""
+        self._anonymous = other._anonymous
+        self._live_nodes = other._live_nodes
+
     def anonymous_name(self, name: str) -> str:
         """Return a name that no other launch uses; the same one for the same word."""
         if name not in self._anonymous:
@@ -166,6 +172,17 @@ class LaunchContext:
             unique = f"{socket.gethostname()}_{os.getpid()}_{random.getrandbits(63)}"
             self._anonymous[name] = re.sub("[.:-]", "_", f"{name}_{unique}")
         return self._anonymous[name]
+
+
+@contextmanager
+def located(place: Place) -> Iterator[None]:
+    """Put file and line before the message of an error raised in the block."""
+    try:
+        yield
+    except TeleopctlError as error:
+        if error.place is not None:
+            raise
+        raise error.at(str(place)) from error
 
 
 def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:

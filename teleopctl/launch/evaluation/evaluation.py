@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
-from teleopctl.launch.evaluation.context import LaunchContext, Moment
+from teleopctl.launch.evaluation.context import LaunchContext, Moment, located
 from teleopctl.launch.evaluation.environment import ShownEnvironment
 from teleopctl.launch.evaluation.foresight import Foreseen, faults, undeclared
 from teleopctl.launch.evaluation.processes import ProcessBuilder
@@ -23,10 +23,11 @@ from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
-from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, Process
+from teleopctl.launch.model.descriptions import ComponentPart, Condition, Process
 from teleopctl.launch.model.events import (
     ProcessEvent,
     ProcessOutput,
+    ProcessStarted,
     ShutdownBegan,
     ShutdownRequested,
     SignalRequested,
@@ -44,6 +45,8 @@ def evaluate(
     arguments: Mapping[str, str],
     log_directory: Path,
     request: LaunchRequest | None = None,
+    *,
+    again: Evaluation | None = None,
 ) -> tuple[LaunchPlan, Evaluation]:
     """Evaluate a launch file.
 
@@ -52,6 +55,7 @@ def evaluate(
         arguments: Launch arguments by name.
         log_directory: The launch's folder for logs and parameter files.
         request: How it is to be launched; by default as a request has it.
+        again: An earlier evaluation of the file, whose processes run; this one has no effects.
 
     Returns:
         What the launch does of itself, and what is to be asked when something happens.
@@ -63,6 +67,9 @@ def evaluate(
     request = request or LaunchRequest(file=str(file.path))
     evaluation = Evaluation(context, ProcessBuilder(context, request))
     evaluation.skips_missing = request.skip_missing
+    if again is not None:
+        evaluation.is_trial = True
+        context.take_names(again.context)
     evaluation.run_file(file)
     start = evaluation.take()
     if start.shutdown is not None:
@@ -75,17 +82,6 @@ def evaluate(
     unknown = undeclared(arguments, context.declared)
     warnings = [*context.warnings, *unknown]
     return LaunchPlan(log_directory=log_directory, start=start, warnings=warnings), evaluation
-
-
-@contextmanager
-def located(place: Place) -> Iterator[None]:
-    """Put file and line before the message of an error raised in the block."""
-    try:
-        yield
-    except TeleopctlError as error:
-        if error.place is not None:
-            raise
-        raise error.at(str(place)) from error
 
 
 class _Registered(NamedTuple):
@@ -119,6 +115,7 @@ class Evaluation:
         is_trial: Whether this is a look ahead, which is to have no effects outside.
         is_ending: Whether the launch ends: nothing is started any more.
         skips_missing: Whether to go on without what is found nowhere.
+        files_read: The user's files that were read for the start, where somebody wants to know.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
@@ -130,6 +127,7 @@ class Evaluation:
         self.is_trial = False
         self.skips_missing = False
         self.is_ending = False
+        self.files_read: frozenset[Path] = frozenset()
         self._handlers: list[_Registered] = []
         self._further = Further()
         # Whose thread evaluates just now, and where events go that happen elsewhere.
@@ -342,6 +340,8 @@ class Evaluation:
         with self._evaluating(), self.context.answering(event):
             if isinstance(event, ProcessEvent) and not isinstance(event, ProcessOutput):
                 self._builder.tell(event)
+                if isinstance(event, ProcessStarted) and event.was_saved:
+                    return self.take()
             for entry in tuple(self._handlers):
                 with self.context.at(entry.moment):
                     self.show_environment()

@@ -185,6 +185,13 @@ class Child:
         return LogFile(self.log_file.with_name(f"{self.plan.name}-{stream}.log"))
 
 
+def reason_of(error: OSError | ValueError) -> str:
+    """Say why a process cannot be started."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+    return str(error)
+
+
 def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
     # Unbuffered, since otherwise what a node prints appears only when a buffer is full.
     wanted = {

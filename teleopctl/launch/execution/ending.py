@@ -8,6 +8,7 @@ from functools import partial
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.model.plan import SignalPlan
 
 STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 """The signals, each harder than the one before."""
@@ -29,11 +30,13 @@ class Ending:
         """Ask a process to end, and arrange for harder ways; one that was asked is left alone."""
         if not child.was_signalled:
             child.signal(STEPS[0])
-            self._loop.after(child.plan.sigterm_timeout, partial(self._escalate, child, 1))
+            self._loop.after(
+                child.plan.sigterm_timeout, partial(self._escalate, child, child.pid, 1)
+            )
 
-    def _escalate(self, child: Child, step: int) -> None:
-        if not child.is_running:
-            return
+    def _escalate(self, child: Child, pid: int | None, step: int) -> None:
+        if not child.is_running or child.pid != pid:
+            return  # or it has been started again since
         waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
         self._screen.say(
             "ERROR",
@@ -43,4 +46,15 @@ class Ending:
         )
         child.signal(STEPS[step])
         if step + 1 < len(STEPS):
-            self._loop.after(child.plan.sigkill_timeout, partial(self._escalate, child, step + 1))
+            harder = partial(self._escalate, child, pid, step + 1)
+            self._loop.after(child.plan.sigkill_timeout, harder)
+
+    def send(self, request: SignalPlan, child: Child) -> None:
+        """Send a process the signal that somebody wants it to get."""
+        if request.number is None:
+            self.ask(child)
+            return
+        number = signal.Signals(request.number)
+        name = child.plan.name
+        self._screen.say("INFO", name, f"sending signal '{number.name}' to process[{name}]")
+        child.signal(number)

@@ -14,11 +14,12 @@ from functools import partial
 from teleopctl.background import Start, start_of
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.child import Child
+from teleopctl.launch.execution.child import Child, reason_of
 from teleopctl.launch.execution.ending import STEPS, Ending
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.interrupts import Interrupts
 from teleopctl.launch.execution.published_status import PublishedStatus
+from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.execution.screen import Screen, in_short
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.execution.terminal import Terminal
@@ -35,7 +36,6 @@ from teleopctl.launch.model.plan import (
     LaunchPlan,
     ProcessPlan,
     Respondent,
-    SignalPlan,
     Timer,
 )
 
@@ -54,6 +54,9 @@ class Supervisor:
             alone.
         terminal: How the output looks where a person sees it; None writes ROS 2's text.
         debug: Whether to say which events come.
+
+    Attributes:
+        restarts: Starts again what is saved, where somebody watches that.
     """
 
     def __init__(
@@ -76,6 +79,15 @@ class Supervisor:
         self._ending = Ending(self._loop, self._screen)
         self._interrupts = Interrupts(self._loop, self._asked_to_end, self._hurry)
         self._children: list[Child] = []
+        self.restarts = Restarts(
+            self._children,
+            plan.log_directory,
+            loop=self._loop,
+            screen=self._screen,
+            interrupts=self._interrupts,
+            ending=self._ending,
+            start=self._start_again,
+        )
         # Those of which something is still to come, and of these those whose process was started.
         self._expected: set[int] = set()
         self._live: set[int] = set()
@@ -120,7 +132,7 @@ class Supervisor:
         try:
             with self._interrupts.heard():
                 self._start()
-                while self._expected or self._timers or self._has_come_to_rest():
+                while self._is_going_on() or self._has_come_to_rest():
                     self._loop.handle_next()
         except BaseException:
             # Nobody else would end them.
@@ -173,6 +185,9 @@ class Supervisor:
             self._companions.add(index)
         return index
 
+    def _is_going_on(self) -> bool:
+        return bool(self._expected or self._timers) or self.restarts.keep_launch()
+
     def _has_come_to_rest(self) -> bool:
         """Tell those who wait for the end that nothing is left; return whether that led to more."""
         if self._loop.is_empty and not self._shutting_down:
@@ -192,21 +207,25 @@ class Supervisor:
                 self._start_child(index)
         self._go_on(replace(self._plan.start, messages=[], files={}, processes=[]))
 
-    def _start_child(self, index: int) -> None:
+    def _start_again(self, child: Child) -> None:
+        index = self._children.index(child)
+        self._expected.add(index)
+        self._start_child(index, was_saved=True)
+
+    def _start_child(self, index: int, *, was_saved: bool = False) -> None:
         child = self._children[index]
         if self._shutting_down:
             self._expected.discard(index)
             return
+        if child.is_running:
+            return  # it was saved while it waited to be started again
         try:
             child.start()
         except (OSError, ValueError) as error:
             self._failed = True
             self._expected.discard(index)
-            reason = str(error)
-            if isinstance(error, OSError) and error.strerror:
-                named = f": {error.filename}" if error.filename else ""
-                reason = f"{error.strerror}{named}"
-            self._screen.say("ERROR", child.plan.name, f"process failed to start: {reason}")
+            text = f"process failed to start: {reason_of(error)}"
+            self._screen.say("ERROR", child.plan.name, text)
             if child.plan.shutdown_on_exit:
                 self._required_ended(child)
             self._lost_before_the_others(index)
@@ -216,7 +235,7 @@ class Supervisor:
             self._live.add(index)
             assert child.pid is not None
             self._starts[index] = start_of(child.pid)
-            self._respond(ProcessStarted(child.plan, child.pid))
+            self._respond(ProcessStarted(child.plan, child.pid, was_saved))
         self._published.publish()
 
     def _wrote(self, child: Child, line: bytes, is_stdout: bool) -> None:
@@ -272,10 +291,14 @@ class Supervisor:
         for event in further.events:
             self._loop.put(partial(self._respond, event))
         for request in further.signals:
-            self._send(request)
+            for child in self._children:
+                if child.plan.name == request.process and child.is_running:
+                    self._ending.send(request, child)
         if not self._shutting_down:
             # All of them are known before the first one starts, whose start may lead to more.
-            for index in [self._add(process) for process in further.processes]:
+            indices = [self._add(process) for process in further.processes]
+            self.restarts.take_in(further.processes)
+            for index in indices:
                 self._start_child(index)
             for seconds, timer in further.timers:
                 self._timers.add(seconds, timer)
@@ -284,23 +307,11 @@ class Supervisor:
         if further.shutdown is not None:
             self._shut_down(further.shutdown)
 
-    def _send(self, request: SignalPlan) -> None:
-        for child in self._children:
-            if child.plan.name == request.process and child.is_running:
-                if request.number is None:
-                    self._ending.ask(child)
-                else:
-                    number = signal.Signals(request.number)
-                    self._screen.say(
-                        "INFO",
-                        child.plan.name,
-                        f"sending signal '{number.name}' to process[{child.plan.name}]",
-                    )
-                    child.signal(number)
-
     def _exited(self, child: Child) -> None:
         index = self._children.index(child)
         self._live.discard(index)
+        if self.restarts.answers_end_of(child):
+            return
         if child.ended_well:
             self._screen.say(
                 "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
@@ -315,6 +326,11 @@ class Supervisor:
                 died % " ".join(child.plan.command),
                 in_short=died % " ".join(map(in_short, child.plan.command)),
             )
+            if self.restarts.keeps_dead(child):
+                self._expected.discard(index)
+                self._end_companions()
+                self._published.publish()
+                return
         assert child.exit_status is not None
         self._respond(ProcessExited(child.plan, child.pid or 0, child.exit_status))
         if self._respawns(child):
@@ -369,6 +385,7 @@ class Supervisor:
         if self._shutting_down:
             return
         self._shutting_down = True
+        self.restarts.close()
         self._timers.shut_down()
         self._respond(ShutdownBegan(reason, by_interrupt))
         # What waits for its start, or for its next one, is not started any more.

@@ -25,7 +25,14 @@ class ProcessEvent:
 
 @dataclass(frozen=True, slots=True)
 class ProcessStarted(ProcessEvent):
-    """A process runs."""
+    """A process runs.
+
+    Attributes:
+        was_saved: Whether it was started again because its source had been saved, which no handler
+            answers.
+    """
+
+    was_saved: bool = False
 
 
 @dataclass(frozen=True, slots=True)

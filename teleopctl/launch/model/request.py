@@ -22,6 +22,7 @@ class LaunchRequest:
         debug: Whether to say what happens inside the launch.
         exit_status: Whether the exit status tells of processes that died and of Ctrl-C, as that of
             ``ros2 launch`` does not.
+        watch: Whether to start again what is saved.
         record_into: Folder of a bag to record the launch into, or None.
     """
 
@@ -33,6 +34,7 @@ class LaunchRequest:
     skip_missing: bool = False
     debug: bool = False
     exit_status: bool = False
+    watch: bool = False
     record_into: str | None = None
 
     def save(self, path: Path) -> None:

@@ -113,7 +113,7 @@ def test_each_process_has_its_colour_on_a_terminal_unless_colours_are_off(ros, n
     ]  # fmt: skip
     if no_colour:
         expected = [re.sub(rb"\x1b\[[\d;]*m", b"", line) for line in expected]
-    shown = [re.sub(rb"(pid \[?)\d+", rb"\1N", line) for line in lines if b"[launch]" not in line]
+    shown = [re.sub(rb"(pid \[?)\d+", rb"\1N", line) for line in lines if b"[sh-" in line]
     assert sorted(shown) == sorted(expected)
 
 

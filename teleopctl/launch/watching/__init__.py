@@ -1,0 +1,1 @@
+"""``launch --watch``: what is saved is started again, see `watch`."""
