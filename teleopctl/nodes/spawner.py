@@ -10,6 +10,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
@@ -131,11 +132,14 @@ def _make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Request]]:
+def read_command_line(
+    words: Sequence[str], ros_files: Sequence[str] = ()
+) -> tuple[argparse.Namespace, list[Request]]:
     """Split a command line into common options and one request for each controller.
 
     Args:
         words: The program's arguments, without ROS's.
+        ros_files: Parameter files of the spawner itself, which are the controllers' as well.
     """
     groups: list[list[str]] = [[]]
     for word in words:
@@ -179,7 +183,8 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[Re
         parser.error("At least one controller name must be provided")
     for request in requests:
         # The same file twice counts once; the last mention decides the order.
-        request.param_files = list(dict.fromkeys(reversed(request.param_files)))[::-1]
+        own_files = list(dict.fromkeys(reversed(request.param_files)))[::-1]
+        request.param_files = list(dict.fromkeys([*own_files, *ros_files]))
     return options, requests
 
 
@@ -361,7 +366,9 @@ def main(args: list[str] | None = None) -> int:
         args: Command line; None takes the process's.
     """
     words = sys.argv[1:] if args is None else args
-    options, requests = read_command_line(parse_ros_arguments(words).program)
+    given = parse_ros_arguments(words)
+    files = [str(file) for file in given.parameters if isinstance(file, Path)]
+    options, requests = read_command_line(given.program, files)
     init(args=words, session_mode="client")
     node = Node(f"spawner_{requests[0].name}", start_parameter_services=False)
     spawner = Spawner(node, options)

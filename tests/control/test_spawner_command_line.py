@@ -18,6 +18,14 @@ def test_the_same_file_twice_counts_once():
     assert request.param_files == ["y.yaml", "x.yaml"]
 
 
+def test_parameter_files_of_the_spawner_are_the_controllers_as_well():
+    _, (a, b) = read_command_line(
+        ["a", "-p", "x.yaml", "--controller", "b", "-p", "y.yaml"], ["z.yaml", "x.yaml"]
+    )
+    assert a.param_files == ["x.yaml", "z.yaml"]
+    assert b.param_files == ["x.yaml", "y.yaml", "z.yaml"]
+
+
 def test_controllers_with_options_of_their_own():
     words = ["a", "-p", "all.yaml", "--controller", "b", "-p", "b.yaml", "--inactive"]
     _, (a, b) = read_command_line(words)

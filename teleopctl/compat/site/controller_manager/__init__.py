@@ -1,1 +1,33 @@
-"""``controller_manager``: the part that launch files use."""
+"""``controller_manager``: the part that launch files and launch tests use."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .controller_manager_services import (
+        cleanup_controller as cleanup_controller,
+        configure_controller as configure_controller,
+        list_controller_types as list_controller_types,
+        list_controllers as list_controllers,
+        list_hardware_components as list_hardware_components,
+        list_hardware_interfaces as list_hardware_interfaces,
+        load_controller as load_controller,
+        reload_controller_libraries as reload_controller_libraries,
+        set_hardware_component_state as set_hardware_component_state,
+        switch_controllers as switch_controllers,
+        unload_controller as unload_controller,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    # Launch files use `launch_utils` alone, and need no rclpy for that.
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "controller_manager_services": (
+                "cleanup_controller configure_controller list_controller_types list_controllers "
+                "list_hardware_components list_hardware_interfaces load_controller "
+                "reload_controller_libraries set_hardware_component_state switch_controllers "
+                "unload_controller"
+            )
+        },
+    )
