@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import progress
@@ -20,11 +22,13 @@ from teleopctl.node import (
     Parameter,
     QoSOverridingOptions,
     init,
+    parse_ros_arguments,
     qos_profile_latched,
     qos_profile_sensor_data,
     spin,
 )
 from teleopctl.robot import Joint, Joints, RobotDescription, SegmentTree
+from teleopctl.text_file import read_text
 from teleopctl.tf import (
     StaticTransformBroadcaster,
     Transform,
@@ -43,14 +47,25 @@ _MAX_FREQUENCY = 1000.0
 class RobotStatePublisher(Node):
     """The node; its parameters and topics are those of ROS 2.
 
+    Args:
+        file: A URDF file, where the parameter is empty.
+
     Raises:
         TeleopctlError: When ``robot_description`` is missing or no robot.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, file: Path | None = None) -> None:
         progress.tell(progress.STARTING)
         super().__init__("robot_state_publisher")
         urdf = self.declare_parameter("robot_description", "").value
+        if not urdf and file is not None:
+            self.get_logger().warning(
+                "No robot_description parameter, but command-line argument available.  Assuming "
+                "argument is name of URDF file.  This backwards compatibility fallback will be "
+                "removed in the future."
+            )
+            urdf = read_text(file)
+            self.set_parameters([Parameter("robot_description", value=urdf)])
         self._interval_ns = _interval_ns(self.declare_parameter("publish_frequency", 20.0).value)
         self._ignores_stamps = bool(self.declare_parameter("ignore_timestamp", False).value)
         self._prefix = str(self.declare_parameter("frame_prefix", "").value)
@@ -185,10 +200,11 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         TeleopctlError: When there is no valid description.
     """
+    words = parse_ros_arguments(sys.argv[1:] if args is None else args).program
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=args),
-        RobotStatePublisher() as node,
+        RobotStatePublisher(Path(words[0]) if words else None) as node,
     ):
         spin(node)
     return 0

@@ -35,7 +35,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="rviz2", description="The robot in a browser.")
     parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
     add_page_options(parser)
-    options = parser.parse_args(parse_ros_arguments(words).program)
+    options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
     progress.tell(progress.STARTING)
     if hasattr(os, "nice"):
         # Whoever controls the robot comes first.
@@ -45,6 +45,9 @@ def main(args: list[str] | None = None) -> int:
             options.host, options.port, options.token, view=options.display_config
         )
         with viewer as node:
+            if unserved:
+                # Such as -f for the fixed frame, which the .rviz file or the page gives.
+                node.get_logger().warning(f"Without effect on the page: {' '.join(unserved)}")
             node.get_logger().info(f"The robot is at {address}")
             tell_address(address, open_it=options.open)
             _spare_collections()

@@ -250,6 +250,14 @@ def test_without_a_robot_it_ends_with_one_message(ros, urdf_text, message):
     assert "Traceback" not in done.stderr
 
 
+def test_a_file_on_the_command_line_stands_for_the_parameter(ros):
+    file = ros.folder / "two.urdf"
+    file.write_text("<robot name='r'><link name='a'/><link name='b'/></robot>", encoding="utf-8")
+    done = ros.run_module("teleopctl.nodes", f"{STATES} {file}")
+    assert "Assuming argument is name of URDF file" in done.stderr
+    assert "Two root links found" in done.stderr
+
+
 def test_joint_states_come_from_the_description_on_the_topic(ros, observer, urdf):
     heard = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
     joints = ros.spawn_module("teleopctl.nodes", JOINTS)

@@ -185,7 +185,7 @@ def test_a_view_of_rviz_is_shown_and_saved_where_it_was(ros, chromium):
     view = ros.folder / "mine.rviz"
     view.write_text(VIEW)
     ros.launch("display.yaml")
-    page = opened(chromium, run_page(ros, "-d", str(view)))
+    page = opened(chromium, run_page(ros, "-d", str(view), "--fullscreen"))
     page.get_by_role("tab", name="Scene").click()
     unfold(page.get_by_text("Frames of mine"), page.get_by_text("Marker Scale"))
     page.get_by_role("button", name="Save view").click()
@@ -196,6 +196,7 @@ def test_a_view_of_rviz_is_shown_and_saved_where_it_was(ros, chromium):
     assert saved["Global Options"]["Fixed Frame"] == "base_plate"
     assert saved["Views"]["Current"]["Distance"] == pytest.approx(1.5, abs=0.01)
     assert "Odd" in page_log(ros)
+    assert "Without effect on the page: --fullscreen" in page_log(ros)
 
 
 def test_launch_ends_with_the_address_of_a_page_that_is_there(ros):
