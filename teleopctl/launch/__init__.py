@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.actions.environment import (
         AppendEnvironment as AppendEnvironment,
+        ReplaceEnvironment as ReplaceEnvironment,
         ResetEnvironment as ResetEnvironment,
         SetEnvironment as SetEnvironment,
         SetRosLogDirectory as SetRosLogDirectory,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.launch.actions.settings import (
         DeclareArgument as DeclareArgument,
+        DeclareBoolean as DeclareBoolean,
         Let as Let,
         PushNamespace as PushNamespace,
         Reset as Reset,
@@ -125,6 +127,7 @@ if TYPE_CHECKING:
         is_launch_file as is_launch_file,
     )
     from teleopctl.launch.frontends import (
+        parse_text as parse_text,
         read_launch_file as read_launch_file,
     )
     from teleopctl.launch.frontends.steps import (
@@ -137,6 +140,9 @@ if TYPE_CHECKING:
         Launch as Launch,
         LaunchFile as LaunchFile,
         Step as Step,
+    )
+    from teleopctl.launch.model.command_line import (
+        split_command_line as split_command_line,
     )
     from teleopctl.launch.model.descriptions import (
         ComponentPart as ComponentPart,
@@ -162,6 +168,7 @@ if TYPE_CHECKING:
     from teleopctl.launch.model.exposed import (
         exposed_actions as exposed_actions,
         exposed_substitutions as exposed_substitutions,
+        look_for_strangers as look_for_strangers,
     )
     from teleopctl.launch.model.output import (
         output_alias as output_alias,
@@ -183,6 +190,7 @@ if TYPE_CHECKING:
         literal as literal,
     )
     from teleopctl.launch.model.values import (
+        boolean as boolean,
         flag as flag,
     )
     from teleopctl.launch.recording import (
@@ -205,16 +213,16 @@ else:
         __name__,
         {
             "actions.components": "LoadComponents",
-            "actions.environment": "AppendEnvironment ResetEnvironment SetEnvironment "
-            "SetRosLogDirectory UnsetEnvironment",
+            "actions.environment": "AppendEnvironment ReplaceEnvironment ResetEnvironment "
+            "SetEnvironment SetRosLogDirectory UnsetEnvironment",
             "actions.gazebo": "GzServer GzSpawnModel RosGzBridge",
             "actions.messages": "Log Shutdown",
             "actions.nesting": "Group Include IncludeSteps RosTimer Timer",
             "actions.process": "Executable Node",
             "actions.remembering": "PopConfigurations PopEnvironment PushConfigurations "
             "PushEnvironment",
-            "actions.settings": "DeclareArgument Let PushNamespace Reset SetParameter "
-            "SetParametersFromFile SetRemap SetUseSimTime Unset",
+            "actions.settings": "DeclareArgument DeclareBoolean Let PushNamespace Reset "
+            "SetParameter SetParametersFromFile SetRemap SetUseSimTime Unset",
             "arguments": "argument_names describe_arguments undeclared_arguments",
             "asking.asking": "Asking",
             "evaluation.context": "LaunchContext",
@@ -231,7 +239,7 @@ else:
             "execution.status": "ProcessStatus command_text folder_of mark_stopped",
             "execution.supervisor": "Supervisor",
             "finding": "builtin_files files_in_package find_launch_file is_launch_file",
-            "frontends": "read_launch_file",
+            "frontends": "parse_text read_launch_file",
             "frontends.steps": "read_step",
             "model.action": "Action Entity Handler Launch LaunchFile Step",
             "model.descriptions": "ComponentPart Condition NodePart Parameter ParameterFile "
@@ -239,13 +247,14 @@ else:
             "model.element": "Element",
             "model.events": "ProcessEvent ProcessExited ProcessOutput ProcessStarted "
             "ShutdownBegan SignalRequested",
-            "model.exposed": "exposed_actions exposed_substitutions",
+            "model.exposed": "exposed_actions exposed_substitutions look_for_strangers",
             "model.output": "output_alias output_table",
             "model.plan": "Further LaunchPlan ProcessPlan",
             "model.request": "LaunchRequest",
             "model.template": "Argument Call ComputedText Template literal",
-            "model.values": "flag",
+            "model.values": "boolean flag",
             "recording": "bag_folder recorded",
+            "model.command_line": "split_command_line",
             "starting": "evaluated free_name log_directory_here new_log_directory prepare run_here "
             "start_in_background",
         },

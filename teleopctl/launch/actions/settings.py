@@ -14,8 +14,6 @@ from teleopctl.launch.model.descriptions import Parameter, ParameterFile, Parame
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, literal
 
-_BOOLEANS = ("true", "false", "True", "False", "TRUE", "FALSE")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeclareArgument(Action):
@@ -78,11 +76,12 @@ class DeclareBoolean(DeclareArgument):
 
     __slots__ = ()
     keys = ("name", "default", "description")
+    words: ClassVar[tuple[str, ...]] = ("true", "false", "True", "False", "TRUE", "FALSE")
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
         """Read a ``bool_arg``."""
-        return replace(super().parse(entity), choices=_BOOLEANS)
+        return replace(super().parse(entity), choices=cls.words)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ from teleopctl.launch.evaluation.parameters import parameter_file, parameter_val
 from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.finding import is_builtin
 from teleopctl.launch.model import values
-from teleopctl.launch.model.command_line import split
+from teleopctl.launch.model.command_line import split_command_line
 from teleopctl.launch.model.descriptions import (
     ComponentPart,
     NodePart,
@@ -204,7 +204,10 @@ class ProcessBuilder:
         return "", name, "", ours
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
+        # In the order of ROS 2, in which the first one of two that exclude each other counts.
         words: list[str] = []
+        if node.ros_arguments is not None:
+            words += self._words(node.ros_arguments, "ros_args")
         name = self._optional(node.name)
         namespace = self._namespace(node.namespace)
         if name:
@@ -215,8 +218,6 @@ class ProcessBuilder:
         words += self._parameter_arguments(entries, process_name)
         for source, target in self._remaps(node.remaps):
             words += ["-r", f"{source}:={target}"]
-        if node.ros_arguments is not None:
-            words += self._words(node.ros_arguments, "ros_args")
         full_name = f"{namespace.rstrip('/')}/{name}" if name else None
         if full_name is not None and (
             node.namespace is not None or self._context.scope.has_namespace
@@ -365,7 +366,7 @@ class ProcessBuilder:
             if shell:
                 return [self._text(words)]
             with values.at_key(key):
-                words = split(words)
+                words = split_command_line(words)
         return [self._text(word) for word in words]
 
     def _text(self, text: Template) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from teleopctl import plugins
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.model.exposed import exposed_substitutions
+from teleopctl.launch.model.exposed import exposed_substitutions, look_for_strangers
 from teleopctl.launch.model.template import Call, ComputedText, Template
 
 
@@ -75,6 +75,8 @@ def _evaluate(call: Call | ComputedText, context: LaunchContext) -> str:
     try:
         substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, call.name)
     except UnknownPluginError as error:
+        if call.name not in exposed_substitutions:
+            look_for_strangers()
         if call.name in exposed_substitutions:
             return render(exposed_substitutions[call.name](call), context)
         raise LaunchError(

@@ -8,6 +8,7 @@ from pathlib import Path
 from teleopctl import plugins
 from teleopctl.errors import LaunchError, UnknownPluginError
 from teleopctl.launch.model.action import LaunchFile
+from teleopctl.launch.model.element import Element
 
 
 def read_launch_file(path: Path) -> LaunchFile:
@@ -26,3 +27,23 @@ def read_launch_file(path: Path) -> LaunchFile:
             hint=f"It reads ROS 2's launch files that end in {', '.join(endings)}.",
         ) from error
     return read(path)
+
+
+def parse_text(text: str, path: Path, language: str) -> tuple[str, Element]:
+    """Return the outermost entry of a text: its name and what belongs to it.
+
+    Args:
+        text: The text.
+        path: Where it comes from, for messages.
+        language: ``xml`` or ``yaml``.
+
+    Raises:
+        TeleopctlError: It is not of that language; the message has the line.
+    """
+    if language == "xml":
+        from teleopctl.launch.frontends.xml import tree as xml
+
+        return xml.parsed(text, path).action()
+    from teleopctl.launch.frontends.yaml import tree as yaml
+
+    return yaml.parsed(text, path).action()

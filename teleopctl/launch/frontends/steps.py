@@ -14,7 +14,7 @@ from teleopctl.errors import BrokenPluginError, TeleopctlError, did_you_mean
 from teleopctl.launch.actions.messages import Log
 from teleopctl.launch.model.action import Action, Entity, LaunchFile, Step
 from teleopctl.launch.model.element import Element
-from teleopctl.launch.model.exposed import exposed_actions
+from teleopctl.launch.model.exposed import exposed_actions, look_for_strangers
 from teleopctl.launch.model.template import literal
 
 
@@ -54,8 +54,11 @@ def read_step(name: str, content: Element) -> Step:
         TeleopctlError: It does not follow the vocabulary.
     """
     known = plugins.find(plugins.LAUNCH_ACTIONS, name.replace("-", "_"))
-    if known is None and name in exposed_actions:
-        return exposed_actions[name](name, content)
+    if known is None:
+        if name not in exposed_actions:
+            look_for_strangers()
+        if name in exposed_actions:
+            return exposed_actions[name](name, content)
     action = _action_class(name, content)
     entity = Entity(content, (*action.keys, "if", "unless"), _steps, action.renamed)
     try:

@@ -12,7 +12,7 @@ from teleopctl.launch.model.template import Call, ComputedText, Template
 _PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
 
 
-def split(text: Template) -> tuple[Template, ...]:
+def split_command_line(text: Template) -> tuple[Template, ...]:
     """Split a text as a shell splits it; what a substitution gives is a part of one word.
 
     ``-r $(var rate) 'my $(var file)'`` are three words, whatever the substitutions give: a path

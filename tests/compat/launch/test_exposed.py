@@ -9,6 +9,8 @@ from launch.substitutions import EnvironmentVariable, TextSubstitution
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import LaunchRequest, evaluated
+from tests.compat.activated import output
+from tests.distributions import install
 
 
 @expose_action("greet_twice")
@@ -80,3 +82,38 @@ def test_a_text_is_parsed_into_substitutions():
     assert variable.describe() == "EnvVar('PLACE')"
     assert variable.default_value is not None
     assert [part.describe() for part in variable.default_value] == ["'here'"]
+
+
+def test_installed_distributions_bring_actions_and_substitutions(tmp_path):
+    install(
+        tmp_path / "site",
+        "greetings",
+        {"launch.frontend.launch_extension": {"greetings": "greetings", "broken": "nothing_there"}},
+        {
+            "greetings.py": """
+            from launch.actions import LogInfo
+            from launch.frontend import expose_action, expose_substitution
+            from launch.substitutions import TextSubstitution
+
+            @expose_action("greet")
+            def greet(entity, parser):
+                return LogInfo, {"msg": parser.parse_substitution(entity.get_attr("whom"))}
+
+            @expose_substitution("quietly")
+            def quietly(data):
+                return TextSubstitution, {"text": data[0][0].text.lower()}
+            """
+        },
+    )
+    path = tmp_path / "greets.yaml"
+    path.write_text("launch: [log: {message: $(quietly HELLO)}, greet: {whom: everybody}]")
+    read = f"""
+import warnings
+from pathlib import Path
+from teleopctl.launch import LaunchRequest, evaluated
+with warnings.catch_warnings(record=True) as caught:
+    plan, _ = evaluated(LaunchRequest(file={str(path)!r}), Path("log"))
+print([text for _, _, text in plan.start.messages], *(each.message for each in caught))
+"""
+    told = output(read, tmp_path / "site")
+    assert told.startswith("['hello', 'everybody'] Failed to load the launch extension: broken")

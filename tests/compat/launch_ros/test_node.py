@@ -65,11 +65,11 @@ def test_name_namespace_arguments_and_remappings_become_words(plan):
     assert process.name == "camera-1"
     assert process.command[5:8] == ["camera", "a b", "--c"]
     assert ros_words(process) == [
+        "--log-level",
+        "debug",
         "__node:=eye",
         "__ns:=/left_side",
         "image:=/seen",
-        "--log-level",
-        "debug",
     ]
 
 

@@ -282,9 +282,10 @@ def test_a_node_becomes_a_command_line_with_ros_arguments(plan, tmp_path):
     assert process.stdout.screen
     assert process.command == [
         *[sys.executable, "-P", "-m", "teleopctl.nodes", "teleop_py_pkg", "simple_publisher"],
-        *["--loud", "two words", "--ros-args", "-r", "__node:=talker", "-r", "__ns:=/fleet/robot"],
+        *["--loud", "two words", "--ros-args", "--log-level", "debug"],
+        *["-r", "__node:=talker", "-r", "__ns:=/fleet/robot"],
         *["--params-file", first, "--params-file", str(given), "--params-file", second],
-        *["-r", "a:=b", "-r", "chatter:=/said", "--log-level", "debug"],
+        *["-r", "a:=b", "-r", "chatter:=/said"],
     ]
     assert yaml.safe_load(result.start.files[first]) == {
         "/**": {

@@ -28,21 +28,11 @@ class Action(LaunchDescriptionEntity):
         super().__init__()
         self._condition = condition
 
-    # Any: `frontend.Entity` and `frontend.Parser`, which know actions; the words of the class.
+    # Any: the entity and the parser of a text front end; the words that the class takes.
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
         """Return the class and its words, from what stands in a text; a subclass adds its own."""
-        from .conditions import IfCondition, UnlessCondition
-
-        holds = entity.get_attr("if", optional=True)
-        fails = entity.get_attr("unless", optional=True)
-        if holds is not None and fails is not None:
-            raise RuntimeError("if and unless conditions can't be used simultaneously")
-        if holds is not None:
-            return cls, {"condition": IfCondition(parser.parse_substitution(holds))}
-        if fails is not None:
-            return cls, {"condition": UnlessCondition(parser.parse_substitution(fails))}
-        return cls, {}
+        return cls, parser.words_of(cls, entity)
 
     @property
     def condition(self) -> Condition | None:

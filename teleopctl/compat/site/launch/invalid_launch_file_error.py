@@ -29,3 +29,7 @@ class InvalidLaunchFileError(Exception):
 
     def __str__(self) -> str:
         return self._text
+
+
+class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
+    """A file is no launch file that is a text."""

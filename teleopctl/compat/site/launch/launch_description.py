@@ -61,9 +61,9 @@ class LaunchDescription(LaunchDescriptionEntity):
         """
         if self._deprecated_reason is None:
             return self._entities
-        from .actions.log_info import Warn
+        from .actions.log_info import LogWarning
 
-        return [Warn(f"{words}: {self._deprecated_reason}"), *self._entities]
+        return [LogWarning(msg=f"{words}: {self._deprecated_reason}"), *self._entities]
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """Return the entities."""

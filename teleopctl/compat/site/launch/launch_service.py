@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Coroutine, Generator, Iterable
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import (
@@ -60,6 +60,7 @@ class LaunchService:
         self._lock = threading.Lock()
         self._runs = False
         self._task: asyncio.Task[int] | None = None
+        self._thread: int | None = None
 
     @property
     def context(self) -> LaunchContext:
@@ -110,7 +111,7 @@ class LaunchService:
         """Launch beside other tasks; see `run`. A cancelled task ends the launch."""
         import asyncio
 
-        self._task = asyncio.current_task()
+        self._task, self._thread = asyncio.current_task(), threading.get_ident()
         loop = asyncio.get_running_loop()
         running = loop.run_in_executor(None, self._run, shutdown_when_idle)
         try:
@@ -120,7 +121,7 @@ class LaunchService:
             await running
             raise
         finally:
-            self._task = None
+            self._task = self._thread = None
 
     def _run(self, shutdown_when_idle: bool) -> int:
         from teleopctl.launch import Supervisor, prepare
@@ -144,10 +145,39 @@ class LaunchService:
             self._context.end_loop()
             self._runs = False
 
-    def shutdown(self, force_sync: bool = False) -> None:  # noqa: ARG002 -- the original's signature
-        """End the launch, where it runs; any thread may do this."""
+    # Any, twice: what a coroutine may be sent and what it may yield.
+    def shutdown(self, force_sync: bool = False) -> Coroutine[Any, Any, None] | None:
+        """End the launch, where it runs; any thread may do this.
+
+        Args:
+            force_sync: Whether nothing is wanted that could be awaited.
+
+        Returns:
+            What can be awaited or made a task of, in the event loop of `run_async`; nothing
+            depends on that. Elsewhere None.
+        """
         if self._runs:
             self._evaluation.shut_down("LaunchService.shutdown() called")
+            if not force_sync and self._thread == threading.get_ident():
+                return _Done()
+        return None
+
+
+class _Done(Coroutine[Any, Any, None]):
+    """A coroutine that is at its end, and that nobody need await."""
+
+    # Any, in what follows: what a coroutine is sent, raises and yields.
+    def send(self, value: Any, /) -> Any:  # noqa: ARG002 -- the original's signature
+        raise StopIteration
+
+    def throw(self, *error: Any) -> Any:
+        raise error[0]
+
+    def close(self) -> None:
+        """Do nothing: it is closed."""
+
+    def __await__(self) -> Generator[Any, Any, None]:
+        yield from ()
 
 
 class _Stay:

@@ -1,5 +1,8 @@
 """ROS 2's ``launch_yaml``: a YAML launch file as what a Python one includes."""
 
-from . import launch_description_sources
+from launch.frontend.entity import Entity
 
-__all__ = ["launch_description_sources"]
+from . import launch_description_sources
+from .parser import Parser
+
+__all__ = ["Entity", "Parser", "launch_description_sources"]

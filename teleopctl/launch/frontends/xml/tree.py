@@ -121,7 +121,12 @@ def load(path: Path) -> Tag:
         LaunchError: When the file cannot be read, is not XML, or has entities of its own, which
             are left alone; the message has the line.
     """
-    return _Reader(path).read(read_text(path))
+    return parsed(read_text(path), path)
+
+
+def parsed(text: str, path: Path) -> Tag:
+    """Read a text as XML; see `load`."""
+    return _Reader(path).read(text)
 
 
 class _Reader:

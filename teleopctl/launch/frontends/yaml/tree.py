@@ -22,7 +22,11 @@ def load(path: Path) -> Element:
     Raises:
         LaunchError: When the file cannot be read or is not YAML; the message has the line.
     """
-    text = read_text(path)
+    return parsed(read_text(path), path)
+
+
+def parsed(text: str, path: Path) -> Element:
+    """Read a text as YAML; see `load`."""
     try:
         loader = ros_yaml.RosLoader(text)
         try:

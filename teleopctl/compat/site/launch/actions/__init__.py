@@ -1,6 +1,7 @@
 """``launch.actions``."""
 
 from .append_environment_variable import AppendEnvironmentVariable
+from .declare_boolean_launch_argument import DeclareBooleanLaunchArgument
 from .declare_launch_argument import DeclareLaunchArgument
 from .emit_event import EmitEvent
 from .execute_local import ExecuteLocal
@@ -8,7 +9,7 @@ from .execute_process import ExecuteProcess
 from .for_loop import ForEach, ForLoop
 from .group_action import GroupAction
 from .include_launch_description import IncludeLaunchDescription
-from .log_info import LogInfo
+from .log_info import Log, LogDebug, LogError, LogInfo, LogWarning
 from .opaque_coroutine import OpaqueCoroutine
 from .opaque_function import OpaqueFunction
 from .pop_environment import PopEnvironment
@@ -16,6 +17,7 @@ from .pop_launch_configurations import PopLaunchConfigurations
 from .push_environment import PushEnvironment
 from .push_launch_configurations import PushLaunchConfigurations
 from .register_event_handler import RegisterEventHandler
+from .replace_environment_variables import ReplaceEnvironmentVariables
 from .reset_environment import ResetEnvironment
 from .reset_launch_configurations import ResetLaunchConfigurations
 from .set_environment_variable import SetEnvironmentVariable
@@ -28,6 +30,7 @@ from .unset_launch_configuration import UnsetLaunchConfiguration
 
 __all__ = [
     "AppendEnvironmentVariable",
+    "DeclareBooleanLaunchArgument",
     "DeclareLaunchArgument",
     "EmitEvent",
     "ExecuteLocal",
@@ -36,7 +39,11 @@ __all__ = [
     "ForLoop",
     "GroupAction",
     "IncludeLaunchDescription",
+    "Log",
+    "LogDebug",
+    "LogError",
     "LogInfo",
+    "LogWarning",
     "OpaqueCoroutine",
     "OpaqueFunction",
     "PopEnvironment",
@@ -44,6 +51,7 @@ __all__ = [
     "PushEnvironment",
     "PushLaunchConfigurations",
     "RegisterEventHandler",
+    "ReplaceEnvironmentVariables",
     "ResetEnvironment",
     "ResetLaunchConfigurations",
     "SetEnvironmentVariable",

@@ -18,6 +18,9 @@ from ..events._model import details
 from ..events.process import ProcessIO
 from ..launch_context import LaunchContext
 from ..launch_description_entity import LaunchDescriptionEntity
+from ..substitution import Substitution
+from ..substitutions.launch_configuration import LaunchConfiguration
+from ..utilities import normalize_to_list_of_substitutions
 
 if TYPE_CHECKING:
     from ..descriptions import Executable
@@ -83,6 +86,9 @@ class ExecuteLocal(Action):
             "emulate_tty": optional(emulate_tty) if emulate_tty else None,
             "told": self._told,
         }
+        # The launch has a variable of that name, which `ros2 launch` sets.
+        self._sigterm_timeout = _seconds(sigterm_timeout, "sigterm_timeout")
+        self._sigkill_timeout = _seconds(sigkill_timeout, "sigkill_timeout")
         self._shell = shell
         self._emulate_tty = emulate_tty
         self._output = output
@@ -117,6 +123,16 @@ class ExecuteLocal(Action):
     def output(self) -> SomeSubstitutionsType | Mapping[str, Any]:
         """Where its output goes."""
         return self._output
+
+    @property
+    def sigterm_timeout(self) -> list[Substitution]:
+        """Seconds from SIGINT to SIGTERM."""
+        return self._sigterm_timeout
+
+    @property
+    def sigkill_timeout(self) -> list[Substitution]:
+        """Seconds from SIGTERM to SIGKILL."""
+        return self._sigkill_timeout
 
     @property
     def process_details(self) -> dict[str, Any] | None:
@@ -260,3 +276,11 @@ class _Start(model.Action):
         plan = launch.start(self.entity.process())
         if not launch.is_trial:
             self.entity.planned(plan, launch)
+
+
+def _seconds(given: SomeSubstitutionsType | float | None, variable: str) -> list[Substitution]:
+    if given is None:
+        return [LaunchConfiguration(variable, default="5")]
+    return normalize_to_list_of_substitutions(
+        str(given) if isinstance(given, float | int) else given
+    )

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.launch import split_command_line
+
+from .._texts import template
+from ..action import Action
 from ..descriptions import Executable
+from ..frontend.parse_substitution import substitutions_of
 from .execute_local import ExecuteLocal
 
 if TYPE_CHECKING:
     from ..some_substitutions_type import SomeSubstitutionsType
+    from ..substitution import Substitution
 
     Environment = Mapping[Any, SomeSubstitutionsType]
 
@@ -45,6 +51,25 @@ class ExecuteProcess(ExecuteLocal):
         super().__init__(process_description=description, **kwargs)
         self._executable = description
         self._settings |= description.settings
+
+    # Any, three times: see `Action.parse`.
+    @classmethod
+    def parse(
+        cls, entity: Any, parser: Any, ignore: Collection[str] | None = None
+    ) -> tuple[type[Action], dict[str, Any]]:
+        """Return the class and its words, from what stands in a text.
+
+        Args:
+            entity: What stands there.
+            parser: What reads it.
+            ignore: Keys that a subclass reads itself.
+        """
+        return cls, parser.words_of(cls, entity, ignore or ())
+
+    @classmethod
+    def _parse_cmdline(cls, cmd: str, parser: Any) -> list[list[Substitution]]:
+        words = split_command_line(template(parser.parse_substitution(cmd)))
+        return [substitutions_of(word) for word in words]
 
     # Any: final texts once it is evaluated, and substitutions before.
     @property

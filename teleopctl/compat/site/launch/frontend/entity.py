@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, get_args
+from collections.abc import Iterable
+from typing import Any, get_args
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch import Element, read_step
+from teleopctl.launch import Element
 
 from ..utilities.type_utils import get_typed_value, is_instance_of
-
-if TYPE_CHECKING:
-    from ..action import Action
 
 
 class Entity:
@@ -76,7 +74,9 @@ class Entity:
         value = _plain(found)
         if data_type is str and isinstance(value, bool | int | float):
             return found.text()
-        if is_instance_of(value, data_type, can_be_str=can_be_str):
+        # YAML has types; what XML has is a text until somebody says what it is to be.
+        is_open = found.noun == "attribute" and data_type is not str
+        if not is_open and is_instance_of(value, data_type, can_be_str=can_be_str):
             return value
         try:
             return get_typed_value(value, data_type, can_be_str=can_be_str)
@@ -86,11 +86,14 @@ class Entity:
                 f"'{data_type}'.'{value}' can not be converted to one of those types"
             ) from error
 
-    def known_action(self) -> Action:
-        """Return it as one of ROS 2's actions."""
-        from ..launch_description_sources._reading import ReadStep
+    @property
+    def element(self) -> Element:
+        """What belongs to it, as the model has it."""
+        return self._element
 
-        return ReadStep(read_step(self._type_name, self._element))
+    def has_read(self, keys: Iterable[str]) -> None:
+        """Take keys for read."""
+        self._read += keys
 
     def assert_entity_completely_parsed(self) -> None:
         """Refuse keys that nobody has read.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from teleopctl.errors import TeleopctlError
 from teleopctl.launch import (
     Call,
     Element,
@@ -69,32 +69,18 @@ def __expose_impl(  # the original's name, which its tests import
 
 
 def _read_action(name: str, content: Element) -> Step:
-    """Return the action that stands in a text, where it stands there."""
-    from .._entities import steps
-    from .._places import blamed
-    from .entity import Entity
-    from .parser import Parser
-
-    entity = Entity(name, content)
-    try:
-        action = instantiate_action(entity, Parser())
-        entity.assert_entity_completely_parsed()
-        action.defined_at = content.place
-        (step,) = steps(action)
-    except TeleopctlError:
-        raise
-    except Exception as error:
-        raise content.error(blamed(error, name).message) from error
+    step: Step = _reading().read_action(name, content)
     return step
 
 
 def _read_substitution(call: Call) -> Template:
-    """Return the substitution that stands in a text, as the model has it."""
-    from .._texts import template
-    from .parse_substitution import substitutions_of
+    text: Template = _reading().read_substitution(call)
+    return text
 
-    arguments = [substitutions_of(argument.template) for argument in call.arguments]
-    return template(instantiate_substitution(call.name, arguments))
+
+# Any: a module. It needs the actions and substitutions that are exposed by this one.
+def _reading() -> Any:
+    return importlib.import_module(".reading", __package__)
 
 
 def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:

@@ -1,30 +1,132 @@
-"""``launch.frontend.parser``: what actions and substitutions of one's own are read with."""
+"""``launch.frontend.parser``: launch files that are texts, as programs read them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import importlib
+import os
+import traceback
+import warnings
+from collections.abc import Collection, Iterable
+from importlib import metadata
+from pathlib import Path
+from typing import Any, ClassVar, TextIO
 
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch import look_for_strangers, parse_text, read_step
+
+from ..action import Action
+from ..conditions import IfCondition, UnlessCondition
+from ..invalid_launch_file_error import InvalidFrontendLaunchFileError
+from ..launch_description import LaunchDescription
+from ..substitution import Substitution
 from ._methods import action_parse_methods, instantiate_action
 from .entity import Entity
+from .known import action_of, words_of
 from .parse_substitution import (
     parse_if_substitutions,
     parse_substitution,
     replace_escaped_characters,
 )
 
-if TYPE_CHECKING:
-    from ..action import Action
-    from ..substitution import Substitution
+# Ours, which no distribution has to tell of.
+_LANGUAGES = {"xml": "launch_xml", "yaml": "launch_yaml"}
 
 
 class Parser:
-    """Reads what stands in a launch file that is a text; `launch_xml` and such need none."""
+    """Reads a launch file that is a text into the actions that it means.
+
+    A subclass for a language of its own has `load` and `get_file_extensions`.
+
+    Attributes:
+        language: What `load` reads: ``xml`` or ``yaml``; None for either.
+    """
+
+    language: ClassVar[str | None] = None
+    frontend_parsers: ClassVar[dict[str, type[Parser]] | None] = None
+
+    @classmethod
+    def load_launch_extensions(cls) -> None:
+        """Let installed distributions expose their actions and substitutions, once."""
+        look_for_strangers()
+
+    @classmethod
+    def load_parser_implementations(cls) -> None:
+        """Find the languages of launch files, once."""
+        if Parser.frontend_parsers is None:
+            parsers = {
+                name: importlib.import_module(module).Parser for name, module in _LANGUAGES.items()
+            }
+            for entry in metadata.entry_points(group="launch.frontend.parser"):
+                try:
+                    parsers[entry.name] = entry.load()
+                except Exception:  # noqa: BLE001 -- whatever a stranger's raises
+                    warnings.warn(
+                        f"Failed to load the parser extension: {entry.name}\n"
+                        f"{traceback.format_exc()}",
+                        stacklevel=2,
+                    )
+            Parser.frontend_parsers = dict(sorted(parsers.items()))
+
+    @classmethod
+    def _parsers(cls) -> dict[str, type[Parser]]:
+        cls.load_parser_implementations()
+        assert Parser.frontend_parsers is not None
+        return Parser.frontend_parsers
 
     def parse_action(self, entity: Entity) -> Action:
-        """Return an action, of one's own or of ROS 2."""
+        """Return an action, of one's own or of ROS 2.
+
+        Raises:
+            ValueError: It does not follow the vocabulary.
+        """
+        self.load_launch_extensions()
         if entity.type_name in action_parse_methods:
             return instantiate_action(entity, self)
-        return entity.known_action()
+        try:
+            return action_of(read_step(entity.type_name, entity.element))
+        except TeleopctlError as error:
+            raise ValueError(f"`{entity.type_name}`: {error.message}") from error
+
+    # Any: the words that the class takes.
+    def words_of(
+        self, kind: type[Action], entity: Entity, ignore: Collection[str] = ()
+    ) -> dict[str, Any]:
+        """Return the words of one of ROS 2's classes, as far as a text says them.
+
+        Args:
+            kind: The class, or one that derives from it.
+            entity: What stands in the text.
+            ignore: Keys that are left alone.
+
+        Raises:
+            RuntimeError: It has two conditions.
+            TeleopctlError: It does not follow the vocabulary.
+        """
+        self.load_launch_extensions()
+        words, keys = words_of(kind, entity.element, ignore)
+        entity.has_read(keys)
+        holds = entity.get_attr("if", optional=True)
+        fails = entity.get_attr("unless", optional=True)
+        if holds is not None and fails is not None:
+            raise RuntimeError("if and unless conditions can't be used simultaneously")
+        if holds is not None:
+            words["condition"] = IfCondition(self.parse_substitution(holds))
+        if fails is not None:
+            words["condition"] = UnlessCondition(self.parse_substitution(fails))
+        return words
+
+    def parse_description(self, entity: Entity) -> LaunchDescription:
+        """Return what stands in a file.
+
+        Raises:
+            RuntimeError: It is no launch file.
+            ValueError: It does not follow the vocabulary.
+        """
+        if entity.type_name != "launch":
+            raise RuntimeError("Expected 'launch' as root tag")
+        reason = entity.get_attr("deprecated", optional=True)
+        actions = [self.parse_action(child) for child in entity.children]
+        return LaunchDescription(actions, deprecated_reason=reason)
 
     def parse_substitution(self, value: str) -> list[Substitution]:
         """Return the substitutions that a text consists of."""
@@ -38,3 +140,61 @@ class Parser:
     def escape_characters(self, value: str) -> str:
         """Return a text without backslashes that take the meaning from what follows them."""
         return replace_escaped_characters(value)
+
+    @classmethod
+    def get_file_extensions(cls) -> set[str]:
+        """Return the endings of the files that it reads."""
+        return set()
+
+    @classmethod
+    def may_parse(cls, filename: str) -> bool:
+        """Tell whether it reads a file of that name."""
+        return any(filename.endswith(f".{ending}") for ending in cls.get_file_extensions())
+
+    @classmethod
+    def get_available_extensions(cls) -> Iterable[str]:
+        """Return the names of the languages."""
+        return cls._parsers().keys()
+
+    @classmethod
+    def is_filename_valid(cls, filename: str) -> bool:
+        """Tell whether a file of that name is in one of the languages."""
+        return bool(cls.get_parsers_from_filename(filename))
+
+    @classmethod
+    def get_parsers_from_filename(cls, filename: str) -> list[type[Parser]]:
+        """Return what reads a file of that name."""
+        return [parser for parser in cls._parsers().values() if parser.may_parse(filename)]
+
+    @classmethod
+    def get_file_extensions_from_parsers(cls) -> set[str]:
+        """Return the endings of launch files in any of the languages."""
+        return set().union(*(parser.get_file_extensions() for parser in cls._parsers().values()))
+
+    @classmethod
+    def load(cls, file: str | bytes | os.PathLike[str] | TextIO) -> tuple[Entity, Parser]:
+        """Read a launch file; one whose name says nothing is tried in each language.
+
+        Returns:
+            What stands in it, and what makes actions of it.
+
+        Raises:
+            InvalidFrontendLaunchFileError: It is in none of them.
+        """
+        if isinstance(file, str | bytes | os.PathLike):
+            with Path(os.fsdecode(file)).open(encoding="utf-8") as opened:
+                return cls.load(opened)
+        name = getattr(file, "name", "")
+        if cls.language is not None:
+            return Entity(*parse_text(file.read(), Path(name or "<text>"), cls.language)), cls()
+        named = cls.get_parsers_from_filename(name)
+        errors: list[Exception] = []
+        for parser in [*named, *(each for each in cls._parsers().values() if each not in named)]:
+            try:
+                return parser.load(file)
+            except Exception as error:  # noqa: BLE001 -- whatever a stranger's raises
+                errors.append(error)
+                file.seek(0)
+        raise InvalidFrontendLaunchFileError(
+            Path(name).suffix[1:] if named else "", likely_errors=errors
+        )

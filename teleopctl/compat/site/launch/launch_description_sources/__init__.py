@@ -1,13 +1,10 @@
 """``launch.launch_description_sources``."""
 
-from ..invalid_launch_file_error import InvalidLaunchFileError
+from ..invalid_launch_file_error import InvalidFrontendLaunchFileError, InvalidLaunchFileError
 from .any_launch_description_source import AnyLaunchDescriptionSource
 from .any_launch_file_utilities import get_launch_description_from_any_launch_file
 from .frontend_launch_description_source import FrontendLaunchDescriptionSource
-from .frontend_launch_file_utilities import (
-    InvalidFrontendLaunchFileError,
-    get_launch_description_from_frontend_launch_file,
-)
+from .frontend_launch_file_utilities import get_launch_description_from_frontend_launch_file
 from .python_launch_description_source import PythonLaunchDescriptionSource
 from .python_launch_file_utilities import (
     InvalidPythonLaunchFileError,

@@ -8,13 +8,9 @@ from typing import Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch import read_launch_file
 
-from ..invalid_launch_file_error import InvalidLaunchFileError
+from ..frontend.known import action_of
+from ..invalid_launch_file_error import InvalidFrontendLaunchFileError
 from ..launch_description import LaunchDescription
-from ._reading import ReadStep
-
-
-class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
-    """A file is no launch file that is a text."""
 
 
 # Any: the original's parser class, of which nothing is used.
@@ -30,6 +26,6 @@ def get_launch_description_from_frontend_launch_file(
     """
     path = Path(frontend_launch_file_path)
     try:
-        return LaunchDescription([ReadStep(step) for step in read_launch_file(path).steps])
+        return LaunchDescription([action_of(step) for step in read_launch_file(path).steps])
     except TeleopctlError as error:
         raise InvalidFrontendLaunchFileError(path.suffix[1:], likely_errors=[error]) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launch._texts import optional, template
 from launch.actions import ExecuteProcess
 
-from teleopctl.launch import Node as ModelNode, NodePart, Process
+from teleopctl.launch import Launch, Node as ModelNode, NodePart, Process, ProcessPlan
 
 from .._parameters import parameters as model_parameters
 from ..utilities import normalize_remap_rules
@@ -85,6 +86,7 @@ class Node(ExecuteProcess):
             ros_arguments=_words(ros_arguments),
         )
         self._arguments = _words(arguments)
+        self._has_namespace = False
 
     @property
     def node_package(self) -> Any:
@@ -105,12 +107,36 @@ class Node(ExecuteProcess):
         """
         if self._plan is None:
             raise RuntimeError("cannot access 'node_name' before executing action")
-        unknown = f"/{self.UNSPECIFIED_NODE_NAMESPACE}/{self.UNSPECIFIED_NODE_NAME}"
-        return self._plan.node_name or unknown
+        if self._plan.node_name is not None and self._has_namespace:
+            return self._plan.node_name
+        name = (self._plan.node_name or self.UNSPECIFIED_NODE_NAME).rpartition("/")[2]
+        return f"{self.expanded_node_namespace.rstrip('/')}/{name}"
+
+    @property
+    def expanded_node_namespace(self) -> str:
+        """The node's namespace once it is evaluated, in angle brackets where nobody said it."""
+        if not self._has_namespace:
+            return self.UNSPECIFIED_NODE_NAMESPACE
+        return dict(self._rules()).get("__ns", "/")
+
+    @property
+    def expanded_remapping_rules(self) -> list[tuple[str, str]] | None:
+        """The remappings once it is evaluated, those of every node first; None for none."""
+        return [rule for rule in self._rules() if not rule[0].startswith("__")] or None
+
+    def _rules(self) -> list[tuple[str, str]]:
+        words = self._plan.command if self._plan is not None else []
+        rules = [rule for word, rule in itertools.pairwise(words) if word == "-r"]
+        return [(source, target) for source, _, target in (rule.partition(":=") for rule in rules)]
 
     def is_node_name_fully_specified(self) -> bool:
         """Tell whether name and namespace are known."""
-        return self._plan is not None and self._plan.node_name is not None
+        return self._plan is not None and self._plan.node_name is not None and self._has_namespace
+
+    def planned(self, plan: ProcessPlan, launch: Launch) -> None:
+        """Take in that it is going to be started."""
+        self._has_namespace = self._node_namespace is not None or launch.scope.has_namespace
+        super().planned(plan, launch)
 
     def describe(self) -> str:
         """Return the action in words."""

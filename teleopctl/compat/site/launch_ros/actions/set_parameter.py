@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from launch.action import Action
+from launch.utilities import normalize_to_list_of_substitutions
+from launch.utilities.type_utils import is_substitution
 
 from teleopctl.launch import Parameter, SetParameter as ModelSetParameter
 
@@ -26,11 +28,20 @@ class SetParameter(Action):
     # Any: values of any kind, and the words of Action.
     def __init__(self, name: SomeSubstitutionsType, value: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.name = name
-        self.value = value
+        self.name = normalize_to_list_of_substitutions(name)
+        self._given = value
+
+    # Any: values of any kind.
+    @property
+    def value(self) -> Any:
+        """Its value; a text as substitutions."""
+        given = self._given
+        if isinstance(given, str) or is_substitution(given):
+            return normalize_to_list_of_substitutions(given)
+        return given
 
     def model_action(self) -> ModelSetParameter:
         """Return what the model does for it."""
-        (parameter,) = parameters([{self.name: self.value}])
+        (parameter,) = parameters([{tuple(self.name): self._given}])
         assert isinstance(parameter, Parameter)
         return ModelSetParameter(parameter=parameter)

@@ -1,0 +1,16 @@
+"""``launch_xml.parser``."""
+
+from typing import ClassVar
+
+from launch.frontend.parser import Parser as _Parser
+
+
+class Parser(_Parser):
+    """Reads launch files in XML."""
+
+    language: ClassVar[str | None] = "xml"
+
+    @classmethod
+    def get_file_extensions(cls) -> set[str]:
+        """Return the endings of such files."""
+        return {"xml"}
