@@ -153,8 +153,9 @@ class Context:
         """Return a watcher that has heard of everything that is there already."""
         from teleopctl.wire import GraphWatcher, query_graph
 
-        watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
+        # Asked beside a watcher, Zenoh's answer now and then lacks tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
+        watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
         watcher.wait_for(
             lambda graph: (
                 len(graph.endpoints) >= len(present.endpoints)

@@ -74,7 +74,7 @@ def call(
 
 def _explain(client: "Client[Any, Any]") -> str:
     """The services that there are; of the type that is called if there are some."""
-    graph = query_graph(client.node.context.session)
+    graph = client.node.graph()
     services = {
         name: types
         for name, types in graph.service_names_and_types()
@@ -91,12 +91,13 @@ def _explain(client: "Client[Any, Any]") -> str:
 
 
 def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
-    name, session = client.service_name, client.node.context.session
-    if not query_graph(session).servers(name, client.type_name):
+    name = client.service_name
+    servers = query_graph(client.node.context.session).servers(name, client.type_name)
+    if not servers:
         console.note("waiting for service to become available...")
         if not wait_aloud(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
             raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
-    servers = query_graph(session).servers(name, client.type_name)
+        servers = client.node.graph().servers(name, client.type_name)
     ours = type_hash(client.type_name)
     if servers and all(server.type_hash != ours for server in servers):
         raise UnavailableError(

@@ -146,7 +146,7 @@ def _wait_for_subscribers(
         console.note(f"Waiting for at least {count} matching subscription(s)...")
 
     def explain() -> str:
-        graph = query_graph(node.context.session)
+        graph = node.graph()
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
         heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
