@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from teleopctl.node.context import Context
 from teleopctl.node.values.endpoint_info import TopicEndpointInfo
+from teleopctl.node.values.exceptions import NameValidationException
 from teleopctl.wire import EndpointToken, EntityKind, Graph
 
 NamesAndTypes = list[tuple[str, list[str]]]
@@ -69,32 +70,32 @@ class GraphView(abc.ABC):
 
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
-        return len(self.graph().publishers(self.resolve_topic_name(topic_name)))
+        return len(self.graph().publishers(_asked(self.resolve_topic_name, topic_name)))
 
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
-        return len(self.graph().subscriptions(self.resolve_topic_name(topic_name)))
+        return len(self.graph().subscriptions(_asked(self.resolve_topic_name, topic_name)))
 
     def count_services(self, service_name: str) -> int:
         """Return how many servers a service has."""
-        return len(self.graph().servers(self.resolve_service_name(service_name)))
+        return len(self.graph().servers(_asked(self.resolve_service_name, service_name)))
 
     def count_clients(self, service_name: str) -> int:
         """Return how many clients a service has."""
-        return len(self.graph().clients(self.resolve_service_name(service_name)))
+        return len(self.graph().clients(_asked(self.resolve_service_name, service_name)))
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
         """Return the publishers of a topic; ``no_mangle`` takes the name as it is."""
-        name = topic_name if no_mangle else self.resolve_topic_name(topic_name)
+        name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
         return [TopicEndpointInfo.of(token) for token in self.graph().publishers(name)]
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
         """Return the subscriptions of a topic; ``no_mangle`` takes the name as it is."""
-        name = topic_name if no_mangle else self.resolve_topic_name(topic_name)
+        name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
         return [TopicEndpointInfo.of(token) for token in self.graph().subscriptions(name)]
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
@@ -166,6 +167,21 @@ class GraphView(abc.ABC):
             if (token.kind, token.node, token.namespace) == (kind, node_name, namespace):
                 types.setdefault(token.name, set()).add(token.type_name)
         return [(name, sorted(types[name])) for name in sorted(types)]
+
+
+def _asked(resolve: Callable[[str], str], name: str) -> str:
+    """Return the absolute name of what is asked for; rclpy raises ValueError here, of all places.
+
+    Raises:
+        TypeError: The name is no text.
+        ValueError: It breaks a rule.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"a name must be a str, not {type(name).__name__}")
+    try:
+        return resolve(name)
+    except NameValidationException as error:
+        raise ValueError(f"name '{name}' is invalid: {error.error_msg}") from error
 
 
 def _matched(graph: Graph, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:

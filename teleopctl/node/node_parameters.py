@@ -193,7 +193,17 @@ class NodeParameters(NodeEndpoints):
         Args:
             prefixes: All parameters if empty.
             depth: How many parts of a name count from the prefix; 0 is without limit.
+
+        Raises:
+            TypeError: ``prefixes`` is no sequence of names, or ``depth`` no integer.
+            ValueError: ``depth`` is negative.
         """
+        if isinstance(prefixes, str) or not isinstance(prefixes, Sequence):
+            raise TypeError("The prefixes argument must be a list")
+        if not isinstance(depth, int):
+            raise TypeError("The depth must be an integer")
+        if depth < 0:
+            raise ValueError("The depth must not be negative")
         names, parents = self._parameters.list_names(prefixes, depth)
         message: type[ListParametersResult] = get_message("rcl_interfaces/msg/ListParametersResult")
         return message(names=names, prefixes=parents)
@@ -244,19 +254,23 @@ class NodeParameters(NodeEndpoints):
         """Set parameters one by one; returns a ``SetParametersResult`` for each.
 
         Raises:
-            ParameterNotDeclaredException: One was not declared, and that is not allowed.
+            ParameterNotDeclaredException: One was not declared, and that is not allowed; those
+                before it have been set.
+            TypeError: One is no `Parameter`.
         """
-        self._parameters.check_declared(parameter_list)
-        return self._parameters.set_each(parameter_list)
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Set all parameters or none; returns one ``SetParametersResult``.
 
         Raises:
             ParameterNotDeclaredException: One was not declared, and that is not allowed.
+            TypeError: One is no `Parameter`.
         """
-        self._parameters.check_declared(parameter_list)
-        return self._parameters.set_together(parameter_list)
+        for parameter in parameter_list:
+            if not isinstance(parameter, Parameter):
+                raise TypeError(f"{parameter!r} is no Parameter")
+        return self._parameters.set_together(parameter_list, check=self._parameters.check_declared)
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
         """Let ``callback`` change the list of parameters before it is checked."""

@@ -357,3 +357,19 @@ def test_what_ends_the_making_of_a_node_is_not_hidden_by_its_own_clean_up(contex
         with pytest.raises(KeyboardInterrupt):
             Owner()
     assert "owner" not in Node("observer", context=context).get_node_names()
+
+
+def test_the_graph_is_asked_by_names_and_nothing_else(make_node):
+    node = make_node()
+    for ask in (node.count_publishers, node.count_clients, node.get_subscriptions_info_by_topic):
+        with pytest.raises(ValueError, match="'42' is invalid"):
+            ask("42")
+        with pytest.raises(TypeError):
+            ask(42)
+
+
+def test_the_log_is_no_publisher_of_the_programs_own(make_node):
+    node = make_node()
+    assert [publisher.topic for publisher in node.publishers] == ["/parameter_events"]
+    assert node.count_publishers("/rosout") == 1
+    node.destroy_node()

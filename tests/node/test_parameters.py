@@ -194,3 +194,32 @@ def test_simulated_time_follows_the_clock_topic(make_node, spin_until, context):
     spin_until(lambda: ticks)
     assert ticks == [1_000_000_000]
     simulator.destroy_node()
+
+
+def test_callbacks_change_what_is_set_before_names_are_checked(make_node):
+    node = make_node()
+    node.declare_parameter("speed", 1.0)
+    node.add_pre_set_parameters_callback(lambda asked: [*asked, Parameter("unknown", value=1)])
+    with pytest.raises(ParameterNotDeclaredException):
+        node.set_parameters([Parameter("speed", value=2.0)])
+    assert node.get_parameter("speed").value == 1.0
+
+
+def test_parameters_before_one_that_was_not_declared_are_set(make_node):
+    node = make_node()
+    node.declare_parameter("speed", 1.0)
+    with pytest.raises(ParameterNotDeclaredException):
+        node.set_parameters([Parameter("speed", value=2.0), Parameter("unknown", value=1)])
+    assert node.get_parameter("speed").value == 2.0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"value": Parameter.Type.NOT_SET},
+        {"descriptor": get_message("rcl_interfaces/msg/ParameterDescriptor")()},
+    ],
+)
+def test_a_static_type_needs_a_value_or_a_type(make_node, arguments):
+    with pytest.raises(ValueError, match="speed"):
+        make_node().declare_parameter("speed", **arguments)

@@ -26,7 +26,8 @@ def robot(make_node):
     node = make_node("robot")
     node.declare_parameter("arm.speed", 1.5)
     node.declare_parameter("arm.wrist.name", "left")
-    node.declare_parameter("free")
+    with pytest.warns(UserWarning, match="by its name only"):
+        node.declare_parameter("free")
     return node
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, split
+from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values import logging
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import QoSProfile
@@ -22,7 +23,8 @@ class RosoutPublisher:
         self._log = get_message("rcl_interfaces/msg/Log")
         self._time = get_message("builtin_interfaces/msg/Time")
         self._logger_name = node.get_logger().name
-        self._publisher = node.create_publisher(self._log, "/rosout", qos)
+        # Not among the node's publishers, as in rclpy.
+        self._publisher = Publisher(node, self._log, node.resolve_topic_name("/rosout"), qos)
         logging.add_sink(self._logger_name, self._publish)
 
     def _publish(
@@ -50,5 +52,6 @@ class RosoutPublisher:
             )
 
     def destroy(self) -> None:
-        """Stop publishing; the node destroys the publisher itself."""
+        """Stop publishing."""
         logging.remove_sink(self._logger_name)
+        self._publisher.destroy()

@@ -5,7 +5,6 @@ Source: rclpy's node parameter API and the ROS 2 design article on parameters.
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
@@ -17,6 +16,7 @@ from teleopctl.node.parameters.parameter import (
     ParameterType,
     parameter_value_to_python,
 )
+from teleopctl.node.parameters.rules import is_listed, range_problem
 from teleopctl.node.values.exceptions import (
     InvalidParameterException,
     InvalidParameterTypeException,
@@ -42,42 +42,6 @@ def result(successful: bool, reason: str = "") -> SetParametersResult:
     """Return a ``rcl_interfaces/msg/SetParametersResult``."""
     message: type[SetParametersResult] = get_message("rcl_interfaces/msg/SetParametersResult")
     return message(successful=successful, reason=reason)
-
-
-def _range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> str | None:
-    """Return why a number is outside the range of its descriptor; None when it is inside."""
-    ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
-    if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
-        return None
-    allowed = ranges[0]
-    if value < allowed.from_value or value > allowed.to_value:
-        # The ends themselves may be unreachable for a computer's fractions.
-        ends = (allowed.from_value, allowed.to_value)
-        if not any(math.isclose(value, end, rel_tol=1e-9) for end in ends):
-            return (
-                f"Parameter {name} out of range. Min: {allowed.from_value}, "
-                f"Max: {allowed.to_value}, value: {value}"
-            )
-    if allowed.step:
-        steps = (value - allowed.from_value) / allowed.step
-        on_end = math.isclose(value, allowed.to_value, rel_tol=1e-9)
-        if not on_end and not math.isclose(steps, round(steps), abs_tol=1e-9):
-            return f"The parameter value for {name} is not a valid step. Step: {allowed.step}"
-    return None
-
-
-def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Apply the rule of ListParameters; depth 0 is without limit and counts from the prefix."""
-    if not prefixes:
-        return depth == 0 or name.count(".") < depth
-    for prefix in prefixes:
-        if name == prefix:
-            return True
-        if name.startswith(f"{prefix}."):
-            below = name[len(prefix) + 1 :]
-            if depth == 0 or below.count(".") < depth:
-                return True
-    return False
 
 
 def _invalid_answer(callback: Callable[..., object], answer: object, expected: str) -> str:
@@ -130,7 +94,7 @@ class ParameterStore:
             prefixes: All parameters if empty.
             depth: How many parts of a name count from the prefix; 0 is without limit.
         """
-        names = sorted(name for name in self._parameters if _is_listed(name, prefixes, depth))
+        names = sorted(name for name in self._parameters if is_listed(name, prefixes, depth))
         return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def check_declared(self, parameters: Iterable[Parameter]) -> None:
@@ -169,12 +133,29 @@ class ParameterStore:
             if isinstance(value, get_message("rcl_interfaces/msg/ParameterValue")):
                 value = parameter_value_to_python(value)
             if isinstance(value, ParameterType):
+                if value == ParameterType.NOT_SET or own.dynamic_typing:
+                    raise ValueError(
+                        f"parameter '{name}' cannot be declared with the type {value.name} "
+                        f"and dynamic_typing {own.dynamic_typing}"
+                    )
                 own.type = int(value)
                 default = Parameter(name)
             else:
                 default = Parameter(name, value=value)
                 if value is None and descriptor is None:
+                    import warnings
+
+                    warnings.warn(
+                        f"parameter '{name}' is declared by its name only, which is deprecated: "
+                        "give a default value, a type, or a descriptor with dynamic_typing",
+                        stacklevel=4,
+                    )
                     own.dynamic_typing = True
+                elif value is None and not own.dynamic_typing:
+                    raise ValueError(
+                        f"parameter '{name}' is statically typed, so that it needs a default value "
+                        "or a type"
+                    )
                 if not own.dynamic_typing and value is not None:
                     own.type = int(default.type_)
             parameter = default
@@ -270,7 +251,7 @@ class ParameterStore:
             message: type[ParameterDescriptor] = get_message(
                 "rcl_interfaces/msg/ParameterDescriptor"
             )
-            return message(name=name)
+            return message()
         return self._descriptors[name]
 
     def describe(
@@ -284,8 +265,7 @@ class ParameterStore:
                 raise ParameterImmutableException(name)
             parameter = self._parameters[name]
             descriptor.name = name
-            if not descriptor.dynamic_typing:
-                descriptor.type = int(parameter.type_)
+            descriptor.type = int(parameter.type_)
             problem = self._problem(parameter, descriptor, declaring=True)
             if problem is not None and alternative is not None:
                 parameter = alternative
@@ -299,12 +279,16 @@ class ParameterStore:
             self._on_change([], [parameter], [])
         return parameter
 
-    def set_each(self, parameters: Sequence[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one by one; each gets a result of its own."""
-        return [self.set_together([parameter]) for parameter in parameters]
-
-    def set_together(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+    def set_together(
+        self,
+        parameters: Sequence[Parameter],
+        check: Callable[[Iterable[Parameter]], None] = lambda _: None,
+    ) -> SetParametersResult:
         """Set all of the parameters or none of them.
+
+        Args:
+            parameters: What was asked for.
+            check: Raises for what may not be asked for, once callbacks have changed the list.
 
         Returns:
             A ``rcl_interfaces/msg/SetParametersResult``.
@@ -314,6 +298,9 @@ class ParameterStore:
             wanted = pre_set(wanted)
             if not isinstance(wanted, Sequence):
                 return result(False, _invalid_answer(pre_set, wanted, "list of parameters"))
+        if parameters and not wanted:
+            return result(False, "a callback left no parameter to set")
+        check(wanted)
         with self._lock:
             problem = self._first_problem(wanted) or self._ask_callbacks(wanted)
             if problem is not None:
@@ -355,7 +342,7 @@ class ParameterStore:
                 f"'Type.{ParameterType(descriptor.type).name}' got "
                 f"'Type.{parameter.type_.name}'"
             )
-        return _range_problem(parameter.name, parameter.value, descriptor)
+        return range_problem(parameter.name, parameter.value, descriptor)
 
     def _ask_callbacks(self, parameters: list[Parameter]) -> str | None:
         """Return the reason of the first callback that refuses; None when all agree."""

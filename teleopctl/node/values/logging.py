@@ -18,7 +18,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import FrameType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import split
@@ -158,7 +158,7 @@ def effective_level(name: str) -> LoggingSeverity:
         if level:
             return level
         name = name.rpartition(".")[0]
-    return _levels[""] or LoggingSeverity.INFO
+    return _levels[""]
 
 
 def add_sink(name: str, sink: Sink) -> None:
@@ -180,6 +180,21 @@ def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_n
             sink(severity, name, text, caller, time_ns)
             break
         owner = owner.rpartition(".")[0]
+
+
+class Instant(Protocol):
+    """A point in time."""
+
+    @property
+    def nanoseconds(self) -> int:
+        """Since the clock's beginning."""
+
+
+class TimeSource(Protocol):
+    """A clock, as far as throttling is concerned."""
+
+    def now(self) -> Instant:
+        """Return the present time."""
 
 
 class RcutilsLogger:
@@ -219,23 +234,26 @@ class RcutilsLogger:
         self,
         frame: FrameType,
         throttle_duration_sec: float | None,
+        clock: TimeSource | None,
         skip_first: bool,
         once: bool,
     ) -> bool:
+        """Ask the filters in rclpy's order: what the first holds back, the next has not seen."""
         place = (frame.f_code.co_filename, frame.f_lineno)
+        if throttle_duration_sec is not None:
+            now = time.monotonic_ns() if clock is None else clock.now().nanoseconds
+            # By a clock of the program's own, the time before its first message counts as well.
+            last = self._seen.get((*place, "throttle"), None if clock is None else 0)
+            if last is not None and now - last < throttle_duration_sec * 1e9:
+                return False
+            self._seen[(*place, "throttle")] = now
+        if skip_first and (*place, "skip") not in self._seen:
+            self._seen[(*place, "skip")] = 1
+            return False
         if once:
             if (*place, "once") in self._seen:
                 return False
             self._seen[(*place, "once")] = 1
-        if skip_first and (*place, "skip") not in self._seen:
-            self._seen[(*place, "skip")] = 1
-            return False
-        if throttle_duration_sec is not None:
-            now = time.monotonic_ns()
-            last = self._seen.get((*place, "throttle"))
-            if last is not None and now - last < throttle_duration_sec * 1e9:
-                return False
-            self._seen[(*place, "throttle")] = now
         return True
 
     def log(
@@ -245,7 +263,7 @@ class RcutilsLogger:
         name: str | None = None,
         *,
         throttle_duration_sec: float | None = None,
-        throttle_time_source_type: object = None,  # noqa: ARG002 (wall time serves)
+        throttle_time_source_type: TimeSource | None = None,
         skip_first: bool = False,
         once: bool = False,
         _depth: int = 1,
@@ -260,7 +278,7 @@ class RcutilsLogger:
             return False
         frame = sys._getframe(_depth)  # noqa: SLF001 (rclpy tells the caller's place, too)
         if (throttle_duration_sec is not None or skip_first or once) and not self._passes(
-            frame, throttle_duration_sec, skip_first, once
+            frame, throttle_duration_sec, throttle_time_source_type, skip_first, once
         ):
             return False
         caller = Caller(frame.f_code.co_filename, frame.f_code.co_name, frame.f_lineno)

@@ -146,7 +146,7 @@ class QoSProfile:
     @depth.setter
     def depth(self, value: int) -> None:
         if value < 0:
-            raise ValueError(f"depth must not be negative, got {value}")
+            raise ValueError(f"QoS depth must be greater than or equal to zero, got {value}")
         if value == 0 and self.history == HistoryPolicy.KEEP_LAST:
             import warnings
 

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+from teleopctl.node import ClockType, LoggingSeverity, ROSClock, Time, get_logger
+
 
 def log_of(code, **env):
     import os
@@ -56,3 +58,22 @@ def test_the_format_and_the_colours_follow_the_environment():
         RCUTILS_COLORIZED_OUTPUT="1",
     )
     assert line == "\x1b[31mx\x1b[0m"
+
+
+def test_filters_are_asked_in_rclpys_order_and_by_the_clock_that_is_given():
+    clock, logger, passed = ROSClock(), get_logger("filters"), []
+    clock.set_simulated(True)
+    for second in (5, 6, 7, 9):
+        clock.set_ros_time_override(Time(seconds=second, clock_type=ClockType.ROS_TIME))
+        passed.append(
+            logger.log(
+                "often",
+                LoggingSeverity.INFO,
+                throttle_duration_sec=2.0,
+                throttle_time_source_type=clock,
+                skip_first=True,
+            )
+        )
+    assert passed == [False, False, True, True]
+    once = [logger.log("two", LoggingSeverity.INFO, skip_first=True, once=True) for _ in range(4)]
+    assert once == [False, True, False, False]

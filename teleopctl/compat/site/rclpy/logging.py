@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from teleopctl.background import logs_dir
+from teleopctl.errors import UsageError
 from teleopctl.node import (
     LoggingSeverity,
     RcutilsLogger,
@@ -31,9 +32,16 @@ _root_logger = RcutilsLogger()
 
 get_logger_effective_level = effective_level
 clear_config = reset_levels
-get_logging_severity_from_string = severity_from_name
 
 
 def get_logging_directory() -> Path:
     """Return the folder of log files."""
     return logs_dir()
+
+
+def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
+    """Return the severity of a name; raise RuntimeError where there is none of that name."""
+    try:
+        return severity_from_name(log_severity)
+    except UsageError as error:
+        raise RuntimeError(error.message) from error
