@@ -121,11 +121,23 @@ def _has_launch_files(package: str) -> bool:
     from teleopctl import packages
     from teleopctl.launch import files_in_package, is_launch_file
 
-    with suppress(OSError):  # mostly they lie where they are installed, which is dear to find out
-        folder = packages.find_package(package).folder / "launch"
-        if any(is_launch_file(file.name) for file in folder.iterdir()):
+    folder = packages.find_package(package).folder
+    try:  # mostly they lie where they are installed, which is dear to find out
+        if any(is_launch_file(file.name) for file in (folder / "launch").iterdir()):
             return True
+    except OSError:
+        # Without such a folder there is one only where something is installed into it.
+        scripts = " ".join(_text_of(folder / name) for name in ("CMakeLists.txt", "setup.py"))
+        if "launch" not in scripts and "add_subdirectory" not in scripts:
+            return False
     return bool(files_in_package(package))
+
+
+def _text_of(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def _launch_arguments(package: str | None, file: str) -> list[str]:

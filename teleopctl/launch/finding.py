@@ -22,7 +22,7 @@ _LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 def is_launch_file(name: str) -> bool:
     """Whether a name looks like that of a launch file."""
-    return name.endswith(_LOOKS) and Path(name).name != "package.xml"
+    return name.endswith(_LOOKS) and not name.endswith("package.xml")
 
 
 def builtin_files() -> list[str]:
