@@ -38,6 +38,7 @@ _VERBS = {
     "bag": ("bag:GROUP", "Record, play and look at sessions."),
     "param": ("param:GROUP", "Read and change parameters of nodes."),
     "service": ("service:GROUP", "List and call services."),
+    "action": ("action:GROUP", "List actions, send goals and watch them."),
     "pkg": ("pkg:GROUP", "Find packages."),
     "component": ("component:GROUP", "Load nodes into containers."),
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
@@ -65,6 +66,8 @@ COMPLETIONS = Kind(
     "completion",
     "teleopctl.completions",
     {
+        "action_types": "teleopctl.cli.verbs.action.candidates:action_types",
+        "actions": "teleopctl.cli.verbs.action.candidates:actions",
         "bags": "teleopctl.cli.verbs.bag.candidates:bags",
         **{
             name: f"teleopctl.cli.verbs.component.candidates:{name}"

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-GROUPS = frozenset({"topic", "node", "service", "param", "control", "lifecycle", "component"})
+GROUPS = frozenset(
+    {"action", "topic", "node", "service", "param", "control", "lifecycle", "component"}
+)
 """The verbs of ``ros2`` that have these options."""
 
 EXPLANATION = (

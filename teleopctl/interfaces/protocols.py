@@ -38,7 +38,11 @@ class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
     """An action class: what action clients and servers take as ``type[...]``."""
 
     TYPE_NAME: ClassVar[str]
-    Impl: ClassVar[Any]  # Any: a class of each action's own
+
+    # Any: a class of each action's own.
+    @property
+    def Impl(self) -> Any:  # noqa: N802 (the name of the nested class)
+        """What the action is on the wire."""
 
     @property
     def Goal(self) -> type[Goal_co]:  # noqa: N802 (the name of the nested class)

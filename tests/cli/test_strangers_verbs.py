@@ -101,7 +101,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
 @pytest.mark.parametrize(
     ("line", "verb", "where"),
     [
-        ("action list", "action", "teleopctl"),
+        ("plugin list", "plugin", "teleopctl"),
         ("security", "security", "teleopctl"),
         ("multicast --help", "multicast", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),

@@ -167,7 +167,8 @@ def only_looks(words: list[str]) -> bool:
     """Whether typing it again changes nothing."""
     if words[1] == "bag":
         return words[2] in ("check", "info", "list")
-    return not {"run", "launch", "stop", "start", "set", "load", "pub", "call", "rm"} & set(words)
+    changing = ["run", "launch", "stop", "start", "set", "load", "pub", "call", "send_goal", "rm"]
+    return set(words).isdisjoint(changing)
 
 
 def pattern(line: str) -> re.Pattern[str]:

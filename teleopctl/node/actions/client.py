@@ -101,6 +101,11 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         )
 
     @property
+    def node(self) -> NodeEndpoints:
+        """The node that it belongs to (ours)."""
+        return self._node
+
+    @property
     def action_name(self) -> str:
         """The fully qualified name of the action (ours)."""
         return self._feedback.topic_name.removesuffix("/_action/feedback")
@@ -247,6 +252,10 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
                 "none is there, or it has gone away."
             )
         future.reached_nobody()
+
+    def feedback_waiting(self) -> int:
+        """Return how many messages of feedback wait for the executor (ours)."""
+        return self._feedback.pending()
 
     # -- topics ----------------------------------------------------------------------------------
 

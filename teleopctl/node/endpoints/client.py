@@ -55,7 +55,7 @@ class ResponseFuture(Future[ResultT]):
         super().__init__()
         self._client = client
         self._settled = threading.Event()
-        self._when_unanswered: Callable[[], object] | None = None
+        self._when_unanswered: list[Callable[[], object]] = []
         self.on_end(self._settled.set)
 
     @transport_callback
@@ -74,14 +74,18 @@ class ResponseFuture(Future[ResultT]):
 
     def when_unanswered(self, listener: Callable[[], object]) -> None:
         """Call ``listener`` when no server will answer, on the transport's thread (ours)."""
-        self._when_unanswered = listener
+        self._when_unanswered.append(listener)
         if self._settled.is_set():
             self._tell_if_unanswered()
 
     def _tell_if_unanswered(self) -> None:
-        listener, self._when_unanswered = self._when_unanswered, None
-        if listener is not None and not self.done():
-            listener()
+        while self._when_unanswered:
+            try:
+                listener = self._when_unanswered.pop()
+            except IndexError:
+                return  # another thread tells it
+            if not self.done():
+                listener()
 
     def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
         self._client.call_back(functools.partial(callback, self))

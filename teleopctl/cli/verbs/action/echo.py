@@ -1,0 +1,147 @@
+"""``teleopctl action echo``."""
+
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.listing import types_of
+from teleopctl.cli.live import absolute_name, live_graph
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.action.listing import ActionName
+from teleopctl.cli.verbs.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+)
+from teleopctl.cli.verbs.topic.text import TextStyle, json_value
+from teleopctl.errors import UsageError
+from teleopctl.interfaces import get_action, get_message, normalize
+from teleopctl.node import (
+    QoSProfile,
+    SingleThreadedExecutor,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+
+_TRUNCATE = 128
+_INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK", "STATUS")
+_EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
+_EVENT_TYPE = re.compile(r"^(  event_type: )([0-3])$", re.MULTILINE)
+
+
+def echo(
+    action_name: ActionName,
+    type_name: Annotated[
+        str | None,
+        Argument(
+            help="Its type; otherwise the one that it has in the graph.",
+            metavar="ACTION_TYPE",
+            complete="action_types",
+        ),
+    ] = None,
+    interfaces: Annotated[
+        str | None,
+        Option(
+            "-i",
+            "--interfaces",
+            help=f"Only these, with | between them: {', '.join(_INTERFACES)}.",
+            metavar="A|B",
+        ),
+    ] = None,
+    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
+    flow_style: Annotated[
+        bool, Option("--flow-style", help="Print lists and mappings on one line.")
+    ] = False,
+    full_length: Annotated[
+        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
+    ] = False,
+    truncate_length: Annotated[
+        int,
+        Option("-l", "--truncate-length", help="Longest list or text that is printed in full."),
+    ] = _TRUNCATE,
+    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False,
+    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+) -> None:
+    """Print what goes on in an action.
+
+    That is the feedback and the states of its goals, and what its services are asked and answer
+    where introspection of them is on. Ctrl-C ends it.
+    """
+    chosen = _chosen(interfaces)
+    name = absolute_name(action_name)
+    type_ = type_name or types_of(name, live_graph().action_names_and_types(), kind="action")[0]
+    action = get_action(normalize(type_, "action"))
+    wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
+    style = TextStyle(
+        truncate=None if full_length else truncate_length,
+        flow=flow_style,
+        no_arr=no_arr,
+        no_str=no_str,
+    )
+
+    def printer(interface: str) -> Callable[[Any], None]:
+        return lambda message: _print(interface, message, style, csv=csv, as_json=as_json)
+
+    with command_node() as node, SingleThreadedExecutor(context=node.context) as executor:
+        for interface, (topic, message_class, qos) in _topics(action).items():
+            if interface in chosen:
+                node.create_subscription(
+                    message_class,
+                    f"{name}/_action/{topic}",
+                    printer(interface),
+                    wishes.applied_to(qos),
+                )
+        executor.add_node(node)
+        executor.spin()
+
+
+def _chosen(interfaces: str | None) -> frozenset[str]:
+    chosen = frozenset(interfaces.split("|")) if interfaces else frozenset(_INTERFACES)
+    if unknown := sorted(chosen.difference(_INTERFACES)):
+        raise UsageError(
+            f"There is no interface {', '.join(unknown)}", hint=f"One of {', '.join(_INTERFACES)}."
+        )
+    return chosen
+
+
+# Any, here and below: the messages of whatever action it is.
+def _topics(action: Any) -> dict[str, tuple[str, type[Any], QoSProfile]]:
+    """What each interface is: a topic, the class of its messages, and its quality of service."""
+    parts = action.Impl
+
+    def events(topic: str, service: Any) -> tuple[str, type[Any], QoSProfile]:
+        message_class = get_message(f"{service.TYPE_NAME}_Event")
+        return f"{topic}/_service_event", message_class, qos_profile_services_default
+
+    services = (parts.SendGoalService, parts.CancelGoalService, parts.GetResultService)
+    return {
+        "GOAL_SERVICE": events("send_goal", services[0]),
+        "CANCEL_SERVICE": events("cancel_goal", services[1]),
+        "RESULT_SERVICE": events("get_result", services[2]),
+        "FEEDBACK": ("feedback", parts.FeedbackMessage, QoSProfile(depth=10)),
+        "STATUS": ("status", parts.GoalStatusMessage, qos_profile_action_status_default),
+    }
+
+
+def _print(interface: str, message: Any, style: TextStyle, *, csv: bool, as_json: bool) -> None:
+    if as_json:
+        console.out_json({"interface": interface, "message": json_value(message)}, compact=True)
+    elif csv:
+        console.out(f"{interface},{style.csv(message)}")
+    else:
+        text = style.yaml(message)
+        if interface.endswith("_SERVICE"):
+            text = _EVENT_TYPE.sub(lambda found: found[1] + _EVENTS[int(found[2])], text)
+        console.out_text(f"interface: {interface}\n{text}---")
+    console.flush()

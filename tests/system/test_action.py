@@ -1,0 +1,185 @@
+"""``teleopctl action`` against a server in a process of its own."""
+
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from teleopctl.cli import completing, main
+from teleopctl.testing import eventually
+
+PROGRAM = Path(__file__).with_name("action_server.py")
+TYPE = "example_interfaces/action/Fibonacci"
+GOAL_ID = "[0-9a-f]{32}"
+BEGIN = "Waiting for an action server to become available...\n"
+
+
+@pytest.fixture(scope="module")
+def server(shared_ros):
+    process = shared_ros.spawn_module("teleopctl.nodes", [str(PROGRAM)])
+    eventually(lambda: main.run(["action", "type", "/fib"]) == 0, what="the server")
+    return process
+
+
+@pytest.fixture
+def action(server, capsys):
+    """Runs ``action``; returns status, output and errors."""
+
+    def run(*words):
+        capsys.readouterr()
+        return (main.run(["action", *words]), *capsys.readouterr())
+
+    return run
+
+
+def test_actions_are_listed_as_ros2_lists_them(action):
+    assert action("list") == (0, "/fib\n", "")
+    assert action("list", "-t", "--no-daemon") == (0, f"/fib [{TYPE}]\n", "")
+    assert action("list", "-c") == (0, "1\n", "")
+    assert action("type", "fib") == (0, f"{TYPE}\n", "")
+    assert action("find", TYPE) == (0, "/fib\n", "")
+    assert action("find", TYPE, "-c") == (0, "1\n", "")
+    assert action("info", "/fib", "-t") == (
+        0,
+        f"Action: /fib\nAction clients: 0\nAction servers: 1\n    /fibonacci [{TYPE}]\n",
+        "",
+    )
+    counts = "Action clients: 0\nAction servers: "
+    assert action("info", "fib", "-c") == (0, f"Action: /fib\n{counts}1\n", "")
+    assert action("info", "/other") == (0, f"Action: /other\n{counts}0\n", "")
+    status, out, error = action("type", "/fob")
+    assert (status, out) == (1, "")
+    assert "Unknown action '/fob'" in error
+    assert json.loads(action("list", "--json")[1]) == [
+        {"name": "/fib", "types": [TYPE], "servers": 1}
+    ]
+    assert json.loads(action("info", "fib", "--json")[1])["servers"] == [
+        {"node": "/fibonacci", "type": TYPE}
+    ]
+
+
+def test_tab_knows_the_actions_and_the_type_of_the_one_on_the_line(server):
+    assert completing.candidates(["action", "info"], "/f") == ["/fib"]
+    assert completing.candidates(["action", "send_goal", "fib"], "") == [TYPE]
+    assert TYPE in (completing.candidates(["action", "find"], "example") or ())
+
+
+def test_a_goal_is_sent_and_followed_in_the_words_of_ros2(action):
+    status, out, error = action("send_goal", "-f", "/fib", TYPE, "{order: 3}")
+    assert (status, error) == (0, "")
+    expected = f"""{BEGIN}Sending goal:
+     order: 3
+
+Goal accepted with ID: ID
+
+Feedback:
+    sequence:
+- 0
+- 1
+- 1
+
+Feedback:
+    sequence:
+- 0
+- 1
+- 1
+- 2
+
+Result:
+    sequence:
+- 0
+- 1
+- 1
+- 2
+
+Goal finished with status: SUCCEEDED
+"""
+    # The first feedback may come before the answer, as in ROS 2.
+    lines = re.sub(f"ID: {GOAL_ID}", "ID: ID", out)
+    assert sorted(lines.split("\n\n")) == sorted(expected.split("\n\n"))
+    assert lines.endswith(expected[expected.index("Result:") :])
+
+
+@pytest.mark.parametrize(
+    ("order", "end"),
+    [
+        (-1, "Goal was rejected.\n"),
+        (0, "Result:\n    sequence: []\n\nGoal finished with status: ABORTED\n"),
+    ],
+)
+def test_a_goal_that_does_not_succeed_is_told_and_fails(action, order, end):
+    status, out, _ = action("send_goal", "/fib", TYPE, f"{{order: {order}}}")
+    assert (status, out[-len(end) :]) == (1, end)
+
+
+def test_each_wait_has_its_bound(action):
+    line = ["/fib", TYPE, "{order: 91}"]
+    for bound, expected in (("0", 0), ("0.1", 1)):
+        status, out, _ = action("send_goal", "-t", bound, *line)
+        assert status == expected
+        assert out.startswith(f"{BEGIN}Sending goal:\n     order: 91\n\nGoal accepted with ID: ")
+    assert out.endswith("\n\nTimed out waiting for result after 0.1 seconds.\n")
+    status, out, _ = action("send_goal", "-t", "0.1", "/fob", TYPE)
+    end = "Action server is not available after waiting 0.1 seconds.\n"
+    assert (status, out) == (1, BEGIN + end)
+
+
+def test_json_has_one_object_an_event_and_nothing_else(action):
+    status, out, _ = action("send_goal", "--json", "-f", "/fib", TYPE, "{order: 2}")
+    events = [json.loads(line) for line in out.splitlines()]
+    assert status == 0
+    assert {event["event"] for event in events} == {"goal", "accepted", "feedback", "result"}
+    assert events[0] == {"event": "goal", "goal": {"order": 2}}
+    assert events[-1] == {
+        "event": "result", "status": "SUCCEEDED", "result": {"sequence": [0, 1, 1]}
+    }  # fmt: skip
+
+
+def test_the_goal_may_come_from_standard_input_alone(action, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("order: 1"))
+    status, out, _ = action("send_goal", "--stdin", "/fib", TYPE)
+    assert (status, "     order: 1\n" in out) == (0, True)
+    assert action("send_goal", "--stdin", "/fib", TYPE, "{}")[0] == 2
+
+
+@pytest.mark.parametrize("order", [92, 99])
+def test_ctrl_c_cancels_the_goal_and_shows_its_end(shared_ros, server, order):
+    goal = shared_ros.spawn(["action", "send_goal", "-f", "/fib", TYPE, f"{{order: {order}}}"])
+    goal.wait_for_line("Goal accepted")
+    goal.interrupt()
+    if order == 99:
+        assert goal.wait() == 1
+        assert "Failed to cancel goal" in goal.stderr
+    else:
+        assert goal.wait() == 130
+        assert goal.stdout.endswith("Goal finished with status: CANCELED\n")
+        assert "Canceling goal...\nGoal canceled.\n" in goal.stdout
+    assert "Traceback" not in goal.stderr
+
+
+def test_echo_shows_states_and_feedback_with_their_interface(shared_ros, action):
+    action("send_goal", "/fib", TYPE, "{order: 2}")
+    echo = shared_ros.spawn(["action", "echo", "/fib", "--json", "-i", "FEEDBACK|STATUS"])
+    text = shared_ros.spawn(["action", "echo", "/fib", "-i", "STATUS", "--flow-style"])
+    # The states are latched, so that it is known when both listen.
+    latched = json.loads(echo.wait_for_line('"STATUS"').string)
+    assert 4 in [entry["status"] for entry in latched["message"]["status_list"]]
+    text.wait_for_line("^interface: STATUS$")
+    text.wait_for_line("^---$")
+    eventually(lambda: "Action clients: 1" in action("info", "/fib")[1], what="its listening")
+    action("send_goal", "/fib", TYPE, "{order: 2}")
+    feedback = json.loads(echo.wait_for_line('"FEEDBACK"').string)
+    assert feedback["message"]["feedback"] == {"sequence": [0, 1, 1]}
+    status, _, error = action("echo", "/fib", "-i", "FEEDBACK|NEWS")
+    assert status == 2
+    assert "There is no interface NEWS" in error
+
+
+def test_a_server_that_goes_away_ends_the_wait(shared_ros, server):
+    goal = shared_ros.spawn(["action", "send_goal", "/fib", TYPE, "{order: 93}"])
+    goal.wait_for_line("Goal accepted")
+    server.kill()
+    assert goal.wait() == 1
+    assert goal.stderr == "teleopctl: The server of '/fib' has gone away\n"
