@@ -91,11 +91,21 @@ def test_what_is_really_installed_wins(project):
     assert "the real one" in done.stdout
 
 
+def test_launch_tests_are_left_to_a_launch_testing_that_is_really_installed(project):
+    ours = run_pytest(project, "--launch-args", "rate:=5")
+    assert ours.returncode == 0, ours.stderr
+    (project.parent / "installed" / "launch_testing.py").write_text("")
+    real = run_pytest(project, "--launch-args", "rate:=5")
+    assert real.returncode == 4
+    assert "unrecognized arguments: --launch-args" in real.stderr
+
+
 def test_a_project_that_imports_nothing_of_it_loads_nothing_of_it(project):
     (project / "test_node.py").write_text(
         "import sys\n\n\n"
         "def test_it():\n"
-        "    heavy = {'teleopctl.interfaces', 'teleopctl.node', 'teleopctl.wire', 'zenoh'}\n"
+        "    heavy = {'launch', 'teleopctl.node', 'teleopctl.wire', 'zenoh'}\n"
+        "    heavy |= {'teleopctl.interfaces'}\n"
         "    assert not heavy & set(sys.modules)\n"
     )
     done = run_pytest(project)
