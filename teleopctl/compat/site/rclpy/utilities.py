@@ -15,6 +15,7 @@ from teleopctl.node import (
 )
 
 __all__ = [
+    "get_available_rmw_implementations",
     "get_default_context",
     "get_domain_id",
     "get_rmw_implementation_identifier",
@@ -29,6 +30,11 @@ __all__ = [
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
     """Return a command line without its ``--ros-args`` groups; ``sys.argv`` if None."""
     return list(parse_ros_arguments(sys.argv if args is None else args).program)
+
+
+def get_available_rmw_implementations() -> set[str]:
+    """Return the names of the ROS middlewares that there are: one."""
+    return {get_rmw_implementation_identifier()}
 
 
 def timeout_sec_to_nsec(timeout_sec: float | None) -> int:

@@ -43,8 +43,11 @@ def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[byt
             f'Unsupported filter_type "{filter_type}". Supported types: prefixes, patterns'
         )
     kind = f"rmw_output_{filter_type}"
-    if not has_resource(kind, rmw_implementation):
-        return []
+    try:
+        if not has_resource(kind, rmw_implementation):
+            return []
+    except OSError:
+        return []  # no ROS has been sourced, whose middleware could have lines of its own
     return [line.encode() for line in get_resource(kind, rmw_implementation)[0].splitlines()]
 
 
