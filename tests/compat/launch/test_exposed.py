@@ -1,8 +1,8 @@
 """Actions and substitutions that a program makes known stand in text launch files."""
 
 import pytest
-from launch import Action
-from launch.actions import LogInfo
+from launch import Action, Substitution
+from launch.actions import ExecuteProcess, LogInfo
 from launch.frontend import Entity, Parser, expose_action, expose_substitution
 from launch.frontend.parse_substitution import parse_substitution
 from launch.substitutions import EnvironmentVariable, TextSubstitution
@@ -82,6 +82,25 @@ def test_a_text_is_parsed_into_substitutions():
     assert variable.describe() == "EnvVar('PLACE')"
     assert variable.default_value is not None
     assert [part.describe() for part in variable.default_value] == ["'here'"]
+
+
+class Told(Substitution):
+    def perform(self, context):
+        return "told"
+
+
+@expose_substitution("told")
+def told(data):
+    return Told, {}
+
+
+def test_a_command_line_keeps_the_substitutions_that_stand_in_it():
+    words = ExecuteProcess._parse_cmdline("run 'a $(told)' $(env B)c", Parser())
+    assert [[type(part) for part in word] for word in words] == [
+        [TextSubstitution],
+        [TextSubstitution, Told],
+        [EnvironmentVariable, TextSubstitution],
+    ]
 
 
 def test_installed_distributions_bring_actions_and_substitutions(tmp_path):

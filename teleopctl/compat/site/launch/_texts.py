@@ -15,7 +15,7 @@ from .substitution import Substitution
 
 
 @dataclass(frozen=True, slots=True)
-class _Performed:
+class Performed:
     """A substitution with a ``perform`` of its own."""
 
     substitution: Substitution
@@ -47,7 +47,7 @@ def template(text: object) -> Template:
         return literal(fspath(text))
     if isinstance(text, Substitution):
         known = text.template()
-        return known if known is not None else Template((_Performed(text),), text.describe())
+        return known if known is not None else Template((Performed(text),), text.describe())
     if isinstance(text, Iterable):
         parts: list[str | Call | ComputedText] = []
         source = ""

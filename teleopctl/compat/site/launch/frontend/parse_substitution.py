@@ -8,6 +8,7 @@ from typing import Any
 
 from teleopctl.launch import Call, ComputedText, Element, Place, Template
 
+from .._texts import Performed
 from ..substitution import Substitution
 from ..substitutions.text_substitution import TextSubstitution
 from ._methods import instantiate_substitution, substitution_parse_methods
@@ -56,6 +57,8 @@ def substitutions_of(text: Template) -> list[Substitution]:
 def _substitution(part: str | Call | ComputedText) -> Substitution:
     if isinstance(part, str):
         return TextSubstitution(text=part)
+    if isinstance(part, Performed):
+        return part.substitution
     if not isinstance(part, Call) or part.name not in substitution_parse_methods:
         return _Written(part)
     arguments = [substitutions_of(argument.template) for argument in part.arguments]
