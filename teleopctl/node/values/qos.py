@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Self
+from typing import Any, Self
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
@@ -196,6 +196,15 @@ class QoSProfile:
             liveliness_lease_duration=_rclpy_duration(qos.lease_ns),
         )
 
+    def get_c_qos_profile(self) -> QoSProfile:
+        """Return the profile itself, where rclpy has that of its C library."""
+        return self
+
+    # Any: whatever type each policy has.
+    def to_dict(self) -> dict[str, Any]:
+        """Return what to make the same profile of (rclpy: of the C library's profile)."""
+        return {name.lstrip("_"): value for name, value in vars(self).items()}
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, QoSProfile):
             return NotImplemented
@@ -204,7 +213,7 @@ class QoSProfile:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        fields = ", ".join(f"{name.lstrip('_')}={value!r}" for name, value in vars(self).items())
+        fields = ", ".join(f"{name}={value!r}" for name, value in self.to_dict().items())
         return f"QoSProfile({fields})"
 
 

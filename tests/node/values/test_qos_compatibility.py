@@ -50,3 +50,8 @@ def test_what_is_left_to_the_system_is_a_warning_where_it_may_matter(undecided):
     reliable = QoSProfile(depth=1)
     assert qos_check_compatible(undecided, reliable)[0] is WARNING
     assert qos_check_compatible(qos_profile_sensor_data, undecided)[0] is WARNING
+
+
+def test_a_profile_is_made_again_of_its_fields():
+    profile = QoSProfile(depth=3, deadline=Duration(seconds=5))
+    assert QoSProfile(**profile.get_c_qos_profile().to_dict()) == profile
