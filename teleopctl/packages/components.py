@@ -8,7 +8,7 @@ that is read from the sources of a package that is not built.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,12 +56,10 @@ def find_component(package: str, plugin: str) -> Component:
     Raises:
         NotFoundError: There is none. The message is that of ROS 2's containers.
     """
-    wanted = _plain(package)
-    offered = [
-        component
-        for component in (*_of_layers(package), *_registered())
-        if wanted in (_plain(component.package), _plain(component.type_name.partition("::")[0]))
-    ]
+    offered = _brought_by(package, (*_of_layers(package), *_registered()))
+    if not offered:
+        # What stands before the :: is mostly, but not always, the name of the package.
+        offered = _brought_by(package, _all())
     for component in offered:
         if component.type_name in (plugin, f"{package}::{plugin}"):
             return component
@@ -77,6 +75,15 @@ def find_component(package: str, plugin: str) -> Component:
         "Failed to find class with the requested plugin name.",
         hint=did_you_mean(plugin, names) or f"{package} has {', '.join(names)}.",
     )
+
+
+def _brought_by(package: str, among: Iterable[Component]) -> list[Component]:
+    wanted = _plain(package)
+    return [
+        component
+        for component in among
+        if wanted in (_plain(component.package), _plain(component.type_name.partition("::")[0]))
+    ]
 
 
 def _all() -> Iterator[Component]:

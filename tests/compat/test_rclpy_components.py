@@ -213,11 +213,14 @@ def test_a_package_that_is_not_built_has_its_components_too(tmp_path, monkeypatc
     write(
         folder / "setup.py",
         "from setuptools import setup\nname = 'eyes'\nsetup(name=name, entry_points={\n"
-        "  'rclpy_components': [name + '::Camera = eyes.camera:Camera']})\n",
+        "  'rclpy_components': [name + '::Camera = eyes.camera:Camera',\n"
+        "                       'seeing::Lens = eyes.lens:Lens']})\n",
     )
     monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(tmp_path / "ws"))
     found = find_component("eyes", "eyes::Camera")
     assert (found.target, found.import_roots) == ("eyes.camera:Camera", (folder,))
+    for package in ("eyes", "seeing"):
+        assert find_component(package, "seeing::Lens").target == "eyes.lens:Lens"
 
 
 def test_every_component_of_ours_is_there():

@@ -93,7 +93,8 @@ class ComponentManager(Node):
             self.get_logger().info(f"Instantiate class: {found.type_name}")
             component, node = constructed(make, request, options)
         except (ComponentError, TeleopctlError) as error:
-            self.get_logger().error(error.message + (f" {error.hint}" if error.hint else ""))
+            hint = f". {error.hint}" if error.hint else ""
+            self.get_logger().error(f"{error.message.rstrip('.')}{hint}")
             response.success = False
             response.error_message = error.message
         else:
