@@ -3,13 +3,15 @@
 import json
 import re
 import shlex
+import socket
 import sys
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
 from teleopctl.cli import completing, main
-from teleopctl.testing import eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 from tests.distributions import install
 
 BOX = "/ComponentManager"
@@ -180,3 +182,41 @@ def test_who_waits_for_a_container_that_never_comes_is_ended_by_ctrl_c(ros):
     launch.wait_for_line("Default logging verbosity")
     launch.interrupt()
     assert launch.wait() == 0
+
+
+def test_a_launch_in_the_background_is_up_once_its_components_are_loaded(ros):
+    text = """
+        launch:
+        - node_container:
+            pkg: rclpy_components
+            exec: component_container
+            name: box
+            composable_node: [{pkg: strangers, plugin: "strangers::Slow"}]
+        """
+    slow = """
+        import os
+        import socket
+        from rclpy.node import Node
+
+        class Slow(Node):
+            def __init__(self):
+                with socket.create_connection(("127.0.0.1", int(os.environ["GATE"]))) as gate:
+                    gate.recv(1)
+                super().__init__("slow")
+        """
+    entries = {"strangers::Slow": "strangers_parts:Slow"}
+    site = ros.folder / "site"
+    install(site, "strangers", {"rclpy_components": entries}, {"strangers_parts.py": slow})
+    gate = socket.create_server(("127.0.0.1", 0))
+    gate.settimeout(LONGEST_WAIT_S)
+    ros.env.update(PYTHONPATH=str(site), GATE=str(gate.getsockname()[1]))
+    (ros.folder / "slow.launch.yaml").write_text(dedent(text), encoding="utf-8")
+    launch = ros.spawn("launch -d slow.launch.yaml")
+    with gate, gate.accept()[0] as loading:
+        launch.wait_for_line("component_container-1 is up: /box")
+        assert ros.run("node list").stdout == "/box\n"
+        assert launch.returncode is None
+        loading.send(b"!")
+        assert launch.wait() == 0
+    assert ros.run("component list").stdout == "/box\n  1  /slow\n"
+    assert ros.run("stop slow").returncode == 0

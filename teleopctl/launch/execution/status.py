@@ -102,7 +102,7 @@ def write(folder: Path, statuses: Iterable[ProcessStatus], pending: int) -> None
     Args:
         folder: The launch's log folder.
         statuses: What became of its processes so far.
-        pending: How many timers are still to lead to something soon.
+        pending: How much is still to lead to something soon: timers, and components to be loaded.
 
     Raises:
         OSError: It cannot be written; the old one is still there.

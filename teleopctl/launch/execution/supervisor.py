@@ -73,7 +73,7 @@ class Supervisor:
         self._respondent = respondent
         self._loop = EventLoop()
         self._published = PublishedStatus(plan.log_directory, self._loop, self)
-        self._timers = Timers(self._loop, self._time_has_come, self._work_ended)
+        self._timers = Timers(self._loop, self._published, self._time_has_come, self._work_ended)
         log_file = None if in_background else plan.log_directory / "launch.log"
         self._screen = Screen(log_file, terminal)
         self._ending = Ending(self._loop, self._screen)

@@ -8,7 +8,9 @@ from collections.abc import Callable
 from functools import partial
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch.asking.asking import Asking
 from teleopctl.launch.execution.event_loop import EventLoop
+from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.model.plan import Timer, Work
 
 # A timer that takes longer keeps nobody waiting for the launch to be up.
@@ -20,6 +22,7 @@ class Timers:
 
     Args:
         loop: Where their ends are told.
+        published: Is told when work begins or ends.
         fire: Called with a timer whose time has come.
         ended: Called when work has ended, with an error where it failed.
     """
@@ -27,16 +30,19 @@ class Timers:
     def __init__(
         self,
         loop: EventLoop,
+        published: PublishedStatus,
         fire: Callable[[Timer], None],
         ended: Callable[[TeleopctlError | None], None],
     ) -> None:
         self._loop = loop
+        self._published = published
         self._fire = fire
         self._ended = ended
         self._numbers = itertools.count()
         # When what waits for a timer is to come, in monotonic seconds.
         self._due: dict[int, tuple[float, Timer]] = {}
         self._works = 0
+        self._asking = 0
 
     def __bool__(self) -> bool:
         """Whether there is something to wait for."""
@@ -44,9 +50,12 @@ class Timers:
         return bool(self._due or self._works)
 
     def pending(self) -> int:
-        """How many timers are still to lead to something soon; any thread may ask."""
+        """How many timers are still to lead to something soon, and what nodes are still asked.
+
+        Any thread may ask.
+        """
         soon = time.monotonic() + _SOON_S
-        return sum(due <= soon for due, _ in tuple(self._due.values()))
+        return self._asking + sum(due <= soon for due, _ in tuple(self._due.values()))
 
     def add(self, seconds: float, timer: Timer) -> None:
         """Wait for a timer."""
@@ -57,7 +66,9 @@ class Timers:
     def begin(self, work: Work) -> None:
         """Begin work, and wait for its end."""
         self._works += 1
-        work.begin(lambda error: self._loop.put(partial(self._has_ended, error)))
+        self._asking += isinstance(work, Asking)
+        work.begin(lambda error: self._loop.put(partial(self._has_ended, work, error)))
+        self._published.publish()
 
     def shut_down(self) -> None:
         """Wait only for what the end of the launch waits for."""
@@ -73,6 +84,8 @@ class Timers:
         if entry is not None:
             self._fire(entry[1])
 
-    def _has_ended(self, error: TeleopctlError | None) -> None:
+    def _has_ended(self, work: Work, error: TeleopctlError | None) -> None:
         self._works -= 1
+        self._asking -= isinstance(work, Asking)
+        self._published.publish()
         self._ended(error)
