@@ -35,6 +35,9 @@ _WAKE_AFTER_S = (0.002, 0.02, 0.2)
 
 _transport_callbacks: set[CodeType] = set()
 
+# Whether KeyboardInterrupt has been raised, which ends most programs.
+_was_raised = False
+
 # What signals are written to, once the main thread is woken after them.
 _wakes: list[int] = []
 
@@ -102,10 +105,25 @@ def come_again(signum: int = signal.SIGINT) -> None:
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
 
+def raise_swallowed() -> None:
+    """Raise an interrupt again that was raised, and that ended nothing.
+
+    To be called where an interrupt would have ended the program before: a user's code may have
+    caught it (``except:``), and a library may have.
+
+    Raises:
+        KeyboardInterrupt: There was one.
+    """
+    if _was_raised:
+        raise KeyboardInterrupt
+
+
 def _interrupt(signum: int, frame: FrameType | None) -> None:
+    global _was_raised
     if in_transport_callback(frame):
         come_again()
     else:
+        _was_raised = True
         signal.default_int_handler(signum, frame)
 
 

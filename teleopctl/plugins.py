@@ -278,7 +278,7 @@ LAUNCH_ACTIONS = Kind(
         "reset": f"{_ACTIONS}.settings:Reset",
         "reset_env": f"{_ACTIONS}.environment:ResetEnvironment",
         "ros_gz_bridge": f"{_ACTIONS}.gazebo:RosGzBridge",
-        "ros_timer": f"{_ACTIONS}.nesting:RosTimer",
+        "ros_timer": f"{_ACTIONS}.ros_timer:RosTimer",
         "set_env": f"{_ACTIONS}.environment:SetEnvironment",
         "set_parameter": f"{_ACTIONS}.settings:SetParameter",
         "set_parameters_from_file": f"{_ACTIONS}.settings:SetParametersFromFile",

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
         Group as Group,
         Include as Include,
         IncludeSteps as IncludeSteps,
-        RosTimer as RosTimer,
         Timer as Timer,
     )
     from teleopctl.launch.actions.process import (
@@ -49,6 +48,9 @@ if TYPE_CHECKING:
         PopEnvironment as PopEnvironment,
         PushConfigurations as PushConfigurations,
         PushEnvironment as PushEnvironment,
+    )
+    from teleopctl.launch.actions.ros_timer import (
+        RosTimer as RosTimer,
     )
     from teleopctl.launch.actions.settings import (
         DeclareArgument as DeclareArgument,
@@ -217,10 +219,11 @@ else:
             "SetEnvironment SetRosLogDirectory UnsetEnvironment",
             "actions.gazebo": "GzServer GzSpawnModel RosGzBridge",
             "actions.messages": "Log Shutdown",
-            "actions.nesting": "Group Include IncludeSteps RosTimer Timer",
+            "actions.nesting": "Group Include IncludeSteps Timer",
             "actions.process": "Executable Node",
             "actions.remembering": "PopConfigurations PopEnvironment PushConfigurations "
             "PushEnvironment",
+            "actions.ros_timer": "RosTimer",
             "actions.settings": "DeclareArgument DeclareBoolean Let PushNamespace Reset "
             "SetParameter SetParametersFromFile SetRemap SetUseSimTime Unset",
             "arguments": "argument_names describe_arguments undeclared_arguments",

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl import background
+from teleopctl import background, interrupts
 from teleopctl.background import ProcessRecord
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
@@ -127,6 +127,7 @@ def run_in_background(request_file: Path) -> int:
 
 def _run(supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest) -> int:
     with _watched(supervisor, evaluation, request):
+        interrupts.raise_swallowed()
         status = supervisor.run()
     return status if request.exit_status else supervisor.ros2_exit_status
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from teleopctl.errors import LaunchError
 from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
@@ -85,33 +84,18 @@ class Timer(Action):
 
     def evaluate(self, launch: Launch) -> None:
         """Run the steps later."""
+        seconds, cancel = self.settings(launch)
+        launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
+
+    def settings(self, launch: Launch) -> tuple[float, bool]:
+        """Return the period in seconds, and whether the end of the launch cancels it."""
         with values.at_key("period"):
             seconds = values.number(launch.text(self.period))
         cancel = True
         if self.cancel_on_shutdown is not None:
             with values.at_key("cancel_on_shutdown"):
                 cancel = values.boolean(launch.text(self.cancel_on_shutdown))
-        launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
-
-
-class RosTimer(Timer):
-    """``ros_timer``: a timer in ROS time, which is the clock's unless it is simulated."""
-
-    __slots__ = ()
-
-    def evaluate(self, launch: Launch) -> None:
-        """Run the steps later.
-
-        Raises:
-            LaunchError: The launch is to follow ``/clock``, which it does not.
-        """
-        if launch.scope.use_sim_time:
-            raise LaunchError(
-                "a ros_timer cannot follow simulated time here",
-                hint="A timer counts seconds of the clock; so does a ros_timer where "
-                "set_use_sim_time is false.",
-            )
-        super().evaluate(launch)
+        return seconds, cancel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

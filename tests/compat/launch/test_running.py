@@ -211,6 +211,26 @@ def test_ctrl_c_is_heard_while_a_function_of_the_file_takes_its_time(shared_ros)
     assert launch.wait() == 0
 
 
+def test_ctrl_c_that_a_launch_file_swallows_ends_the_launch_before_it_starts_anything(shared_ros):
+    (shared_ros.folder / "swallows.launch.py").write_text(
+        HEAD
+        + textwrap.dedent("""
+        import signal
+
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except:
+            print("caught", flush=True)
+
+        def generate_launch_description():
+            return LaunchDescription([waits()])
+        """),
+        encoding="utf-8",
+    )
+    done = shared_ros.run("launch swallows.launch.py")
+    assert (done.returncode, done.stdout) == (130, "caught\n")
+
+
 def test_a_program_launches_by_a_service_of_its_own(shared_ros):
     (shared_ros.folder / "program.py").write_text(
         HEAD

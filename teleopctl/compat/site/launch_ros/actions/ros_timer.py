@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from launch._entities import steps
 from launch.actions import TimerAction
 
 from teleopctl.launch import RosTimer
@@ -15,6 +14,7 @@ class ROSTimer(TimerAction):
         """Return what the model does for it."""
         return RosTimer(
             period=self._period,
-            steps=steps(self._actions),
+            steps=self.waiting_steps(),
             is_cancelled=lambda: self._is_cancelled,
+            cancel_on_shutdown=self._cancel_on_shutdown,
         )

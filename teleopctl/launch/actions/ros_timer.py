@@ -1,0 +1,113 @@
+"""``ros_timer``: steps that are taken later, by ROS time."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.launch.actions.nesting import Timer
+from teleopctl.launch.model.action import Launch, Step
+from teleopctl.launch.model.events import ShutdownBegan
+
+# How often it is looked whether somebody has cancelled a timer of simulated time.
+_LOOK_EVERY_S = 0.2
+
+
+class RosTimer(Timer):
+    """``ros_timer``: a timer in ROS time: that of ``/clock`` where the launch follows it."""
+
+    __slots__ = ()
+
+    def evaluate(self, launch: Launch) -> None:
+        """Run the steps later."""
+        if not launch.scope.use_sim_time:
+            super().evaluate(launch)
+            return
+        seconds, cancel = self.settings(launch)
+        timer = _SimulatedTimer(seconds, self.steps, self.is_cancelled, cancel, launch.emit)
+        # What is set behind it does not reach its steps.
+        with launch.scoped():
+            launch.register(timer)
+        launch.work(timer)
+
+
+@dataclass(frozen=True, slots=True)
+class _TimeHasCome:
+    """An event: a timer of simulated time has fired."""
+
+    timer: object
+
+
+class _SimulatedTimer:
+    """Waits for a time of ``/clock``, beside the processes, and answers when it has come."""
+
+    wants_output = False
+
+    def __init__(
+        self,
+        seconds: float,
+        steps: tuple[Step, ...],
+        is_cancelled: Callable[[], bool],
+        ends_with_launch: bool,
+        emit: Callable[[object], None],
+    ) -> None:
+        self._seconds = seconds
+        self._steps = steps
+        self._is_cancelled = is_cancelled
+        self._ends_with_launch = ends_with_launch
+        self._emit = emit
+        self._ended = threading.Event()
+
+    def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        """Begin to wait, on a thread of its own."""
+        threading.Thread(target=self._wait, args=(report,), name="ros_timer", daemon=True).start()
+
+    def foreseen(self) -> tuple[str, tuple[Step, ...]]:
+        """Say when the steps are taken."""
+        return f"after {self._seconds:g} s of /clock", self._steps
+
+    def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form
+        """Whether this is the end of the wait."""
+        return event == _TimeHasCome(self) or isinstance(event, ShutdownBegan)
+
+    def respond(self, event: object, launch: Launch) -> Iterable[Step]:
+        """Return the steps once the time has come; end the wait with the launch."""
+        if isinstance(event, ShutdownBegan) and self._ends_with_launch:
+            self._ended.set()
+        elif event == _TimeHasCome(self) and not self._is_cancelled():
+            launch.unregister(self)
+            return self._steps
+        return ()
+
+    def _wait(self, report: Callable[[TeleopctlError | None], None]) -> None:
+        failed: TeleopctlError | None = None
+        try:
+            self._wait_for_clock()
+        except TeleopctlError as error:
+            failed = error
+        except Exception as error:  # noqa: BLE001 -- else the launch would wait without end
+            failed = LaunchError(f"ros_timer: {type(error).__name__}: {error}")
+        report(failed)
+
+    def _wait_for_clock(self) -> None:
+        from teleopctl.node import Context, Node, Parameter, SingleThreadedExecutor
+
+        with Context() as context:
+            node = Node(
+                "launch_ros_timer",
+                context=context,
+                use_global_arguments=False,
+                parameter_overrides=[Parameter("use_sim_time", value=True)],
+            )
+            executor = SingleThreadedExecutor(context=context)
+            executor.add_node(node)
+            came = threading.Event()
+            node.create_timer(self._seconds, came.set)
+            while not (came.is_set() or self._ended.is_set() or self._is_cancelled()):
+                executor.spin_once(timeout_sec=_LOOK_EVERY_S)
+            if came.is_set():
+                self._emit(_TimeHasCome(self))
+            executor.shutdown()
+            node.destroy_node()
