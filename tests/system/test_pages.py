@@ -15,6 +15,7 @@ from tests.system.reader import Reader, missing, steps
 # What no test types; the pages say why, in a comment.
 NOT_TYPED = {
     "README": ["pip install '.[test]' && pytest"],
+    "launch_files": ["teleopctl launch --watch robots/counting.launch.py"],
     "nodes": ["mypy --strict my_node.py"],
     "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0 --token SECRET"],
     "ros2": [
@@ -29,6 +30,7 @@ NOT_TYPED = {
         "teleopctl topic echo --once /chatter",
         'export ZENOH_CONFIG_OVERRIDE=\'mode="client";connect/endpoints=["tcp/192.0.2.2:7447"]\'',
     ],
+    "simulation": ["teleopctl logs camera-4", "teleopctl topic hz /image_raw"],
 }
 
 # What its reader has already.
