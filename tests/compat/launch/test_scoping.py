@@ -9,6 +9,7 @@ from launch import LaunchContext, LaunchDescription
 from launch._entities import steps
 from launch.actions import (
     AppendEnvironmentVariable,
+    DeclareLaunchArgument,
     GroupAction,
     IncludeLaunchDescription,
     OpaqueFunction,
@@ -25,6 +26,8 @@ from launch.actions import (
 )
 from launch.launch_description_source import LaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
+
+from teleopctl.errors import TeleopctlError
 
 NAMES = st.sampled_from(["a", "b"])
 VALUES = st.sampled_from(["1", "2"])
@@ -158,3 +161,11 @@ def test_what_was_not_remembered_cannot_come_back():
         PopLaunchConfigurations().visit(LaunchContext())
     with pytest.raises(RuntimeError, match="environment stack unexpectedly empty"):
         PopEnvironment().visit(LaunchContext())
+
+
+def test_an_included_description_is_given_what_it_requires_by_who_includes_it():
+    inner = LaunchDescription([DeclareLaunchArgument("foo")])
+    context = LaunchContext()
+    context.launch_configurations["foo"] = "set outside"
+    with pytest.raises(TeleopctlError, match="missing required argument 'foo'"):
+        context.launch.run(steps(IncludeLaunchDescription(LaunchDescriptionSource(inner))))

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Include, IncludeSteps
+from teleopctl.errors import LaunchError
+from teleopctl.launch import Include, IncludeSteps, Step
 
 from .._entities import steps
 from .._texts import optional, template
 from ..action import Action
+from ..launch_context import LaunchContext
 from ..launch_description_entity import LaunchDescriptionEntity
 from ..launch_description_source import LaunchDescriptionSource
 from ..utilities import normalize_to_list_of_substitutions, perform_substitutions
 from .set_launch_configuration import SetLaunchConfiguration
 
 if TYPE_CHECKING:
-    from ..launch_context import LaunchContext
+    from ..launch_description import LaunchDescription
     from ..some_substitutions_type import SomeSubstitutionsType
 
 
@@ -89,6 +92,15 @@ class IncludeLaunchDescription(Action):
                 "current_launch_file_directory": str(folder),
             }
         )
+        self.check(description, context)
+        return [*(SetLaunchConfiguration(*pair) for pair in self._arguments), description]
+
+    def check(self, description: LaunchDescription, context: LaunchContext) -> None:
+        """Make sure that every argument is given that has to be.
+
+        Raises:
+            RuntimeError: One is missing.
+        """
         declared = description.get_launch_arguments_with_include_launch_description_actions()
         for argument, includes in declared:
             given = [
@@ -102,7 +114,6 @@ class IncludeLaunchDescription(Action):
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(given)}]"
                 )
-        return [*(SetLaunchConfiguration(*pair) for pair in self._arguments), description]
 
     def model_action(self) -> model.Action:
         """Return what the model does for it."""
@@ -112,7 +123,25 @@ class IncludeLaunchDescription(Action):
         description = self._source.launch_description
         if description is not None:
             return IncludeSteps(
-                steps=steps(description.with_warning("deprecated launch description")),
+                steps=(
+                    Step(self.defined_at, (), _Checked(self, description)),
+                    *steps(description.with_warning("deprecated launch description")),
+                ),
                 arguments=arguments,
             )
         return Include(file=self._source.file, arguments=arguments)
+
+
+@dataclass(frozen=True, slots=True)
+class _Checked(model.Action):
+    """Refuses an include that lacks an argument."""
+
+    include: IncludeLaunchDescription
+    description: LaunchDescription
+
+    def evaluate(self, launch: model.Launch) -> None:
+        """Look."""
+        try:
+            self.include.check(self.description, LaunchContext.with_launch(launch))
+        except RuntimeError as error:
+            raise LaunchError(str(error)) from error
