@@ -46,6 +46,9 @@ _VERBS = {
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
     "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),
+    "doctor": ("doctor:GROUP", "Look for what is wrong."),
+    "wtf": ("doctor:GROUP", "The same as doctor."),
+    "multicast": ("multicast:GROUP", "Send and receive datagrams to many machines."),
     "daemon": ("daemon:GROUP", "Manage the router that introduces nodes to each other."),
     "completion": ("completion:GROUP", "Print the completion script of a shell."),
 }

@@ -30,6 +30,7 @@ TYPED = {
 # What runs the commands of the other pages.
 ELSEWHERE = {
     "components": "tests/system/test_components.py",
+    "doctor": "tests/system/test_doctor.py",
     "own_robot": "tests/system/test_own_robot.py",
     **{path.stem: "tests/test_extending.py" for path in PAGES if path.parent.name == "extending"},
 }

@@ -86,13 +86,24 @@ def _dispatch(words: list[str]) -> int:
         from teleopctl.cli import typer_app
 
         typer_app.answer_shell(typer_app.typed_words())
-    words = ros2_options.dropped(words)
+    words = _with_verb(ros2_options.dropped(words))
     status = _run_quickly(words)
     if status is not None:
         return status
     from teleopctl.cli import typer_app
 
     return typer_app.run(words)
+
+
+def _with_verb(words: list[str]) -> list[str]:
+    """Add the verb that a noun means alone: ``doctor -r`` is ``doctor check -r``."""
+    has_none = len(words) == 1 or (len(words) > 1 and words[1].startswith("-"))
+    if not has_none or words[1:] in (["-h"], ["--help"]):
+        return words
+    if plugins.find(plugins.VERBS, words[0]) is None:
+        return words
+    alone = getattr(plugins.load(plugins.VERBS, words[0]), "alone", "")
+    return [words[0], alone, *words[1:]] if alone else words
 
 
 def _run_quickly(words: list[str]) -> int | None:

@@ -118,17 +118,21 @@ class Group:
     Args:
         help: One line for the list of groups.
         verbs: The verbs by name, in the order in which ``--help`` lists them.
+        alone: The verb that is meant where none stands behind the noun; "" for its help.
     """
 
-    __slots__ = ("help", "verbs")
+    __slots__ = ("alone", "help", "verbs")
 
     def __init__(
         self,
         help: str,  # noqa: A002 - the word that argument parsers use
         verbs: dict[str, Verb],
+        *,
+        alone: str = "",
     ) -> None:
         self.help = help
         self.verbs = verbs
+        self.alone = alone
 
 
 class Parameter:

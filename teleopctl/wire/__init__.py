@@ -11,7 +11,10 @@ if TYPE_CHECKING:
         decode_attachment as decode_attachment,
         encode_attachment as encode_attachment,
     )
-    from teleopctl.wire.config import session_config as session_config
+    from teleopctl.wire.config import (
+        has_room_for_shared_memory as has_room_for_shared_memory,
+        session_config as session_config,
+    )
     from teleopctl.wire.connections import session_ports as session_ports
     from teleopctl.wire.graph import (
         Graph as Graph,
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
         daemon_address as daemon_address,
         ensure_router as ensure_router,
         find_router as find_router,
+        port_holder as port_holder,
         router_is_running as router_is_running,
         start_router as start_router,
         stop_router as stop_router,
@@ -55,7 +59,7 @@ else:
         {
             "address": "RouterAddress",
             "attachment": "Attachment decode_attachment encode_attachment",
-            "config": "session_config",
+            "config": "has_room_for_shared_memory session_config",
             "connections": "session_ports",
             "graph": "Graph GraphWatcher NodeEntry action_type actions_of is_hidden_name "
             "query_graph",
@@ -63,8 +67,8 @@ else:
             "keys": "topic_key",
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",
-            "router": "daemon_address ensure_router find_router router_is_running start_router "
-            "stop_router",
+            "router": "daemon_address ensure_router find_router port_holder router_is_running "
+            "start_router stop_router",
             "session": "RouterNotRunning close_session domain_id open_session",
             "tokens": "EndpointToken EntityKind NodeToken format_token gid",
         },

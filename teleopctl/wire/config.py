@@ -187,7 +187,7 @@ def session_config(mode: SessionMode) -> SessionConfig:
             to_peer="greater-zid",
             # Unlike rmw_zenoh's: an image goes over in a quarter of the time. It is agreed upon
             # for each connection, so a ROS process that has it off still gets the bytes.
-            shared_memory="true" if mode == "peer" and _has_room_for_shared_memory() else "false",
+            shared_memory="true" if mode == "peer" and has_room_for_shared_memory() else "false",
             wait_before_close="60000000",
         )
     if "connect" in _override(config):
@@ -319,7 +319,7 @@ def _loopbacks(endpoint: str) -> Sequence[str]:
     return [f"{protocol}/127.0.0.1:{port}", f"{protocol}/[::1]:{port}#exit_on_failure=false"]
 
 
-def _has_room_for_shared_memory() -> bool:
+def has_room_for_shared_memory() -> bool:
     """Whether pools of several processes fit: where they do not, touching one is a bus error.
 
     Containers often have 64 MiB, little more than one pool. Systems without that folder set no

@@ -38,6 +38,7 @@ __all__ = [
     "daemon_address",
     "ensure_router",
     "find_router",
+    "port_holder",
     "router_is_running",
     "run_router",
     "start_router",
@@ -222,13 +223,27 @@ def _router_answers(address: RouterAddress) -> bool:
         patience_s = _UNKNOWN_WITHIN_S if holder is None else _READY_WITHIN_S
         waits = holder is None or _is_our_router(holder)
         if not waits or time.monotonic() - began >= patience_s:
-            name = f"{holder.name()} (pid {holder.pid})" if holder else "another program"
+            name = _name_of(holder)
             raise UnavailableError(
                 f"Port {port} is taken by {name}, which does not answer as a Zenoh router.",
                 hint="End that program, or use another port: "
                 f"TELEOPCTL_ROUTER=tcp/{host}:{port + 1}",
             )
     return True
+
+
+def port_holder(address: RouterAddress) -> tuple[int, str] | None:
+    """Return a port of an address that somebody listens at, and who, by name and process.
+
+    For an address at which no router answers.
+    """
+    for _, port in _taken_ports(address):
+        return port, _name_of(_holder(port))
+    return None
+
+
+def _name_of(holder: psutil.Process | None) -> str:
+    return f"{holder.name()} (pid {holder.pid})" if holder else "another program"
 
 
 def _taken_ports(address: RouterAddress) -> Iterator[tuple[str, int]]:

@@ -103,7 +103,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
     [
         ("plugin list", "plugin", "teleopctl"),
         ("security", "security", "teleopctl"),
-        ("multicast --help", "multicast", "teleopctl"),
+        ("security --help", "security", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),
     ],
 )

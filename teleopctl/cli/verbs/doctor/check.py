@@ -1,0 +1,140 @@
+"""``teleopctl doctor``: the checks, one after the other, and the reports."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.doctor import clocks, graph as graph_checks, machine, network, reports
+from teleopctl.cli.verbs.doctor.finding import Finding
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.wire import Graph
+
+_Check = Callable[[], Iterable[Finding]]
+
+
+def check(
+    report: Annotated[bool, Option("-r", "--report", help="Print all reports instead.")] = False,
+    report_failed: Annotated[
+        bool, Option("-rf", "--report-failed", help="Print reports of failed checks, too.")
+    ] = False,
+    exclude_packages: Annotated[
+        bool, Option("-ep", "--exclude-packages", help="Leave packages out.")
+    ] = False,
+    include_warnings: Annotated[
+        bool, Option("-iw", "--include-warnings", help="Let warnings fail a check.")
+    ] = False,
+    exit_status: Annotated[
+        bool, Option("--exit-status", help="End with 1 when a check failed; ros2 ends with 0.")
+    ] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Look for what is wrong with machine, network and graph.
+
+    Findings go to stderr, with what to do about them.
+    """
+    if report and report_failed:
+        raise UsageError("--report and --report-failed contradict each other")
+    graph = _graph()
+    if report:
+        _print_reports(reports.REPORTS, graph or Graph(), exclude_packages)
+        return 0
+    checks = _checks(graph, exclude_packages)
+    failed: list[str] = []
+    found: list[tuple[str, str, Finding]] = []
+    for category, subject, one in checks:
+        findings = list(_careful(one))
+        found += [(category, subject, finding) for finding in findings]
+        if any(finding.is_error or include_warnings for finding in findings):
+            failed.append(category)
+    if as_json:
+        _print_json(checks, found)
+    else:
+        _print(found, failed, len(checks))
+        if report_failed and failed:
+            _print_reports(dict.fromkeys(failed), graph or Graph(), exclude_packages)
+    return int(exit_status and bool(failed))
+
+
+def _graph() -> Graph | None:
+    """Return the graph, None without a router."""
+    from teleopctl.cli.live import live_graph
+
+    try:
+        return live_graph()
+    except TeleopctlError:
+        return None
+
+
+def _checks(graph: Graph | None, exclude_packages: bool) -> list[tuple[str, str, _Check]]:
+    """Return the checks, each with its category and its subject."""
+    here: list[tuple[str, str, _Check]] = [
+        ("network", "router", network.check_router),
+        ("platform", "drawing", machine.check_drawing),
+        ("platform", "shared memory", machine.check_shared_memory),
+        ("platform", "environment", machine.check_environment),
+    ]
+    if not exclude_packages:
+        here.append(("package", "packages", machine.check_packages))
+    if graph is None:
+        return here
+    return [
+        *here,
+        ("topic", "topics", lambda: graph_checks.check_topics(graph)),
+        ("middleware", "quality of service", lambda: graph_checks.check_qos(graph)),
+        ("middleware", "types", lambda: graph_checks.check_types(graph)),
+        ("node", "nodes", lambda: graph_checks.check_nodes(graph)),
+        ("clock", "clocks", lambda: clocks.check_clocks(graph)),
+    ]
+
+
+def _careful(one: _Check) -> Iterator[Finding]:
+    """Carry out a check; one that cannot be carried out has found something."""
+    try:
+        yield from one()
+    except TeleopctlError as error:
+        yield Finding(error.message, error.hint or "")
+
+
+def _print(found: list[tuple[str, str, Finding]], failed: list[str], total: int) -> None:
+    for _, _, finding in found:
+        hint = f"\n  {finding.hint}" if finding.hint else ""
+        if finding.is_error:
+            console.error(TeleopctlError(finding.text, hint=finding.hint or None))
+        else:
+            console.warn(finding.text + hint)
+    if failed:
+        modules = " ".join(dict.fromkeys(failed))
+        lines = [f"{len(failed)}/{total} check(s) failed", "", f"Failed modules: {modules}"]
+    else:
+        lines = [f"All {total} checks passed", ""]
+    console.out_lines(["", *lines])
+
+
+def _print_json(
+    checks: list[tuple[str, str, _Check]], found: list[tuple[str, str, Finding]]
+) -> None:
+    console.out_json(
+        {
+            "checks": [subject for _, subject, _ in checks],
+            "findings": [
+                {
+                    "category": category,
+                    "check": subject,
+                    "severity": "error" if finding.is_error else "warning",
+                    "text": finding.text,
+                    "hint": finding.hint,
+                }
+                for category, subject, finding in found
+            ],
+        }
+    )
+
+
+def _print_reports(categories: Iterable[str], graph: Graph, exclude_packages: bool) -> None:
+    for category in categories:
+        if category == "package" and exclude_packages:
+            continue
+        for make in reports.REPORTS.get(category, ()):
+            console.out_lines(make(graph).lines())

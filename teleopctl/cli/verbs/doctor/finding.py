@@ -1,0 +1,24 @@
+"""What a check has to say."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Finding(NamedTuple):
+    """Something that is wrong, or may be.
+
+    Attributes:
+        text: What, and where.
+        hint: What to do about it.
+        is_error: Whether it fails the check by itself; else it is a warning.
+    """
+
+    text: str
+    hint: str = ""
+    is_error: bool = True
+
+
+def warning(text: str, hint: str = "") -> Finding:
+    """Return a finding that may be as it should."""
+    return Finding(text, hint, is_error=False)

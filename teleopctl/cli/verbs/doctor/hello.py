@@ -1,0 +1,125 @@
+"""``teleopctl doctor hello``: who can be talked to, by a topic and by multicast."""
+
+import os
+import re
+import socket
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.command_node import command_node
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.multicast import datagrams
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import deserialize, get_message
+
+
+def hello(
+    topic: Annotated[str, Option("-t", "--topic", help="The topic to talk on.")] = "/canyouhearme",
+    emit_period: Annotated[
+        float, Option("-ep", "--emit-period", help="Seconds from one message to the next.")
+    ] = 0.1,
+    print_period: Annotated[
+        float, Option("-pp", "--print-period", help="Seconds from one table to the next.")
+    ] = 1.0,
+    ttl: Annotated[
+        int | None, Option("--ttl", help="How many routers a datagram may pass.", metavar="N")
+    ] = None,
+    once: Annotated[
+        bool, Option("-1", "--once", help="Print one table, after one period, and end.")
+    ] = False,
+) -> None:
+    """See which other machines can be talked to; run it on each of them.
+
+    Every period a table tells how much came from whom, by the topic and by UDP multicast.
+    """
+    for flag, value in (("--emit-period", emit_period), ("--print-period", print_period)):
+        if not value > 0:
+            raise UsageError(f"{flag} must be positive, not {value}")
+    if ttl is not None and not 0 < ttl < 256:
+        raise UsageError(f"--ttl is 1 to 255, not {ttl}")
+    here = socket.gethostname()
+    summary = _Summary(here)
+    string = get_message("std_msgs/msg/String")
+
+    def hear(data: bytes) -> None:
+        try:
+            summary.note(summary.by_topic, deserialize(data, string).data)
+        except TeleopctlError:
+            return  # whatever it is, it is no greeting
+
+    name = f"ros2doctor_{re.sub('[^0-9a-zA-Z_]', '_', here)}_{os.getpid()}_node"
+    with command_node(name=name) as node, datagrams.receiver() as listening:
+        publisher = node.create_publisher(string, topic, 10)
+        node.create_subscription(string, topic, hear, 10, raw=True, immediate=True)
+        threading.Thread(target=_listen, args=(listening, summary), daemon=True).start()
+        greeting = f"hello, it's me {here}"
+        next_table = time.monotonic() + print_period
+        while True:
+            publisher.publish(string(data=greeting))
+            datagrams.send(greeting.encode(), ttl=ttl)
+            summary.sent += 1
+            time.sleep(emit_period)
+            if once or time.monotonic() >= next_table:
+                next_table += print_period
+                console.out_lines(summary.table(topic, print_period))
+                console.flush()
+                summary.forget()
+            if once:
+                break
+
+
+def _listen(listening: socket.socket, summary: "_Summary") -> None:
+    while True:
+        try:
+            text, _, _ = datagrams.receive(listening)
+        except OSError:
+            return  # it was closed: the verb ends
+        summary.note(summary.by_multicast, text)
+
+
+class _Summary:
+    """How much came from whom.
+
+    Args:
+        here: This machine, which hears itself.
+    """
+
+    def __init__(self, here: str) -> None:
+        self._here = here
+        self.sent = 0
+        self.by_topic: Counter[str] = Counter()
+        self.by_multicast: Counter[str] = Counter()
+
+    def note(self, heard: Counter[str], greeting: str) -> None:
+        """Count a greeting, whose last word is the machine that it is from."""
+        words = greeting.split()
+        if words and words[-1] != self._here:
+            heard[words[-1]] += 1
+
+    def forget(self) -> None:
+        """Begin a new period."""
+        self.sent = 0
+        self.by_topic.clear()
+        self.by_multicast.clear()
+
+    def table(self, topic: str, period_s: float) -> Iterator[str]:
+        """Return the lines that ros2 prints."""
+        yield "MULTIMACHINE COMMUNICATION SUMMARY"
+        yield f"Topic: {topic}, Published Msg Count: {self.sent}"
+        yield "Subscribed from:"
+        yield from _rows(self.by_topic, period_s)
+        group = f"{datagrams.GROUP}/{datagrams.PORT}"
+        yield f"Multicast Group/Port: {group}, Sent Msg Count: {self.sent}"
+        yield "Received from:"
+        yield from _rows(self.by_multicast, period_s)
+        yield "-" * 60
+
+
+def _rows(heard: Counter[str], period_s: float) -> Iterator[str]:
+    yield f"{'':<15} {'Hostname':<20} {f'Msg Count /{period_s}s':<10}"
+    for host, count in sorted(heard.items()):
+        yield f"{'':<15} {host:<20} {count:<10}"

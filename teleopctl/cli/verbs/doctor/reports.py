@@ -1,0 +1,146 @@
+"""What there is on this machine and in the graph, item by item."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from typing import NamedTuple
+
+from teleopctl.cli.verbs.doctor.graph import qos_pairs
+from teleopctl.wire import Graph
+
+_SMALLEST_WIDTH = 8
+_BLANKS = 4
+
+
+class Report(NamedTuple):
+    """What there is of one subject.
+
+    Attributes:
+        title: The subject.
+        items: Names and what they are, in order.
+    """
+
+    title: str
+    items: list[tuple[str, str]]
+
+    def lines(self) -> Iterator[str]:
+        """Return the lines that `ros2 doctor --report` prints."""
+        yield ""
+        yield f"   {self.title}"
+        widest = max((len(name) for name, _ in self.items), default=0)
+        width = widest + _BLANKS if widest >= _SMALLEST_WIDTH else _SMALLEST_WIDTH
+        yield from (f"{name:<{width}}: {value}" for name, value in self.items)
+
+
+def network(_: Graph) -> Report:
+    """Return where sessions and the daemon are, and the machine's addresses."""
+    import psutil
+
+    from teleopctl.wire import daemon_address, domain_id, session_config
+
+    items = [
+        ("sessions connect to", session_config("client").router.text),
+        ("the daemon listens at", daemon_address().text),
+        ("domain", str(domain_id())),
+    ]
+    for name, addresses in psutil.net_if_addrs().items():
+        items += [(f"inet {name}", each.address) for each in addresses if "." in each.address]
+    return Report("NETWORK CONFIGURATION", items)
+
+
+def packages(_: Graph) -> Report:
+    """Return the version of what teleopctl needs, as installed."""
+    names = ("teleopctl", "eclipse-zenoh", "numpy", "mujoco", "mcap", "rosbags", "viser")
+    items = []
+    for name in names:
+        try:
+            items.append((name, metadata.version(name)))
+        except metadata.PackageNotFoundError:
+            items.append((name, "not installed"))
+    return Report("PACKAGE VERSIONS", items)
+
+
+def machine(_: Graph) -> Report:
+    """Return system and interpreter."""
+    items = [
+        ("system", platform.system()),
+        ("platform info", platform.platform()),
+        ("release", platform.release()),
+        ("processor", platform.processor() or platform.machine()),
+        ("python", f"{platform.python_version()} ({sys.executable})"),
+    ]
+    return Report("PLATFORM INFORMATION", items)
+
+
+def qos(graph: Graph) -> Report:
+    """Return each publisher with each subscription of its topic."""
+    items: list[tuple[str, str]] = []
+    for topic, publisher, subscription, _, reason in qos_pairs(graph):
+        items += [
+            ("topic [type]", f"{topic} [{publisher.type_name}]"),
+            ("publisher node", publisher.node),
+            ("subscriber node", subscription.node),
+            ("compatibility status", reason.partition(": ")[2] or "OK"),
+        ]
+    none = [("compatibility status", "No publisher/subscriber pairs found")]
+    return Report("QOS COMPATIBILITY LIST", items or none)
+
+
+def middleware(_: Graph) -> Report:
+    """Return what nodes of ROS 2 have to use to meet those of here."""
+    return Report("RMW MIDDLEWARE", [("middleware name", "rmw_zenoh_cpp")])
+
+
+def ros(_: Graph) -> Report:
+    """Return whose message definitions are used."""
+    from teleopctl.interfaces import distribution
+
+    return Report("ROS 2 INFORMATION", [("distribution name", distribution())])
+
+
+def environment(_: Graph) -> Report:
+    """Return the variables of ROS 2, Zenoh and teleopctl that are set."""
+    beginnings = ("ROS_", "RMW_", "RCUTILS_", "AMENT_", "ZENOH_", "TELEOPCTL_", "MUJOCO_")
+    items = [item for item in sorted(os.environ.items()) if item[0].startswith(beginnings)]
+    return Report("ENVIRONMENT", items)
+
+
+def topics(graph: Graph) -> Report:
+    """Return how many publish and subscribe each topic."""
+    items: list[tuple[str, str]] = []
+    for topic, _ in graph.topic_names_and_types():
+        items += [
+            ("topic", topic),
+            ("publisher count", str(len(graph.publishers(topic)))),
+            ("subscriber count", str(len(graph.subscriptions(topic)))),
+        ]
+    none = [("topic", "none"), ("publisher count", "0"), ("subscriber count", "0")]
+    return Report("TOPIC LIST", items or none)
+
+
+def services(graph: Graph) -> Report:
+    """Return how many serve and call each service."""
+    items: list[tuple[str, str]] = []
+    for service, _ in graph.service_names_and_types():
+        items += [
+            ("service", service),
+            ("service count", str(len(graph.servers(service)))),
+            ("client count", str(len(graph.clients(service)))),
+        ]
+    none = [("service", "none"), ("service count", "0"), ("client count", "0")]
+    return Report("SERVICE LIST", items or none)
+
+
+REPORTS: dict[str, tuple[Callable[[Graph], Report], ...]] = {
+    "network": (network,),
+    "package": (packages,),
+    "platform": (machine, ros, environment),
+    "middleware": (middleware, qos),
+    "topic": (topics,),
+    "service": (services,),
+}
+"""The reports of each category, in the order in which they are printed."""

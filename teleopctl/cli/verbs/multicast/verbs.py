@@ -1,0 +1,35 @@
+"""``teleopctl multicast receive|send``."""
+
+from typing import Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.multicast import datagrams
+from teleopctl.errors import UsageError
+
+_Group = Annotated[str, Option("--group", help="The group of receivers.", metavar="ADDRESS")]
+_Port = Annotated[int, Option("--port", help="Their port.")]
+
+
+def receive(group: _Group = datagrams.GROUP, port: _Port = datagrams.PORT) -> None:
+    """Receive a single UDP multicast datagram."""
+    with datagrams.receiver(group, port) as heard:
+        console.out("Waiting for UDP multicast datagram...")
+        console.flush()
+        text, host, sender_port = datagrams.receive(heard)
+    console.out(f"Received from {host}:{sender_port}: '{text}'")
+
+
+def send(
+    group: _Group = datagrams.GROUP,
+    port: _Port = datagrams.PORT,
+    ttl: Annotated[
+        int | None, Option("--ttl", help="How many routers it may pass.", metavar="N")
+    ] = None,
+) -> None:
+    """Send a single UDP multicast datagram."""
+    if ttl is not None and not 0 < ttl < 256:
+        raise UsageError(f"--ttl is 1 to 255, not {ttl}")
+    console.out("Sending one UDP multicast datagram...")
+    console.flush()
+    datagrams.send(b"Hello World!", group, port, ttl)
