@@ -105,7 +105,7 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "There is a robot already" in again.stderr + again.stdout
     removed = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm")
     assert "Entity removal successful." in removed.stderr + removed.stdout
-    assert "/mujoco_sim" not in ros.run("node list").stdout
+    eventually(lambda: "/mujoco_sim" not in ros.run("node list").stdout)
     assert ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm").returncode == 1
     assert ros.run("run ros_gz_sim create -topic robot_description").returncode == 0
 
