@@ -55,14 +55,15 @@ class FibonacciServer(Node):
 
 async def ask(client):
     held = await client.send_goal_async(Fibonacci.Goal(order=99))
-    told = []
+    told = threading.Event()
     goal = await client.send_goal_async(
-        Fibonacci.Goal(order=5), feedback_callback=lambda message: told.append(message.feedback)
+        Fibonacci.Goal(order=5), feedback_callback=lambda message: told.set()
     )
     answer = await goal.get_result_async()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED
     assert list(answer.result.sequence) == [0, 1, 1, 2, 3, 5]
-    assert told
+    # Callbacks have threads of their own here, which may get on later than the answer.
+    assert await asyncio.to_thread(told.wait, 10)
     assert (await held.get_result_async()).status == GoalStatus.STATUS_ABORTED
     assert not (await client.send_goal_async(Fibonacci.Goal())).accepted
     third = await client.send_goal_async(Fibonacci.Goal(order=99))
@@ -77,7 +78,7 @@ def main():
     executor = MultiThreadedExecutor()
     executor.add_node(server)
     executor.add_node(node)
-    spinning = threading.Thread(target=executor.spin)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
     spinning.start()
     assert client.wait_for_server(timeout_sec=10.0)
     asyncio.run(asyncio.wait_for(ask(client), 30))
