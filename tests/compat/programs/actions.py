@@ -8,7 +8,6 @@ import rclpy.action
 from action_msgs.msg import GoalStatus
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
@@ -22,7 +21,6 @@ class FibonacciServer(Node):
             Fibonacci,
             "fibonacci",
             execute_callback=self.execute,
-            callback_group=ReentrantCallbackGroup(),
             goal_callback=self.judge,
             handle_accepted_callback=self.begin,
             cancel_callback=lambda goal_handle: CancelResponse.ACCEPT,
