@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from pathlib import Path
@@ -30,8 +31,13 @@ _REPORT_S = 1.0
 
 
 def default_folder() -> Path:
-    """The folder that rosbag2 chooses where none is named: ``rosbag2_`` and the local time."""
-    return Path(time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
+    """The folder that rosbag2 chooses where none is named: ``rosbag2_`` and the local time.
+
+    Where there is one of this very second already, a number stands behind it.
+    """
+    name = time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")
+    free = (Path(f"{name}_{number}") for number in itertools.count(2))
+    return next(folder for folder in itertools.chain([Path(name)], free) if not folder.exists())
 
 
 class Recorder:
