@@ -18,7 +18,10 @@ _DATA_PACKAGES: Final = {
     "teleop_controller": "config",
     **{
         name: f"teleopctl/share/{name}"
-        for name in ("gazebo_ros", "ros_gz_bridge", "ros_gz_sim", "teleopctl", "urdf_launch")
+        for name in (
+            *("gazebo_ros", "ros_gz_bridge", "ros_gz_sim", "teleopctl"),
+            *("urdf_launch", "urdf_tutorial"),
+        )
     },
 }
 

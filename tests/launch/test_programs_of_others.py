@@ -39,6 +39,19 @@ def test_a_package_of_ours_may_have_files_and_programs():
     assert find_executable("ros_gz_sim", "create") == package.executables["create"]
 
 
+def test_the_display_of_the_urdf_tutorial_shows_any_robot(tmp_path):
+    file = find_package("urdf_tutorial").share / "launch" / "display.launch.py"
+    mine = tmp_path / "mine.urdf"
+    mine.write_text('<robot name="mine"><link name="tip"/></robot>')
+    for arguments, robot in (({}, "myfirst"), ({"model": str(mine), "gui": "false"}, "mine")):
+        plan, _ = evaluate(read_launch_file(file), arguments, tmp_path / "log")
+        (parameters,) = plan.start.files.values()
+        assert robot in parameters
+        names = [process.name.rpartition("-")[0] for process in plan.processes]
+        sliders = "joint_state_publisher" if arguments else "joint_state_publisher_gui"
+        assert names == ["robot_state_publisher", sliders, "rviz2"]
+
+
 def test_ours_stands_for_a_command_that_the_path_lacks(tmp_path):
     nowhere = str(tmp_path)
     ours = [sys.executable, "-P", "-m", "teleopctl"]
