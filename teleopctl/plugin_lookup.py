@@ -110,11 +110,11 @@ def load(kind: Kind, name: str) -> Any:
             hint=did_you_mean(name, names),
         )
     if name in kind.ours:
-        return _imported(plugin.target)
+        return imported(plugin.target)
     whose = f" of {plugin.distribution}" if plugin.distribution else ""
     what = f"{kind.noun} '{name}'{whose}"
     try:
-        found = _imported(plugin.target)
+        found = imported(plugin.target)
     except (Exception, SystemExit) as error:
         raise BrokenPluginError(
             f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {error}"
@@ -127,13 +127,15 @@ def load(kind: Kind, name: str) -> Any:
     return found
 
 
-def _imported(target: str) -> Any:
+# Any: whatever stands there.
+def imported(target: str) -> Any:
+    """Return what ``module:name`` means."""
     module, _, attribute = target.partition(":")
     return getattr(import_module(module), attribute)
 
 
 def _is_one(found: object, kind: Kind) -> bool:
-    bases = tuple(_imported(base) for base in kind.bases)
+    bases = tuple(imported(base) for base in kind.bases)
     if kind.classes:
         return isinstance(found, type) and issubclass(found, bases)
     return isinstance(found, bases)

@@ -20,6 +20,7 @@ from teleopctl.plugin_lookup import (
     Plugin as Plugin,
     available as available,
     find as find,
+    imported as imported,
     load as load,
 )
 
@@ -249,6 +250,10 @@ LAUNCH_LANGUAGES = Kind(
 )
 """Readers of launch files, by the ending of the files: a function from a path to a
 `teleopctl.launch.model.action.LaunchFile`."""
+
+LAUNCH_EXTENSIONS = "teleopctl.compat.launch_extensions:load"
+"""Lets what extends ROS 2's own launch, by its entry points, expose actions and substitutions; they
+import ROS 2's packages, which stand above `teleopctl.launch`."""
 
 _ACTIONS = "teleopctl.launch.actions"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Event as Flag, Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from launch.launch_context import LaunchContext
 from lifecycle_msgs.msg import TransitionEvent
@@ -19,11 +19,18 @@ from .ros_adapters import shared_adapter
 if TYPE_CHECKING:
     from rclpy.client import Client
 
-    from .actions.node import Node
-
     _Client = Client[ChangeStateService.Request, ChangeStateService.Response]
 
 _LOOK_AT_THE_END_EVERY_S = 1.0
+
+
+class NamedNode(Protocol):
+    """An action that stands for a node."""
+
+    @property
+    def node_name(self) -> str:
+        """The node's full name."""
+        ...
 
 
 class LifecycleLink:
@@ -39,7 +46,7 @@ class LifecycleLink:
 
     wants_output: bool = False
 
-    def __init__(self, entity: Node, plan: ProcessPlan | None, launch: Launch) -> None:
+    def __init__(self, entity: NamedNode, plan: ProcessPlan | None, launch: Launch) -> None:
         self._entity = entity
         self._process = None if plan is None else plan.name
         self._launch = launch

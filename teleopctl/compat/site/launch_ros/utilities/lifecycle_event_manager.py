@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from launch.launch_context import LaunchContext
 
-from .._lifecycle import LifecycleLink
-
-if TYPE_CHECKING:
-    from ..actions.node import Node
+from .._lifecycle import LifecycleLink, NamedNode
 
 
 class LifecycleEventManager:
@@ -21,7 +16,7 @@ class LifecycleEventManager:
         lifecycle_node: The action that stands for it; it knows its ``node_name``.
     """
 
-    def __init__(self, lifecycle_node: Node) -> None:
+    def __init__(self, lifecycle_node: NamedNode) -> None:
         self._node = lifecycle_node
 
     @property

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from launch.event import Event
 from lifecycle_msgs.msg import TransitionEvent
-
-if TYPE_CHECKING:
-    from ...actions.node import Node
 
 
 class StateTransition(Event):
@@ -21,13 +18,14 @@ class StateTransition(Event):
 
     name = "launch_ros.events.lifecycle.StateTransition"
 
-    def __init__(self, *, action: Node, msg: TransitionEvent) -> None:
+    # Any: a lifecycle node, which knows these events.
+    def __init__(self, *, action: Any, msg: TransitionEvent) -> None:
         super().__init__()
         self._action = action
         self._msg = msg
 
     @property
-    def action(self) -> Node:
+    def action(self) -> Any:
         """The node."""
         return self._action
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from ...actions.node import Node
+# Any: an action of a node, which knows these events.
+_Matcher = Callable[[Any], bool]
 
 
 def full_name(node_name: str) -> str:
@@ -14,7 +14,7 @@ def full_name(node_name: str) -> str:
     return node_name if node_name.startswith("/") else f"/{node_name}"
 
 
-def matches_node_name(node_name: str) -> Callable[[Node], bool]:
+def matches_node_name(node_name: str) -> _Matcher:
     """Return a function that tells whether an action is the node of a name."""
     name = full_name(node_name)
     return lambda action: action.node_name == name

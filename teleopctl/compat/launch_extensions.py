@@ -1,0 +1,26 @@
+"""Actions and substitutions that distributions add to ROS 2's own launch."""
+
+from __future__ import annotations
+
+import traceback
+import warnings
+from importlib import metadata
+
+from teleopctl.compat.activation import activate
+
+_GROUP = "launch.frontend.launch_extension"
+
+
+def load() -> None:
+    """Let the installed distributions that extend ROS 2's launch expose what they have."""
+    entries = metadata.entry_points(group=_GROUP)
+    if entries:
+        activate()
+    for entry in entries:
+        try:
+            entry.load()
+        except Exception:  # noqa: BLE001 -- whatever a stranger's raises: the others are there
+            warnings.warn(
+                f"Failed to load the launch extension: {entry.name}\n{traceback.format_exc()}",
+                stacklevel=2,
+            )
