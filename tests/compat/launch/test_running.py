@@ -1,7 +1,9 @@
 """A Python launch file that runs: events, timers, coroutines, and how it ends."""
 
+import re
 import textwrap
 
+import psutil
 import pytest
 
 HEAD = """
@@ -183,6 +185,27 @@ def test_ctrl_c_ends_a_chain_that_is_under_way(shared_ros):
     launch.interrupt()
     launch.wait_for_line(r"by a person: True$")
     assert launch.wait() == 0
+
+
+def test_two_hundred_processes_start_and_all_end_on_ctrl_c(shared_ros):
+    path = shared_ros.folder / "many.launch.py"
+    path.write_text(
+        HEAD
+        + textwrap.dedent("""
+        def generate_launch_description():
+            return LaunchDescription(
+                [ExecuteProcess(cmd=["sleep", "600"], name="many") for _ in range(200)]
+            )
+        """),
+        encoding="utf-8",
+    )
+    launch = shared_ros.spawn("launch many.launch.py")
+    launch.wait_for_line(r"\[many-200\]: process started")
+    launch.interrupt()
+    assert launch.wait() == 0
+    pids = re.findall(r"\[many-\d+\]: process started with pid \[(\d+)\]", launch.stdout)
+    assert len(pids) == len(re.findall("process has finished cleanly", launch.stdout)) == 200
+    assert not any(psutil.pid_exists(int(pid)) for pid in pids)
 
 
 def test_ctrl_c_is_heard_while_a_function_of_the_file_takes_its_time(shared_ros):
