@@ -15,8 +15,8 @@ import zenoh
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.interrupts import transport_callback
-from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.patience import Patience
+from teleopctl.node.endpoints.service_end import ServiceEnd
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
@@ -31,11 +31,6 @@ from teleopctl.wire import (
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
-    from teleopctl.node.clock import Clock
-    from teleopctl.node.endpoints.service_introspection import (
-        ServiceIntrospection,
-        ServiceIntrospectionState,
-    )
     from teleopctl.node.node_core import NodeCore
 
 
@@ -144,7 +139,7 @@ class ResponseFuture(Future[ResultT]):
         return ended
 
 
-class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
+class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
     """Sends requests to one service; made by ``Node.create_client``.
 
     A request that reaches no server, or whose server goes away, stays pending until the caller
@@ -162,7 +157,9 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     ) -> None:
         super().__init__(node, EntityKind.SC, name, srv_type.TYPE_NAME, qos)
         # A class is a value whose attributes are classes.
-        self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
+        self.srv_type: ServiceType[RequestT, ResponseT] = cast(
+            "ServiceType[RequestT, ResponseT]", srv_type
+        )
         self.callback_group = callback_group
         self._sequence = itertools.count(1)
         self._lock = threading.Lock()
@@ -170,7 +167,6 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
         self._patience = Patience()
-        self._introspection: ServiceIntrospection | None = None
         self.refusals = Refusals(f"an answer of '{name}'", node.get_logger().error)
         self._announce()
 
@@ -246,26 +242,6 @@ class Client(Endpoint, Waitable, Generic[RequestT, ResponseT]):
             ExternalShutdownException: The context was shut down meanwhile.
         """
         return self.call_async(request).wait_until_answered(timeout_sec)
-
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Publish events of each call on ``SERVICE/_service_event``.
-
-        Args:
-            clock: Stamps the events.
-            service_event_qos_profile: Quality of service of the publisher, when it is made.
-            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
-        """
-        from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
-
-        self._check_alive()
-        if self._introspection is None:
-            self._introspection = ServiceIntrospection(self, self.srv_type)
-        self._introspection.configure(clock, service_event_qos_profile, introspection_state)
 
     # Any: what is made of a response need be none.
     def make_future(self) -> ResponseFuture[Any]:

@@ -14,7 +14,7 @@ from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepLast
-from teleopctl.node.endpoints.endpoint import Endpoint
+from teleopctl.node.endpoints.service_end import ServiceEnd
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile
@@ -28,11 +28,6 @@ from teleopctl.wire import (
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
-    from teleopctl.node.clock import Clock
-    from teleopctl.node.endpoints.service_introspection import (
-        ServiceIntrospection,
-        ServiceIntrospectionState,
-    )
     from teleopctl.node.node_core import NodeCore
 
 
@@ -44,7 +39,7 @@ _FEWEST_WAITING = 1000
 ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
 
 
-class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
+class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
     """Answers requests on one name; made by ``Node.create_service``.
 
     Requests wait in a queue as deep as the QoS says, at least a thousand; the oldest falls out,
@@ -77,10 +72,11 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     ) -> None:
         super().__init__(node, EntityKind.SS, name, srv_type.TYPE_NAME, qos)
         # A class is a value whose attributes are classes.
-        self.srv_type = cast("ServiceType[RequestT, ResponseT]", srv_type)
+        self.srv_type: ServiceType[RequestT, ResponseT] = cast(
+            "ServiceType[RequestT, ResponseT]", srv_type
+        )
         self.callback = callback
         self.callback_group = callback_group
-        self._introspection: ServiceIntrospection | None = None
         self._depth = max(qos.queue_depth or 0, _FEWEST_WAITING)
         self._queries: KeepLast[zenoh.Query] = KeepLast(self._depth)
         self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
@@ -99,26 +95,6 @@ class Service(Endpoint, Waitable, Generic[RequestT, ResponseT]):
     def service_name(self) -> str:
         """The fully qualified name of the service."""
         return self.name
-
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Publish events of each call on ``SERVICE/_service_event``.
-
-        Args:
-            clock: Stamps the events.
-            service_event_qos_profile: Quality of service of the publisher, when it is made.
-            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
-        """
-        from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
-
-        self._check_alive()
-        if self._introspection is None:
-            self._introspection = ServiceIntrospection(self, self.srv_type)
-        self._introspection.configure(clock, service_event_qos_profile, introspection_state)
 
     def pending(self) -> int:
         """Return how many requests wait."""

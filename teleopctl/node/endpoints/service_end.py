@@ -1,0 +1,47 @@
+"""What the two ends of a service have in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.node.endpoints.endpoint import Endpoint
+
+if TYPE_CHECKING:
+    from teleopctl.node.clock import Clock
+    from teleopctl.node.endpoints.service_introspection import (
+        ServiceIntrospection,
+        ServiceIntrospectionState,
+    )
+    from teleopctl.node.values.qos import QoSProfile
+
+
+class ServiceEnd(Endpoint):
+    """A client or a server of a service.
+
+    Attributes:
+        srv_type: The service's class.
+    """
+
+    # Any: each end knows which service it is.
+    srv_type: Any
+    _introspection: ServiceIntrospection | None = None
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of each call on ``SERVICE/_service_event``.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: Quality of service of the publisher, when it is made.
+            introspection_state: OFF, METADATA, or CONTENTS: requests and responses besides.
+        """
+        from teleopctl.node.endpoints.service_introspection import ServiceIntrospection
+
+        self._check_alive()
+        if self._introspection is None:
+            self._introspection = ServiceIntrospection(self, self.srv_type)
+        self._introspection.configure(clock, service_event_qos_profile, introspection_state)
