@@ -85,9 +85,9 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
 
     Args:
         request: What is wanted.
-        on_terminal: Whether a person reads the output: lines are shorter than ROS 2's, and at the
-            end of the start it is said what is up.
-        coloured: Whether levels are coloured there.
+        on_terminal: Whether a person reads the output: at the end of the start it is said what
+            is up.
+        coloured: Whether levels and names of processes are coloured there.
 
     Raises:
         TeleopctlError: The file cannot be evaluated; nothing has been started.
@@ -154,10 +154,8 @@ def _run_on_terminal(
 ) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
-    from teleopctl.launch.execution.terminal import Terminal
 
-    terminal = Terminal([process.name for process in plan.processes], coloured=coloured)
-    supervisor = Supervisor(plan, evaluation, terminal=terminal, debug=request.debug)
+    supervisor = Supervisor(plan, evaluation, coloured=coloured, debug=request.debug)
     with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
         return _run(supervisor, evaluation, request)
 

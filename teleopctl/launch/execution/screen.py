@@ -7,8 +7,8 @@ import threading
 import time
 from pathlib import Path
 
+from teleopctl.launch.execution.colours import own_line, relayed_line
 from teleopctl.launch.execution.line_format import LOG_FORMAT, SCREEN_FORMAT
-from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.output import LogFile
 
 # Longer arguments, in characters, are descriptions and programs; a path may have 255.
@@ -23,11 +23,11 @@ class Screen:
 
     Args:
         log_file: Where the launch's own lines are kept as well; None where the screen is the log.
-        terminal: How lines look on the screen; None writes ROS 2's text.
+        coloured: Whether levels and names of processes are coloured on the screen.
     """
 
-    def __init__(self, log_file: Path | None, terminal: Terminal | None = None) -> None:
-        self._terminal = terminal
+    def __init__(self, log_file: Path | None, *, coloured: bool = False) -> None:
+        self._coloured = coloured
         self._lock = threading.Lock()
         self._log = None if log_file is None else LogFile(log_file)
 
@@ -43,8 +43,8 @@ class Screen:
         if self._log is not None:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
             text = in_short or text
-        if self._terminal is not None and SCREEN_FORMAT.is_default:
-            self._write(self._terminal.own(level, name, text))
+        if self._coloured and SCREEN_FORMAT.is_default:
+            self._write(own_line(level, name, text))
         else:
             self._write(f"{SCREEN_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
 
@@ -59,12 +59,8 @@ class Screen:
         """
         if kept and self._log is not None:
             self._log.write(f"{time.time():.7f} ".encode() + _prefixed(name, line))
-        if not shown:
-            return
-        if self._terminal is not None:
-            self._write(self._terminal.relayed(name, line))
-            return
-        self._write(_prefixed(name, line))
+        if shown:
+            self._write(relayed_line(name, line) if self._coloured else _prefixed(name, line))
 
     def close(self) -> None:
         """Close the log file."""

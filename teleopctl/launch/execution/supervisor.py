@@ -22,7 +22,6 @@ from teleopctl.launch.execution.published_status import PublishedStatus
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.execution.screen import Screen, in_short
 from teleopctl.launch.execution.status import ProcessStatus
-from teleopctl.launch.execution.terminal import Terminal
 from teleopctl.launch.execution.timers import Timers
 from teleopctl.launch.model.events import (
     ProcessExited,
@@ -52,7 +51,7 @@ class Supervisor:
         respondent: Knows what to do on events; None where nothing is to be done.
         in_background: Whether the launch's own lines go to the log of the background process
             alone.
-        terminal: How the output looks where a person sees it; None writes ROS 2's text.
+        coloured: Whether levels and names of processes are coloured on the screen.
         debug: Whether to say which events come.
 
     Attributes:
@@ -65,7 +64,7 @@ class Supervisor:
         respondent: Respondent | None = None,
         *,
         in_background: bool = False,
-        terminal: Terminal | None = None,
+        coloured: bool = False,
         debug: bool = False,
     ) -> None:
         self._debug = debug
@@ -75,7 +74,7 @@ class Supervisor:
         self._published = PublishedStatus(plan.log_directory, self._loop, self)
         self._timers = Timers(self._loop, self._published, self._time_has_come, self._work_ended)
         log_file = None if in_background else plan.log_directory / "launch.log"
-        self._screen = Screen(log_file, terminal)
+        self._screen = Screen(log_file, coloured=coloured)
         self._ending = Ending(self._loop, self._screen)
         self._interrupts = Interrupts(self._loop, self._asked_to_end, self._hurry)
         self._children: list[Child] = []

@@ -1,4 +1,4 @@
-"""How a launch's output looks on a terminal."""
+"""The colours of a launch's output on a terminal."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from teleopctl.launch.execution.terminal import Terminal
+from teleopctl.launch.execution.colours import own_line, relayed_line
 from teleopctl.testing import LONGEST_WAIT_S
 
 LINE = b"[WARN] [1795251189.877707557] [head]: too hot\n"
@@ -15,33 +15,20 @@ TEAL, ORCHID = b"\x1b[38;5;30m", b"\x1b[38;5;133m"
 YELLOW, RED, RESET = b"\x1b[33m", b"\x1b[31m", b"\x1b[0m"
 
 
-def test_a_log_line_loses_process_and_time_a_warning_is_coloured_and_the_name_like_its_process():
-    terminal = Terminal(["head-1"], coloured=True)
-    warning = YELLOW + b"[WARN] " + RESET + TEAL + b"[head]" + RESET + YELLOW + b": too hot" + RESET
-    assert terminal.relayed("head-1", LINE) == warning + b"\n"
+def test_a_warning_is_coloured_whole_and_the_name_like_its_process():
+    prefix = TEAL + b"[head-1]" + RESET + b" "
+    warning = prefix + YELLOW + LINE.rstrip() + RESET + b"\n"
+    assert relayed_line("head-1", LINE) == warning
     in_colour_already = YELLOW + LINE.rstrip() + RESET + b"\n"
-    assert terminal.relayed("head-1", in_colour_already) == warning + b"\n"
-    info = b"[INFO] " + TEAL + b"[head]" + RESET + b": too hot\n"
-    assert terminal.relayed("head-1", LINE.replace(b"WARN", b"INFO")) == info
-    died = RED + b"[ERROR] " + RESET + ORCHID + b"[arm]" + RESET + RED + b": died" + RESET + b"\n"
-    assert terminal.own("ERROR", "arm-2", "died").replace(b"arm-2", b"arm") == died
-
-
-def test_nothing_is_coloured_where_it_is_not_wanted():
-    plain = Terminal(["head-1"], coloured=False)
-    assert plain.relayed("head-1", LINE) == b"[WARN] [head]: too hot\n"
-    assert plain.relayed("head-1", b"\x1b[35mmine\n") == b"[head] \x1b[35mmine\n"
-
-
-def test_other_lines_say_which_process_wrote_them_with_its_number_where_two_are_alike():
-    terminal = Terminal(["talker-1", "talker-2", "joint-state-3"], coloured=False)
-    assert terminal.relayed("talker-2", b"hello\n") == b"[talker-2] hello\n"
-    assert terminal.relayed("joint-state-3", b"no newline") == b"[joint-state] no newline\n"
+    assert relayed_line("head-1", in_colour_already) == warning
+    info = LINE.replace(b"WARN", b"INFO")
+    assert relayed_line("head-1", info) == prefix + info
+    died = RED + b"[ERROR] " + RESET + ORCHID + b"[arm-2]" + RESET + RED + b": died" + RESET
+    assert own_line("ERROR", "arm-2", "died") == died + b"\n"
 
 
 def test_a_colour_that_a_process_leaves_on_ends_with_its_line():
-    terminal = Terminal(["talker-1"], coloured=True)
-    assert terminal.relayed("talker-1", b"\x1b[35mmine\n").endswith(b" \x1b[35mmine\x1b[0m\n")
+    assert relayed_line("talker-1", b"\x1b[35mmine\n").endswith(b" \x1b[35mmine\x1b[0m\n")
 
 
 def luminance(colour: int) -> float:
@@ -54,8 +41,7 @@ def luminance(colour: int) -> float:
 
 
 def test_the_colours_of_processes_can_be_read_on_black_and_on_white():
-    terminal = Terminal([], coloured=True)
-    shown = {terminal.relayed(f"talker-{number}", b"\n") for number in range(1, 30)}
+    shown = {relayed_line(f"talker-{number}", b"\n") for number in range(1, 30)}
     colours = {int(line.partition(b";5;")[2].partition(b"m")[0]) for line in shown}
     assert len(colours) == 10
     for colour in colours:
@@ -127,11 +113,15 @@ def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
         b"    teleopctl node list\n",
         b"    teleopctl topic list\n",
         b"    teleopctl topic hz --all\n",
-        b"[INFO] [mouth]: Publishing at 1.0 Hz\n",
     }
+    spoken = False
     screen = Screen(ros, "one.yaml", NO_COLOR="1")
-    while up:
+    while up or not spoken:
         line = screen.line()
+        if re.fullmatch(
+            rb"\[simple_publisher-1\] \[INFO\] \[[\d.]+\] \[mouth\]: Publishing at .*\n", line
+        ):
+            spoken = True
         assert line, f"the launch ended without {up}"
         up.discard(line)
     screen.launch.terminate()
