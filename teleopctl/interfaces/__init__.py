@@ -103,6 +103,7 @@ if TYPE_CHECKING:
         message_to_csv as message_to_csv,
         message_to_dict as message_to_dict,
         message_to_yaml as message_to_yaml,
+        message_values as message_values,
     )
 else:
     from teleopctl.lazy import attach
@@ -133,6 +134,7 @@ else:
             "type_description type_hash",
             "stubs": "write_stubs",
             "typenames": "from_dds module_name normalize snake_case to_dds",
-            "yaml": "message_from_yaml message_to_csv message_to_dict message_to_yaml",
+            "yaml": "message_from_yaml message_to_csv message_to_dict message_to_yaml "
+            "message_values",
         },
     )

@@ -153,6 +153,10 @@ def _message(kind: FieldType, message_class: Callable[[str], type]) -> Converter
             wanted = message_class(kind.base)
         if isinstance(value, wanted):
             return value
+        if hasattr(value, "to_msg"):  # a Time or a Duration of the client library
+            value = value.to_msg()
+            if isinstance(value, wanted):
+                return value
         got = getattr(type(value), "TYPE_NAME", None)
         raise TypeError(f"expected {kind.base}, got {got}" if got else expected(kind.base, value))
 

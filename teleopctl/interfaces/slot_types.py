@@ -39,6 +39,8 @@ class AbstractWString(AbstractGenericString):
 class AbstractNestedType(AbstractType):
     """A type of several values."""
 
+    value_type: AbstractNestableType
+
 
 class AbstractSequence(AbstractNestedType):
     """A type of as many values as there are."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         TransformBroadcaster as TransformBroadcaster,
     )
     from teleopctl.tf.buffer import Buffer as Buffer
+    from teleopctl.tf.buffer_client import BufferClient as BufferClient
     from teleopctl.tf.buffer_core import BufferCore as BufferCore
     from teleopctl.tf.conversions import (
         BufferInterface as BufferInterface,
@@ -70,6 +71,7 @@ else:
             "broadcaster": "TF_STATIC_TOPIC TF_TOPIC StaticTransformBroadcaster "
             "TransformBroadcaster",
             "buffer": "Buffer",
+            "buffer_client": "BufferClient",
             "buffer_core": "BufferCore",
             "conversions": "BufferInterface ConvertRegistration NotImplementedException Stamped "
             "TransformRegistration TypeException convert",

@@ -126,13 +126,14 @@ class BufferCore:
             LookupException: When a frame is not known.
             ConnectivityException: When no chain joins the frames.
         """
-        from teleopctl.node import ClockType, Time
+        from teleopctl.node import Time
 
         with self._changed:
             target = self._tree.check(target_frame, "target_frame", "getLatestCommonTime")
             source = self._tree.check(source_frame, "source_frame", "getLatestCommonTime")
             stamp = self._tree.latest_common_time(target, source)
-        return Time(nanoseconds=stamp, clock_type=ClockType.ROS_TIME)
+        # Of the system's clock, as tf2_py has it.
+        return Time(nanoseconds=stamp)
 
     def lookupVelocityCore(  # noqa: N802 -- tf2's name
         self,

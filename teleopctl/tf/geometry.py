@@ -53,7 +53,9 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     moved: Pose = get_message("geometry_msgs/msg/Pose")()
     place, turn = moved.position, moved.orientation
     place.x, place.y, place.z = at.translation
-    turn.x, turn.y, turn.z, turn.w = at.rotation
+    # Of the two quaternions of a rotation the one with w >= 0, as tf2_geometry_msgs answers.
+    sign = -1.0 if at.rotation[3] < 0.0 else 1.0
+    turn.x, turn.y, turn.z, turn.w = (sign * part for part in at.rotation)
     return moved
 
 

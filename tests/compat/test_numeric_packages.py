@@ -141,3 +141,12 @@ def test_the_rest_of_the_rotations():
     assert tft.translation_from_matrix(moved).tolist() == [1.0, 2.0, 3.0]
     with pytest.raises(TeleopctlError, match="'rzyx'"):
         tft.quaternion_from_euler(0, 0, 0, "rzyx")
+
+
+def test_points_of_other_types_than_the_fields_are_refused():
+    fields = [FIELD(name="x", datatype=FIELD.FLOAT32, count=1)]
+    for wrong in (np.zeros(2, [("x", "f8")]), np.zeros(2, [("y", "f4")])):
+        with pytest.raises(AssertionError, match="do not fit the fields"):
+            point_cloud2.create_cloud(HEADER, fields, wrong)
+    padded = np.zeros(2, {"names": ["x"], "formats": ["f4"], "offsets": [0], "itemsize": 16})
+    assert point_cloud2.create_cloud(HEADER, fields, padded, 16).point_step == 16

@@ -1,10 +1,14 @@
 """rosidl_runtime_py: which types there are, and the files that define them."""
 
+import math
+from collections import OrderedDict
 from pathlib import Path
 
 import pytest
 import rosidl_runtime_py as runtime
+from rosidl_parser.definition import NamespacedType, UnboundedSequence
 
+from teleopctl.interfaces.store import get_message
 from teleopctl.packages.finding import _packages_below
 
 
@@ -62,3 +66,33 @@ def test_a_package_without_types_has_no_entry_and_an_unknown_one_is_an_error(tmp
     assert runtime.get_message_interfaces(["std_srvs"]) == {}
     with pytest.raises(LookupError, match="Unknown package 'no_arm'"):
         runtime.get_service_interfaces(["no_arm"])
+
+
+def test_values_are_cut_as_the_text_is_and_keep_their_types():
+    image = get_message("sensor_msgs/msg/Image")(encoding="a" * 9, data=bytes(9))
+    values = runtime.message_to_ordereddict(image, truncate_length=4)
+    assert (values["encoding"], values["data"]) == ("aaaa...", [0, 0, 0, 0, "..."])
+    state = get_message("sensor_msgs/msg/JointState")(position=[math.inf, 1.5])
+    values = runtime.message_to_ordereddict(state)
+    assert values["position"] == [math.inf, 1.5]
+    assert type(values["header"]) is OrderedDict
+    values = runtime.message_to_ordereddict(state, no_arr=True)
+    assert values["position"] == "<sequence type: double, length: 2>"
+
+
+def test_a_text_that_is_no_number_and_a_value_that_is_no_message_are_told_apart():
+    message = get_message("std_msgs/msg/Header")()
+    with pytest.raises(ValueError, match="expected int32"):
+        runtime.set_message_fields(message.stamp, {"sec": "much"})
+    with pytest.raises(TypeError, match=r"Value 'now' .* a dictionary but is a str"):
+        runtime.set_message_fields(message, {"stamp": "now"})
+
+
+def test_the_class_of_a_part_of_an_action_and_of_elements_is_found():
+    part = NamespacedType(["example_interfaces", "action"], "Fibonacci_FeedbackMessage")
+    found = runtime.import_message_from_namespaced_type(part)
+    assert found.TYPE_NAME == "example_interfaces/action/Fibonacci_FeedbackMessage"
+    text = NamespacedType(["std_msgs", "msg"], "String")
+    with pytest.warns(DeprecationWarning, match="value_type"):
+        found = runtime.import_message_from_namespaced_type(UnboundedSequence(text))
+    assert found.TYPE_NAME == "std_msgs/msg/String"

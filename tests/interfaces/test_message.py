@@ -15,6 +15,7 @@ from teleopctl.interfaces.store import (
     get_message,
     get_service,
 )
+from teleopctl.node import Duration, Time
 
 String = get_message("std_msgs/msg/String")
 JointState = get_message("sensor_msgs/msg/JointState")
@@ -229,3 +230,11 @@ def test_a_type_in_use_cannot_be_redefined():
     add_definition_text("redefined_msgs/msg/A", "int8 x  # the same\n")
     with pytest.raises(TeleopctlError, match="already in use"):
         add_definition_text("redefined_msgs/msg/A", "int16 x\n")
+
+
+def test_a_time_of_the_client_library_becomes_the_message_that_it_stands_for():
+    header = get_message("std_msgs/msg/Header")()
+    header.stamp = Time(seconds=3)
+    assert header.stamp == get_message("builtin_interfaces/msg/Time")(sec=3)
+    with pytest.raises(TypeError, match="stamp"):
+        header.stamp = Duration(seconds=3)

@@ -4,12 +4,21 @@ import threading
 
 import pytest
 
-from teleopctl.interfaces.store import get_message
-from teleopctl.node import Context, Node, SingleThreadedExecutor, Time
+from teleopctl.interfaces.store import get_action, get_message
+from teleopctl.node import (
+    ActionServer,
+    Context,
+    Duration,
+    Node,
+    SingleThreadedExecutor,
+    Time,
+)
 from teleopctl.tf.broadcaster import StaticTransformBroadcaster
 from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.buffer_client import BufferClient
 from teleopctl.tf.conversions import ConvertRegistration, TypeException, convert
-from teleopctl.tf.geometry import register, transform_covariance
+from teleopctl.tf.errors import LookupException, TimeoutException
+from teleopctl.tf.geometry import do_transform_pose, register, transform_covariance
 from teleopctl.tf.listener import TransformListener
 from teleopctl.tf.messages import transform_stamped
 from teleopctl.tf.transforms import Transform, quaternion_from_rpy
@@ -182,3 +191,49 @@ def test_a_new_run_of_the_simulation_clears_what_moved(node):
     assert buffer.can_transform("a", "still", Time())
     buffer.set_transform(transform_stamped("a", "b", 1_000_000_000, Transform()))
     assert buffer.can_transform("a", "b", Time())
+
+
+def test_a_buffer_of_another_process_is_asked_by_an_action(node, executor):
+    known = Buffer()
+    known.set_transform_static(stamped("world", "base", 1.0), "test")
+    look_up = get_action("tf2_msgs/action/LookupTransform")
+
+    def answer(goal):
+        asked = goal.request
+        found = look_up.Result()
+        source = (asked.source_frame, asked.source_time)
+        target = (asked.target_frame, asked.target_time)
+        try:
+            if asked.advanced:
+                found.transform = known.lookup_transform_full(*target, *source, asked.fixed_frame)
+            else:
+                found.transform = known.lookup_transform(target[0], *source)
+        except LookupException as error:
+            found.error.error = found.error.LOOKUP_ERROR
+            found.error.error_string = str(error)
+        goal.succeed()
+        return found
+
+    client = BufferClient(node, "look_up", timeout_padding=Duration(seconds=20))
+    with pytest.raises(TimeoutException, match="/look_up"):
+        client.lookup_transform("world", "base", Time())
+    with ActionServer(node, look_up, "look_up", answer):
+        client.action_client.wait_for_server(20)
+        spinning = threading.Thread(target=executor.spin)
+        spinning.start()
+        moved = client.transform(message("PointStamped", "base"), "world")
+        assert moved.point.x == 1.0
+        with pytest.raises(LookupException, match="nowhere"):
+            client.lookup_transform("world", "nowhere", Time())
+        assert not client.can_transform("world", "nowhere", Time())
+        assert client.can_transform_full("world", Time(), "base", Time(), "world")
+        executor.shutdown()
+        spinning.join()
+    client.destroy()
+
+
+def test_a_turned_pose_has_the_quaternion_whose_w_is_not_negative():
+    half = transform_stamped("world", "base", 0, Transform((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
+    pose = get_message("geometry_msgs/msg/Pose")()
+    pose.orientation.x, pose.orientation.w = 1.0, 0.0
+    assert do_transform_pose(pose, half).orientation.w == 1.0

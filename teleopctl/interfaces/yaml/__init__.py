@@ -6,6 +6,7 @@ from teleopctl.interfaces.yaml.output import (
     message_to_csv,
     message_to_dict,
     message_to_yaml,
+    message_values,
 )
 
 __all__ = [
@@ -14,4 +15,5 @@ __all__ = [
     "message_to_csv",
     "message_to_dict",
     "message_to_yaml",
+    "message_values",
 ]

@@ -92,6 +92,18 @@ def message_to_dict(message: Message) -> dict[str, Any]:  # Any: whatever JSON h
     return {field.name: _json_value(message, field) for field in message.__definition__.fields}
 
 
+# Any: the values of any fields.
+def message_values(
+    message: Message,
+    *,
+    truncate: int | None = None,
+    no_arr: bool = False,
+    no_str: bool = False,
+) -> dict[str, Any]:
+    """Return what `message_to_yaml` writes, as nested dictionaries and lists of plain values."""
+    return _readable(message, _Options(truncate, no_arr, no_str))
+
+
 def message_to_csv(
     message: Message,
     *,

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from message_filters.filters import SimpleFilter, time_of
+from message_filters.simple_filter import SimpleFilter, time_of
 from teleopctl.node import Time
 
 # Any: messages of any type.

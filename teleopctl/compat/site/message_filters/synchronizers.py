@@ -5,7 +5,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from message_filters.filters import SimpleFilter, time_of
+from message_filters.simple_filter import SimpleFilter, time_of
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import Duration
 
@@ -41,6 +41,10 @@ class TimeSynchronizer(SimpleFilter):
             common = set.intersection(*(set(queue) for queue in self.queues))
             for stamp in sorted(common):
                 self._put_out([stamp] * len(self.queues))
+                # What is older has lost its partners, as message_filters in C++ decides.
+                for queue in self.queues:
+                    for older in [each for each in queue if each < stamp]:
+                        del queue[older]
 
     def _keep(self, queue: dict[int, Any], stamp: int, message: Any) -> None:
         queue[stamp] = message

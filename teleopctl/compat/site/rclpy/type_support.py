@@ -2,7 +2,10 @@
 
 from typing import Any
 
+from teleopctl.interfaces import MessageT as MsgT
+
 __all__ = [
+    "MsgT",
     "NoTypeSupportImportedException",
     "check_for_type_support",
     "check_is_valid_msg_type",

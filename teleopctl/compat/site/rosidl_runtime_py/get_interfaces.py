@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 import rosidl_runtime_py
@@ -71,6 +72,11 @@ def _prefix(package: str) -> str:
     return str(Path(rosidl_runtime_py.__file__).parents[1] if found is None else found.folder)
 
 
+def _is_module(package: str) -> bool:
+    """Whether it is a package that comes as a Python module only, as rclpy does here."""
+    return package.isidentifier() and find_spec(package) is not None
+
+
 def _types(package_names: Iterable[str], kind: str | None) -> dict[str, list[str]]:
     known: dict[str, list[str]] = {}
     for full_name in list_types():
@@ -78,7 +84,7 @@ def _types(package_names: Iterable[str], kind: str | None) -> dict[str, list[str
         known.setdefault(package, []).append(name)
     wanted = list(package_names)
     for package in wanted:
-        if package not in known and lookup_package(package) is None:
+        if not (package in known or lookup_package(package) or _is_module(package)):
             raise LookupError(f"Unknown package '{package}'")
     fitting = {
         package: [name for name in known.get(package, ()) if kind in (None, name.split("/")[0])]

@@ -30,9 +30,11 @@ def set_message_fields(
     Raises:
         AttributeError: The message has no such field.
         TypeError: A value does not fit its field.
+        ValueError: A text does not, such as ``'x'`` for a number.
     """
     if not isinstance(values, Mapping):
-        raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {type(values)}")
+        got = type(values).__name__
+        raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {got}")
     open_stamps: list[Callable[[Any], None]] = []
     for name, value in values.items():
         field = getattr(msg, name)
@@ -42,13 +44,15 @@ def set_message_fields(
             open_stamps.append(partial(setattr, field, "stamp"))
         elif word == "now" and value == word and expand_time_now:
             open_stamps.append(partial(setattr, msg, name))
-        elif type_name and isinstance(value, Mapping):
+        elif type_name and not isinstance(value, type(field)):
             inner = set_message_fields(field, value, expand_header_auto, expand_time_now)
             open_stamps.extend(inner)
         else:
             try:
                 read = message_from_yaml(type(msg), {name: value})
             except Exception as error:
-                raise TypeError(str(error)) from error
+                # As Python's own conversions: int("x") against int([]).
+                kind = ValueError if isinstance(value, str) else TypeError
+                raise kind(str(error)) from error
             setattr(msg, name, getattr(read, name))
     return open_stamps

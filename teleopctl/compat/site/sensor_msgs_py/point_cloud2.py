@@ -29,6 +29,10 @@ _TYPES: dict[int, np.dtype[Any]] = {
 _FLOAT32 = 7
 
 
+class PointTypesError(InvalidMessageError, AssertionError):
+    """Points are not of the types that are needed; sensor_msgs_py has an assertion there."""
+
+
 # Any, here and below: PointCloud2, PointField and Header, or what has their fields.
 def dtype_from_fields(fields: Iterable[Any], point_step: int | None = None) -> np.dtype[Any]:
     """Return numpy's type of a point.
@@ -106,12 +110,13 @@ def read_points_numpy(
     """Return the points as a plain array, a column for each field; all are of one type.
 
     Raises:
-        InvalidMessageError: As `read_points`, or the fields are of several types.
+        InvalidMessageError: As `read_points`.
+        PointTypesError: The fields are of several types.
     """
     points = read_points(cloud, field_names, skip_nans, uvs, reshape_organized_cloud)
     columns = [points[name] for name in points.dtype.names or ()]
     if len({column.dtype for column in columns}) > 1:
-        raise InvalidMessageError(
+        raise PointTypesError(
             "the fields of the point cloud are of several types", hint="Name those of one type."
         )
     return np.stack(columns, axis=-1)
@@ -143,6 +148,7 @@ def create_cloud(
 
     Raises:
         InvalidMessageError: The points have another number of values than there are fields.
+        PointTypesError: The array is a structured one, of other types than the fields.
     """
     kind = dtype_from_fields(fields, point_step)
     names = kind.names or ()
@@ -157,9 +163,11 @@ def create_cloud(
         for index, name in enumerate(names):
             filled[name] = given[..., index]
     else:
-        filled = np.zeros(given.shape, dtype=kind)
-        for name in names:
-            filled[name] = given[name]
+        if given.dtype != kind:
+            raise PointTypesError(
+                f"points of type {given.dtype} do not fit the fields, which are {kind}"
+            )
+        filled = given
     width, height = filled.shape if filled.ndim == 2 else (filled.shape[0], 1)
     return get_message("sensor_msgs/msg/PointCloud2")(
         header=header,

@@ -2,6 +2,8 @@
 
 from teleopctl.tf import (
     Buffer,
+    BufferClient,
+    BufferCore,
     BufferInterface,
     ConnectivityException,
     ConvertRegistration,
@@ -22,6 +24,8 @@ from teleopctl.tf import (
 
 __all__ = [
     "Buffer",
+    "BufferClient",
+    "BufferCore",
     "BufferInterface",
     "ConnectivityException",
     "ConvertRegistration",

@@ -1,5 +1,6 @@
 """What filters have in common, and the filter that subscribes."""
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -13,12 +14,17 @@ class SimpleFilter:
 
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
+        self._numbers = itertools.count()
 
     def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:  # noqa: N802
         """Call ``cb`` with what the filter puts out and then ``args``; returns its number."""
-        number = len(self.callbacks)
+        number = next(self._numbers)
         self.callbacks[number] = (cb, args)
         return number
+
+    def unregisterCallback(self, conn: int) -> None:  # noqa: N802
+        """Forget the callback of a number that `registerCallback` returned."""
+        self.callbacks.pop(conn, None)
 
     def signalMessage(self, *msg: Any) -> None:  # noqa: N802
         """Call back with messages."""
@@ -62,6 +68,8 @@ class Subscriber(SimpleFilter):
 def time_of(message: Any, allow_headerless: bool, logger_name: str) -> Time | None:
     """Return the time of a message by its header, or the present one if that is allowed."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
+    if isinstance(stamp, Time):  # of an object that only looks like a message
+        return stamp
     if stamp is not None:
         return Time.from_msg(stamp, clock_type=ClockType.ROS_TIME)
     if allow_headerless:

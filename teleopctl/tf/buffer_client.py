@@ -1,0 +1,160 @@
+"""A buffer that asks another process where frames stand, as ``tf2_ros.BufferClient`` does."""
+
+from __future__ import annotations
+
+import time as wall
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from teleopctl.interfaces import get_action, set_stamp
+from teleopctl.tf.conversions import BufferInterface
+from teleopctl.tf.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from teleopctl.tf.messages import TimeLike, stamp_of
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from teleopctl.node import Node, ResponseFuture
+
+_Result = TypeVar("_Result")
+
+# By the numbers of tf2_msgs/msg/TF2Error; any other is a TransformException.
+_ERRORS: dict[int, type[TransformException]] = {
+    1: LookupException,
+    2: ConnectivityException,
+    3: ExtrapolationException,
+    4: InvalidArgumentException,
+    5: TimeoutException,
+}
+_PADDING_S = 2.0
+
+
+class BufferClient(BufferInterface):
+    """Asks a buffer server, by its action ``tf2_msgs/action/LookupTransform``.
+
+    Calls block their thread, and need no executor meanwhile.
+
+    Args:
+        node: Owner.
+        ns: Name of the server's action.
+        check_frequency: Of tf2_ros, which looks for the answer that often; here it is an event.
+        timeout_padding: How much longer than asked for the answer may take; 2 s if None.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        ns: str,
+        check_frequency: float = 10.0,
+        timeout_padding: TimeLike | None = None,
+    ) -> None:
+        from teleopctl.node import ActionClient, Duration
+
+        super().__init__()
+        self.node = node
+        self.check_frequency = check_frequency
+        self.timeout_padding = timeout_padding or Duration(seconds=_PADDING_S)
+        # Any: the types of an action that is known by name.
+        self.action_client: ActionClient[Any, Any, Any] = ActionClient(
+            node, get_action("tf2_msgs/action/LookupTransform"), ns
+        )
+
+    def lookup_transform(
+        self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
+    ) -> TransformStamped:
+        """Return where the source frame stands in the target frame; see ``Buffer``.
+
+        Raises:
+            TimeoutException: There is no server, or it does not answer in time.
+            TransformException: As the server's buffer says.
+        """
+        goal = self._goal(target_frame, source_frame, time, timeout)
+        return self._ask(goal, stamp_of(timeout or 0))
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: TimeLike,
+        source_frame: str,
+        source_time: TimeLike,
+        fixed_frame: str,
+        timeout: TimeLike | None = None,
+    ) -> TransformStamped:
+        """Return it between two times; see ``Buffer``, and `lookup_transform` for the errors."""
+        goal = self._goal(target_frame, source_frame, source_time, timeout)
+        set_stamp(goal.target_time, stamp_of(target_time))
+        goal.fixed_frame = fixed_frame
+        goal.advanced = True
+        return self._ask(goal, stamp_of(timeout or 0))
+
+    def can_transform(
+        self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
+    ) -> bool:
+        """Tell whether `lookup_transform` has an answer."""
+        try:
+            self.lookup_transform(target_frame, source_frame, time, timeout)
+        except TransformException:
+            return False
+        return True
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: TimeLike,
+        source_frame: str,
+        source_time: TimeLike,
+        fixed_frame: str,
+        timeout: TimeLike | None = None,
+    ) -> bool:
+        """Tell whether `lookup_transform_full` has an answer."""
+        frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        try:
+            self.lookup_transform_full(*frames, timeout)
+        except TransformException:
+            return False
+        return True
+
+    def destroy(self) -> None:
+        """Give up the action client. Idempotent."""
+        self.action_client.destroy()
+
+    # Any, here and below: a goal and a result of the action.
+    def _goal(
+        self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None
+    ) -> Any:
+        goal = get_action("tf2_msgs/action/LookupTransform").Goal(
+            target_frame=target_frame, source_frame=source_frame
+        )
+        set_stamp(goal.source_time, stamp_of(time))
+        set_stamp(goal.timeout, stamp_of(timeout or 0))
+        return goal
+
+    def _ask(self, goal: Any, timeout_ns: int) -> TransformStamped:
+        if not self.action_client.server_is_ready():
+            name = self.action_client.action_name
+            raise TimeoutException(f"No buffer server answers at {name}.")
+        deadline = wall.monotonic() + (timeout_ns + stamp_of(self.timeout_padding)) / 1e9
+        handle = self._wait(self.action_client.send_goal_async(goal), deadline)
+        if not handle.accepted:
+            raise TimeoutException("The buffer server has not accepted the goal.")
+        result = self._wait(handle.get_result_async(), deadline).result
+        if result.error.error != result.error.NO_ERROR:
+            kind = _ERRORS.get(result.error.error, TransformException)
+            raise kind(result.error.error_string)
+        found: TransformStamped = result.transform
+        return found
+
+    def _wait(self, future: ResponseFuture[_Result], deadline: float) -> _Result:
+        future.wait_until_settled(max(0.0, deadline - wall.monotonic()))
+        if not future.done():
+            raise TimeoutException("The buffer server has not answered in time.")
+        found = future.result()
+        if found is None:
+            raise TimeoutException("The buffer server has gone away.")
+        return found
