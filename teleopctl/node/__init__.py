@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.actions.callbacks import (
+        AcceptedCallback as AcceptedCallback,
+        CancelCallback as CancelCallback,
         CancelResponse as CancelResponse,
+        GoalCallback as GoalCallback,
         GoalResponse as GoalResponse,
         default_cancel_callback as default_cancel_callback,
         default_goal_callback as default_goal_callback,
@@ -225,8 +228,9 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "actions.callbacks": "CancelResponse GoalResponse default_cancel_callback "
-            "default_goal_callback default_handle_accepted_callback",
+            "actions.callbacks": "AcceptedCallback CancelCallback CancelResponse GoalCallback "
+            "GoalResponse default_cancel_callback default_goal_callback "
+            "default_handle_accepted_callback",
             "actions.client": "ActionClient",
             "actions.client_goal": "ClientGoalHandle",
             "actions.goal_state": "GoalEvent GoalState InvalidGoalTransitionError",

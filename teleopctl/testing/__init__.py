@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         Process as Process,
         eventually as eventually,
     )
+    from teleopctl.testing.recorded_action import RecordedActionServer as RecordedActionServer
     from teleopctl.testing.recorded_node import (
         RecordedEndpoint as RecordedEndpoint,
         RecordedLog as RecordedLog,
@@ -37,6 +38,7 @@ else:
             "graph": "RosGraph free_port",
             "launched": "LaunchedSystem",
             "process": "LONGEST_WAIT_S Process eventually",
+            "recorded_action": "RecordedActionServer",
             "recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
             "replayed": "assert_bag_repeats",
             "robots": "serial_robot",

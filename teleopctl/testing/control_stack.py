@@ -16,8 +16,10 @@ from teleopctl.control import (
     SwitchRequest,
     switch_controller,
 )
-from teleopctl.node import AllowableParameterValue, Node, RcutilsLogger
+from teleopctl.interfaces import ActionType
+from teleopctl.node import ActionServer, AllowableParameterValue, Node, RcutilsLogger
 from teleopctl.robot import RobotDescription
+from teleopctl.testing.recorded_action import RecordedActionServer
 from teleopctl.testing.recorded_node import RecordedNode
 
 
@@ -43,6 +45,7 @@ class ControlStack:
         time_ns: Time of the last cycle.
         node: The controller manager's node; ``node.log`` has its lines.
         nodes: The controllers' nodes by name.
+        action_servers: The controllers' action servers by ``controller/name``.
         resources: The resource manager.
         manager: The controller manager.
         cycle: The control cycle.
@@ -61,6 +64,7 @@ class ControlStack:
         self.node = RecordedNode("controller_manager", parameters)
         self.log = self.node.log
         self.nodes: dict[str, RecordedNode] = {}
+        self.action_servers: dict[str, RecordedActionServer] = {}
         self.time_ns = self.start_ns
         self._controller_parameters: dict[str, dict[str, AllowableParameterValue]] = {}
         logger = cast(RcutilsLogger, self.log)
@@ -188,7 +192,16 @@ class ControlStack:
             robot_description=self.description.urdf,
             publish_queue=self.publish_queue,
             now_ns=lambda: self.time_ns,
+            action_server=self._make_action_server,
         )
+
+    # Any: the arguments of `ActionServer`.
+    def _make_action_server(
+        self, node: Node, action_type: type[ActionType[Any, Any, Any]], name: str, **callbacks: Any
+    ) -> ActionServer[Any, Any, Any]:
+        server = RecordedActionServer(action_type, name, now_ns=lambda: self.time_ns, **callbacks)
+        self.action_servers[name.replace("~", node.get_name(), 1)] = server
+        return cast("ActionServer[Any, Any, Any]", server)
 
     def destroy_controller_node(self, node: Node) -> None:
         """Forget a controller's node."""

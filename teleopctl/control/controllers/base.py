@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
@@ -15,10 +15,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from teleopctl.control.realtime_publisher import PublishQueue
-    from teleopctl.node import AllowableParameterValue, Node
+    from teleopctl.interfaces import ActionType
+    from teleopctl.node import (
+        AcceptedCallback,
+        ActionServer,
+        AllowableParameterValue,
+        CancelCallback,
+        GoalCallback,
+        Node,
+    )
     from teleopctl.robot import JointLimits
 
 T = TypeVar("T", bound="AllowableParameterValue")
+
+
+# Any, here and below: goals, results and feedback of whatever action it is.
+def _make_action_server(*args: Any, **options: Any) -> ActionServer[Any, Any, Any]:
+    """An action server; the import costs what most controllers do without."""
+    from teleopctl.node import ActionServer
+
+    return ActionServer(*args, **options)
 
 
 @dataclass(frozen=True)
@@ -34,6 +50,7 @@ class ControllerInterfaceParams:
         robot_description: The URDF.
         publish_queue: For the controller's realtime publishers.
         now_ns: Present time on the clock that ``update`` is given, nanoseconds.
+        action_server: Makes the controller's action servers, with the arguments of `ActionServer`.
     """
 
     controller_name: str
@@ -44,6 +61,7 @@ class ControllerInterfaceParams:
     robot_description: str
     publish_queue: PublishQueue
     now_ns: Callable[[], int]
+    action_server: Callable[..., ActionServer[Any, Any, Any]] = _make_action_server
 
 
 class InterfaceConfigurationType(Enum):
@@ -128,6 +146,38 @@ class ControllerInterface:
             )
         value: object = node.get_parameter(name).value
         return default if value is None else cast(T, _of_type(name, value, default))
+
+    def create_action_server(
+        self,
+        action_type: type[ActionType[Any, Any, Any]],
+        name: str,
+        *,
+        goal_callback: GoalCallback[Any],
+        handle_accepted_callback: AcceptedCallback[Any, Any, Any],
+        cancel_callback: CancelCallback[Any, Any, Any],
+    ) -> ActionServer[Any, Any, Any]:
+        """Offer an action; to be destroyed in ``on_cleanup``.
+
+        The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
+        by ``update``, and what ``update`` finds out leaves through a ``RealtimePublisher``.
+
+        Args:
+            action_type: Action class.
+            name: Its name, ``~/follow_joint_trajectory`` say.
+            goal_callback: Accepts or rejects a goal.
+            handle_accepted_callback: Takes the handle of an accepted goal, and calls its
+                ``executing`` when the work begins.
+            cancel_callback: Accepts or refuses to cancel; a goal that is to be cancelled says so
+                by ``is_cancel_requested``, for ``update`` to see.
+        """
+        return self.params.action_server(
+            self.get_node(),
+            action_type,
+            name,
+            goal_callback=goal_callback,
+            handle_accepted_callback=handle_accepted_callback,
+            cancel_callback=cancel_callback,
+        )
 
     def on_init(self) -> CallbackReturn | None:
         """Declare parameters."""

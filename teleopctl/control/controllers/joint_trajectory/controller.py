@@ -12,7 +12,15 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.controllers.joint_trajectory.action import FollowJointTrajectoryServer
+from teleopctl.control.controllers.joint_trajectory.goal import (
+    GOAL_TOLERANCE_VIOLATED,
+    INVALID_GOAL,
+    PATH_TOLERANCE_VIOLATED,
+    FollowedGoal,
+)
 from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
+from teleopctl.control.controllers.joint_trajectory.outputs import CommandOutputs
 from teleopctl.control.controllers.joint_trajectory.pid import Pid
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import (
@@ -26,20 +34,14 @@ from teleopctl.control.controllers.joint_trajectory.state import (
     MeasuredValues,
     TrajectoryStatePublisher,
 )
-from teleopctl.control.controllers.joint_trajectory.tolerances import violation
-from teleopctl.control.controllers.joint_trajectory.trajectory import (
-    Sample,
-    Trajectory,
-    shortest_angle,
+from teleopctl.control.controllers.joint_trajectory.stopping import stopping_points
+from teleopctl.control.controllers.joint_trajectory.tolerances import (
+    Verdict,
+    judge,
+    tracking_error,
 )
-from teleopctl.control.handles import (
-    ACCELERATION,
-    EFFORT,
-    POSITION,
-    VELOCITY,
-    CommandInterface,
-    StateInterface,
-)
+from teleopctl.control.controllers.joint_trajectory.trajectory import Sample, Trajectory
+from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
@@ -49,8 +51,9 @@ class JointTrajectoryController(ControllerInterface):
     """``joint_trajectory_controller/JointTrajectoryController``.
 
     Commands lead by one period: what is written is where the trajectory will be when the next
-    command can be written. Trajectories come over ``~/joint_trajectory`` and ``~/commands``; the
-    action ``~/follow_joint_trajectory`` is not offered.
+    command can be written. Trajectories come over the action ``~/follow_joint_trajectory`` and the
+    topics ``~/joint_trajectory`` and ``~/commands``. One that comes over a topic replaces the one
+    that is followed, but does not end its goal, which is judged by the new one.
     """
 
     def __init__(self, params: ControllerInterfaceParams) -> None:
@@ -58,6 +61,7 @@ class JointTrajectoryController(ControllerInterface):
         self._incoming: deque[Incoming] = deque(maxlen=1)
         self._trajectory = Trajectory()
         self._holding = False
+        self._goal: FollowedGoal | None = None
         self._trajectory_ns = 0
         self._commanded_ns = 0
         self._last_update_ns = 0
@@ -88,17 +92,23 @@ class JointTrajectoryController(ControllerInterface):
         for name in UNSUPPORTED:
             if self.get_node().has_parameter(name) and self.get_node().get_parameter(name).value:
                 self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")
+        if not settings.decelerations and self.auto_declare(
+            "constraints.decelerate_on_cancel", False
+        ):
+            self.logger.warning(
+                "'constraints.decelerate_on_cancel' has no effect: it needs velocity as a state "
+                "interface and a max_deceleration_on_cancel above 0 for every joint. A trajectory "
+                "that is cancelled ends on the spot."
+            )
         self._tolerances = read_tolerances(settings.joints, self.auto_declare)
         self._scaling = settings.initial_scaling
         self._pids = [Pid(read_gains(joint, self.auto_declare)) for joint in settings.joints]
         self._stale_parameters = False
         self._wrap = [joint in self.params.continuous_joints for joint in settings.joints]
-        self._wraps = any(self._wrap)
-        commanded = dict(zip(settings.command_joints, range(len(settings.joints)), strict=False))
-        if len(settings.command_joints) < len(settings.joints):
-            commanded = {joint: settings.joints.index(joint) for joint in settings.command_joints}
-        self._commanded = list(commanded.values())
         self._inputs = TrajectoryInputs(self, settings, self._incoming)
+        self._action = FollowJointTrajectoryServer(
+            self, settings, self._inputs, lambda: self._tolerances
+        )
         self._state_publisher = TrajectoryStatePublisher(
             self.get_node(), self.params.publish_queue, settings
         )
@@ -112,6 +122,7 @@ class JointTrajectoryController(ControllerInterface):
 
     def on_cleanup(self) -> None:
         """Close the topics."""
+        self._action.close()
         self._inputs.close()
         self._state_publisher.close()
 
@@ -141,10 +152,11 @@ class JointTrajectoryController(ControllerInterface):
         for pid in self._pids:
             pid.reset()
         held = self._position_states.read()
-        last = self._last_command()
+        last = self._outputs.positions()
         if self._settings.hold_last_command and last is not None:
             held = last
         self._incoming.clear()
+        self._goal = None
         # A trajectory that comes before the first update goes on from what is commanded, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
@@ -168,30 +180,23 @@ class JointTrajectoryController(ControllerInterface):
         self._scaling_state = (
             self.state_interfaces[-1] if settings.scaling_state_interface else None
         )
-        count = len(settings.command_interfaces)
-        self._outputs: dict[str, list[CommandInterface]] = {
-            name: self.command_interfaces[index::count]
-            for index, name in enumerate(settings.command_interfaces)
-        }
-
-    def _last_command(self) -> list[float] | None:
-        """The values on the position command interfaces, if there are any for all joints."""
-        outputs = self._outputs.get(POSITION)
-        if not outputs or len(outputs) != len(self._settings.joints):
-            return None
-        values = [output.value for output in outputs]
-        return values if all(map(math.isfinite, values)) else None
+        self._outputs = CommandOutputs(settings, self.command_interfaces, self._pids)
 
     def on_deactivate(self) -> None:
         """Positions keep their command; everything that moves or pushes is set to zero."""
         self._inputs.active = False
-        for name, outputs in self._outputs.items():
-            if name != POSITION:
-                for output in outputs:
-                    output.value = 0.0
+        self._action.abort_goal("Current goal cancelled during deactivate transition.")
+        self._goal = None
+        self._outputs.halt()
 
     def _hold(self, positions: list[float]) -> None:
-        self._trajectory = Trajectory([TrajectoryPoint(list(positions))])
+        self._stop(positions, [])
+
+    def _stop(self, positions: list[float], velocities: list[float]) -> None:
+        """Give the trajectory up: hold, or slow down first where the parameters say so."""
+        self._trajectory = Trajectory(
+            stopping_points(positions, velocities, self._settings.decelerations)
+        )
         self._holding = True
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
@@ -209,11 +214,16 @@ class JointTrajectoryController(ControllerInterface):
             # The clock went back (a simulation began again): old start times mean nothing now.
             self._has_command = False
             self._hold(positions)
+            self._abort_goal(INVALID_GOAL, "The clock went back: the simulation began again")
         self._last_update_ns = time_ns
         if self._scaling_state is not None and math.isfinite(self._scaling_state.value):
             self._scaling = max(0.0, self._scaling_state.value)
         if self._incoming:
             self._take_over(self._incoming.pop())
+        if self._goal is not None and self._goal.cancel_requested:
+            self._stop(positions, velocities)
+            self._goal.try_cancel()
+            self._goal = None
         trajectory, method = self._trajectory, self._settings.method
         first = not trajectory.sampled_already
         if first:
@@ -228,23 +238,36 @@ class JointTrajectoryController(ControllerInterface):
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
-        errors = self._errors(desired.state.positions, positions)
-        rates = zip(desired.state.velocities, velocities, strict=False)
-        velocity_errors = [wanted - is_now for wanted, is_now in rates]
-        if self._within_tolerances(desired, errors, velocity_errors, first=first):
-            self._write(command.state, errors, velocity_errors, period)
-            self._commanded_state, self._has_command = command.state, True
+        reference = replace(desired.state, time_ns=now - trajectory.start_ns)
+        feedback = TrajectoryPoint(
+            positions,
+            velocities,
+            self._acceleration_states.read(),
+            time_ns=time_ns - trajectory.start_ns,
+        )
+        error = tracking_error(reference, feedback, self._wrap)
+        verdict, blame = self._judge(desired, error, first=first)
+        if verdict in (Verdict.PATH_VIOLATED, Verdict.GOAL_LATE, Verdict.TIMED_OUT):
+            self._stop(positions, velocities)
         else:
-            self._hold(positions)
-        self._publish(time_ns, desired.state, positions, velocities, errors, velocity_errors)
+            self._outputs.write(command.state, error.positions, error.velocities, period)
+            self._commanded_state, self._has_command = command.state, True
+        if self._goal is not None:
+            self._goal.try_feedback(time_ns, reference, feedback, error)
+        self._conclude(verdict, blame)
+        self._state_publisher.try_publish(
+            time_ns, reference, feedback, error, self._outputs.values(), self._scaling
+        )
         return None
 
     def _take_over(self, incoming: Incoming) -> None:
         """Replace the trajectory; joints that it leaves out stay where they are commanded to be."""
-        current = self._last_command() or self._position_states.read()
+        current = self._outputs.positions() or self._position_states.read()
         self._trajectory = Trajectory(incoming.points(current), incoming.start_ns)
         self._from_command = incoming.from_command or self._settings.open_loop
         self._holding = False
+        if incoming.goal is not None:
+            self._goal = incoming.goal
 
     def _begin(
         self, trajectory: Trajectory, time_ns: int, positions: list[float], velocities: list[float]
@@ -252,7 +275,7 @@ class JointTrajectoryController(ControllerInterface):
         """Fix where the trajectory begins: where the robot is, or where it is commanded to be."""
         self._trajectory_ns = time_ns
         if not self._holding and self._from_command and self._has_command:
-            last = self._last_command()
+            last = self._outputs.positions()
             before = (
                 self._commanded_state
                 if last is None
@@ -264,112 +287,64 @@ class JointTrajectoryController(ControllerInterface):
         before = TrajectoryPoint(positions, velocities, self._acceleration_states.read())
         trajectory.set_point_before(time_ns, before, self._wrap)
 
-    def _errors(self, desired: list[float], measured: list[float]) -> list[float]:
-        if not self._wraps:
-            return [wanted - is_now for wanted, is_now in zip(desired, measured, strict=True)]
-        return [
-            shortest_angle(is_now, wanted) if wrap else wanted - is_now
-            for wanted, is_now, wrap in zip(desired, measured, self._wrap, strict=True)
-        ]
-
-    def _within_tolerances(
-        self, desired: Sample, errors: list[float], velocity_errors: list[float], *, first: bool
-    ) -> bool:
+    def _judge(
+        self, desired: Sample, error: TrajectoryPoint, *, first: bool
+    ) -> tuple[Verdict, str]:
         if self._holding:
-            return True
-        trajectory, tolerances = self._trajectory, self._tolerances
-        joints = self._settings.joints
-        running = desired.end_index < len(trajectory.points)
-        if running or first:
-            failure = violation(tolerances.path, joints, errors, velocity_errors)
-            if failure:
-                reason = "Holding position due to state tolerance violation"
-                self._log.try_publish(
-                    (self.logger.error, f"State tolerances failed for {failure}", reason)
-                )
-                return False
-        if running:
-            return True
-        late = (self._trajectory_ns - trajectory.end_ns) / NANOSECONDS_PER_SECOND
-        if 0.0 < tolerances.goal_time < late:
-            failure = violation(tolerances.goal, joints, errors, velocity_errors)
-            if failure:
-                reason = "Exceeded goal_time_tolerance: holding position..."
-                self._log.try_publish(
-                    (self.logger.error, f"State tolerances failed for {failure}", reason)
-                )
-                return False
-        if 0.0 < self._settings.cmd_timeout < late:
-            self._log.try_publish((self.logger.warning, "Aborted due to command timeout"))
-            return False
-        return True
-
-    def _write(
-        self,
-        state: TrajectoryPoint,
-        errors: list[float],
-        velocity_errors: list[float],
-        period: float,
-    ) -> None:
-        outputs, commanded = self._outputs, self._commanded
-        uses_pid = self._settings.uses_pid
-        for name, values in (
-            (POSITION, state.positions),
-            (ACCELERATION, state.accelerations),
-            (VELOCITY, state.velocities),
-            (EFFORT, state.effort),
-        ):
-            interfaces = outputs.get(name)
-            if interfaces is None:
-                continue
-            if uses_pid:
-                self._write_pid(name, interfaces, state, errors, velocity_errors, period)
-                continue
-            for interface, index in zip(interfaces, commanded, strict=True):
-                interface.value = values[index] if values else 0.0
-
-    def _write_pid(
-        self,
-        name: str,
-        interfaces: list[CommandInterface],
-        state: TrajectoryPoint,
-        errors: list[float],
-        velocity_errors: list[float],
-        period: float,
-    ) -> None:
-        for interface, index in zip(interfaces, self._commanded, strict=True):
-            pid = self._pids[index]
-            velocity_error = velocity_errors[index] if velocity_errors else 0.0
-            output = pid.update(errors[index], velocity_error, period)
-            if state.velocities:
-                output += pid.gains.ff_velocity_scale * state.velocities[index]
-            if name == EFFORT and state.effort:
-                output += state.effort[index]
-            interface.value = output
-
-    def _publish(
-        self,
-        time_ns: int,
-        desired: TrajectoryPoint,
-        positions: list[float],
-        velocities: list[float],
-        errors: list[float],
-        velocity_errors: list[float],
-    ) -> None:
-        start_ns = self._trajectory.start_ns
-        self._state_publisher.try_publish(
-            time_ns,
-            replace(desired, time_ns=self._trajectory_ns - start_ns),
+            return Verdict.MOVING, ""
+        trajectory, settings = self._trajectory, self._settings
+        late = None
+        if desired.end_index == len(trajectory.points):
+            late = (self._trajectory_ns - trajectory.end_ns) / NANOSECONDS_PER_SECOND
+        self._late = late or 0.0
+        return judge(
+            self._tolerances if self._goal is None else self._goal.tolerances,
+            settings.joints,
             TrajectoryPoint(
-                positions,
-                velocities,
-                self._acceleration_states.read(),
-                time_ns=time_ns - start_ns,
+                error.positions,
+                error.velocities if settings.judges_velocity else [],
+                error.accelerations if ACCELERATION in settings.command_interfaces else [],
             ),
-            TrajectoryPoint(errors, velocity_errors),
-            {name: [o.value for o in outputs] for name, outputs in self._outputs.items()},
-            self._scaling,
+            late,
+            settings.cmd_timeout,
+            first=first,
         )
+
+    def _conclude(self, verdict: Verdict, blame: str) -> None:
+        """End the goal where the verdict is one, and report what went wrong."""
+        if verdict in (Verdict.MOVING, Verdict.WAITING):
+            return
+        log, goal = self._log.try_publish, self._goal
+        failed = f"State tolerances failed for {blame}"
+        if verdict is Verdict.PATH_VIOLATED:
+            reason = "Holding position due to state tolerance violation"
+            if goal is not None:
+                reason = "Aborted due to state tolerance violation"
+            log((self.logger.error, failed, reason))
+            self._abort_goal(
+                PATH_TOLERANCE_VIOLATED, f"Aborted due to path tolerance violation: {blame}"
+            )
+        elif verdict is Verdict.GOAL_LATE:
+            reason = f"Aborted due to goal_time_tolerance exceeding by {self._late:f} seconds"
+            said = "Exceeded goal_time_tolerance: holding position..." if goal is None else reason
+            log((self.logger.error, failed, said))
+            self._abort_goal(GOAL_TOLERANCE_VIOLATED, f"{reason}: {blame}")
+        elif verdict is Verdict.TIMED_OUT:
+            reason = "Aborted due to command timeout"
+            log((self.logger.warning, reason))
+            if blame:
+                self._abort_goal(GOAL_TOLERANCE_VIOLATED, f"{reason}: {blame}")
+        if goal is not None and not blame:
+            log((self.logger.info, "Goal reached, success!"))
+            goal.try_succeed()
+            self._goal = None
+            # The last point is commanded for ever, with its velocity, and judged no more.
+            self._holding = True
+
+    def _abort_goal(self, error_code: int, error_string: str) -> None:
+        if self._goal is not None:
+            self._goal.try_abort(error_code, error_string)
+            self._goal = None
 
     @property
     def speed_scaling(self) -> float:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.controllers.joint_trajectory import position_commands
+from teleopctl.control.controllers.joint_trajectory.goal import FollowedGoal
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
 from teleopctl.control.controllers.joint_trajectory.validation import (
@@ -36,11 +37,13 @@ class Incoming:
         points: Its points, given where the joints are commanded to be now.
         start_ns: Time of its start, or 0 for now.
         from_command: Whether it begins at the last command, whatever the parameters say.
+        goal: The goal that it belongs to; None where it came over a topic.
     """
 
     points: Callable[[Sequence[float]], list[TrajectoryPoint]]
     start_ns: int
     from_command: bool = False
+    goal: FollowedGoal | None = None
 
 
 class TrajectoryFollower(Protocol):
@@ -139,12 +142,25 @@ class TrajectoryInputs:
         """Check a trajectory and hand it to the control loop."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
-            return
+        elif self.is_valid(message):
+            self.take(message)
+
+    def is_valid(self, message: Any) -> bool:
+        """Whether a trajectory can be followed; says why where it cannot."""
         try:
             validate(message, self._rules, self._controller.params.now_ns())
         except InvalidTrajectoryError as error:
             self._logger.error(str(error))
-            return
+            return False
+        return True
+
+    def take(self, message: Any, goal: FollowedGoal | None = None) -> None:
+        """Hand a valid trajectory to the control loop.
+
+        Args:
+            message: The trajectory.
+            goal: The goal that it belongs to.
+        """
         joints = self._settings.joints
         start_ns = to_nanoseconds(message.header.stamp)
         ahead = (start_ns - self._controller.params.now_ns()) / NANOSECONDS_PER_SECOND
@@ -154,7 +170,19 @@ class TrajectoryInputs:
                 "then. Stamps count on this controller's clock; a sender with another one "
                 "(use_sim_time) leaves them at 0."
             )
-        self._incoming.append(Incoming(lambda hold: to_points(message, joints, hold), start_ns))
+        self._hand_over(
+            Incoming(lambda hold: to_points(message, joints, hold), start_ns, goal=goal)
+        )
+
+    def _hand_over(self, incoming: Incoming) -> None:
+        """Replace what the loop has not taken yet; a goal that waits there goes on with this."""
+        try:
+            waiting = self._incoming[-1].goal
+        except IndexError:
+            waiting = None
+        if incoming.goal is None and waiting is not None:
+            incoming = replace(incoming, goal=waiting)
+        self._incoming.append(incoming)
 
     def on_commands(self, message: Any) -> None:
         """Turn bare positions into a trajectory that keeps to the velocity limits."""
@@ -182,7 +210,7 @@ class TrajectoryInputs:
                 "forward_command_controller/ForwardCommandController."
             )
         period = controller.nominal_period
-        self._incoming.append(
+        self._hand_over(
             Incoming(
                 lambda current: position_commands.to_trajectory(
                     positions, current, joints, limits, period

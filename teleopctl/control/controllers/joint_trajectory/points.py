@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from teleopctl.interfaces import Stamp, to_nanoseconds
+from teleopctl.interfaces import Stamp, set_stamp, to_nanoseconds
 
 
 class PointLike(Protocol):
@@ -58,3 +58,11 @@ class TrajectoryPoint:
             take(point.effort),
             to_nanoseconds(point.time_from_start),
         )
+
+    def copy_to(self, message: PointLike) -> None:
+        """Fill a message."""
+        message.positions = self.positions
+        message.velocities = self.velocities
+        message.accelerations = self.accelerations
+        message.effort = self.effort
+        set_stamp(message.time_from_start, self.time_ns)

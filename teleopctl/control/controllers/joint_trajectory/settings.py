@@ -25,10 +25,12 @@ _STATES = ({POSITION}, {POSITION, VELOCITY}, {POSITION, VELOCITY, ACCELERATION})
 
 # Parameters of ROS 2's controller that change how the robot moves there and do nothing here.
 UNSUPPORTED = (
-    "constraints.decelerate_on_cancel",
     "positions_upsampling.enable",
     "speed_scaling.command_interface",
 )
+
+# Hz; as upstream.
+_SLOWEST_MONITOR = 0.1
 
 T = TypeVar("T", bound="AllowableParameterValue")
 
@@ -62,6 +64,9 @@ class Settings:
         cmd_timeout: Seconds after the last point until the robot is held; 0 is never.
         initial_scaling: Speed scaling at first.
         scaling_state_interface: State interface that scales the speed, or "".
+        action_monitor_rate: Feedback of a goal per second.
+        decelerations: Per joint, how a trajectory that is given up ends: slowing down at this rate,
+            rad/s² or m/s²; empty to stop on the spot.
     """
 
     joints: tuple[str, ...]
@@ -77,6 +82,22 @@ class Settings:
     cmd_timeout: float
     initial_scaling: float
     scaling_state_interface: str
+    action_monitor_rate: float
+    decelerations: tuple[float, ...]
+
+    @property
+    def commanded_indices(self) -> tuple[int, ...]:
+        """Which of the joints each command joint is."""
+        if len(self.command_joints) < len(self.joints):
+            return tuple(self.joints.index(joint) for joint in self.command_joints)
+        return tuple(range(len(self.joints)))
+
+    @property
+    def judges_velocity(self) -> bool:
+        """Whether errors of velocity count; not where positions alone are commanded."""
+        return VELOCITY in self.state_interfaces and bool(
+            {VELOCITY, EFFORT} & set(self.command_interfaces)
+        )
 
     @property
     def uses_pid(self) -> bool:
@@ -102,6 +123,11 @@ def read_settings(parameter: ReadParameter) -> Settings:
         raise InvalidSettingsError(
             f"Parameter 'interpolation_method' is '{method}': one of splines, none"
         )
+    rate = parameter("action_monitor_rate", 20.0)
+    if rate < _SLOWEST_MONITOR:
+        raise InvalidSettingsError(
+            f"Parameter 'action_monitor_rate' is {rate:g}: at least {_SLOWEST_MONITOR:g} Hz"
+        )
     goal_time = parameter("constraints.goal_time", 0.0)
     timeout = parameter("cmd_timeout", 0.0)
     return Settings(
@@ -121,7 +147,20 @@ def read_settings(parameter: ReadParameter) -> Settings:
         cmd_timeout=timeout if timeout > goal_time else 0.0,
         initial_scaling=parameter("speed_scaling.initial_scaling_factor", 1.0),
         scaling_state_interface=parameter("speed_scaling.state_interface", ""),
+        action_monitor_rate=rate,
+        decelerations=_decelerations(joints, states, parameter),
     )
+
+
+def _decelerations(
+    joints: tuple[str, ...], states: tuple[str, ...], parameter: ReadParameter
+) -> tuple[float, ...]:
+    """How fast joints slow down when a trajectory is given up; empty to stop on the spot."""
+    wanted = parameter("constraints.decelerate_on_cancel", False)
+    values = tuple(
+        parameter(f"constraints.{joint}.max_deceleration_on_cancel", 0.0) for joint in joints
+    )
+    return values if wanted and VELOCITY in states and min(values) > 0.0 else ()
 
 
 def _check_joints(joints: tuple[str, ...], command_joints: tuple[str, ...]) -> None:

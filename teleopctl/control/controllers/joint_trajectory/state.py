@@ -98,20 +98,10 @@ class TrajectoryStatePublisher:
         message = self._message
         stamp = message.header.stamp
         set_stamp(stamp, time_ns)
-        _fill(message.reference, reference)
-        _fill(message.feedback, feedback)
-        _fill(message.error, error)
+        reference.copy_to(message.reference)
+        feedback.copy_to(message.feedback)
+        error.copy_to(message.error)
         for name, values in output.items():
             setattr(message.output, _FIELDS[name], values)
         message.speed_scaling_factor = scaling
         self._publisher.publish(message)
-
-
-def _fill(message: Any, point: TrajectoryPoint) -> None:
-    """Copy a point into a trajectory_msgs/JointTrajectoryPoint."""
-    message.positions = point.positions
-    message.velocities = point.velocities
-    message.accelerations = point.accelerations
-    message.effort = point.effort
-    duration = message.time_from_start
-    set_stamp(duration, point.time_ns)

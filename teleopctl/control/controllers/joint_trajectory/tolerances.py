@@ -1,9 +1,20 @@
-"""Allowed errors of joints that follow a trajectory."""
+"""Allowed errors of joints that follow a trajectory, and the judgement by them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Protocol
+
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.trajectory import shortest_angle
+from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
+
+# control_msgs/msg/JointTolerance: this value takes a tolerance away.
+_ERASE = -1.0
+# float32 resolution, as upstream compares it.
+_SAME = 1.2e-7
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,10 +24,12 @@ class StateTolerance:
     Attributes:
         position: rad or m.
         velocity: rad/s or m/s.
+        acceleration: rad/s² or m/s².
     """
 
     position: float = 0.0
     velocity: float = 0.0
+    acceleration: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -34,29 +47,183 @@ class Tolerances:
     goal_time: float = 0.0
 
 
+class JointToleranceLike(Protocol):
+    """control_msgs/JointTolerance."""
+
+    name: str
+    position: float
+    velocity: float
+    acceleration: float
+
+
+class GoalLike(Protocol):
+    """The goal of control_msgs/FollowJointTrajectory, as far as it is read here."""
+
+    path_tolerance: Iterable[JointToleranceLike]
+    goal_tolerance: Iterable[JointToleranceLike]
+    goal_time_tolerance: Stamp
+
+
+class IllegalToleranceError(Exception):
+    """A goal's tolerances cannot be used; the text says why."""
+
+
+def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
+    """The tolerances of one goal: its own where it has some, else the defaults.
+
+    Args:
+        defaults: The controller's.
+        goal: The goal.
+        joints: The controller's joints.
+
+    Raises:
+        IllegalToleranceError: A joint is unknown, or a value below 0 that is not -1.
+    """
+    goal_time = to_seconds(to_nanoseconds(goal.goal_time_tolerance))
+    try:
+        goal_time = _resolved(defaults.goal_time, goal_time)
+    except ValueError:
+        raise IllegalToleranceError(
+            f"Specified illegal goal_time_tolerance: {goal_time:f}. Using default tolerances"
+        ) from None
+    return Tolerances(
+        _merged(defaults.path, goal.path_tolerance, joints, "goal.path_tolerance"),
+        _merged(defaults.goal, goal.goal_tolerance, joints, "goal.goal_tolerance"),
+        goal_time,
+    )
+
+
+def _merged(
+    defaults: tuple[StateTolerance, ...],
+    given: Iterable[JointToleranceLike],
+    joints: Sequence[str],
+    field: str,
+) -> tuple[StateTolerance, ...]:
+    merged = list(defaults)
+    for tolerance in given:
+        if tolerance.name not in joints:
+            raise IllegalToleranceError(
+                f"joint '{tolerance.name}' specified in {field} does not exist. Using default "
+                "tolerances."
+            )
+        index = joints.index(tolerance.name)
+        for quantity in ("position", "velocity", "acceleration"):
+            default = getattr(defaults[index], quantity)
+            try:
+                value = _resolved(default, getattr(tolerance, quantity))
+            except ValueError:
+                raise IllegalToleranceError(
+                    f"joint '{tolerance.name}' specified in {field} has a invalid {quantity} "
+                    "tolerance. Using default tolerances."
+                ) from None
+            merged[index] = replace(merged[index], **{quantity: value})
+    return tuple(merged)
+
+
+def _resolved(default: float, given: float) -> float:
+    if given > 0.0:
+        return given
+    if abs(given - _ERASE) < _SAME:
+        return 0.0
+    if given < 0.0:
+        raise ValueError
+    return default
+
+
+def tracking_error(
+    desired: TrajectoryPoint, measured: TrajectoryPoint, wraparound: Sequence[bool]
+) -> TrajectoryPoint:
+    """Desired minus measured; a quantity that is not known on both sides is empty.
+
+    Args:
+        desired: What is desired now.
+        measured: What is measured now.
+        wraparound: Which joints turn without end; their error is the shortest way round.
+    """
+    return TrajectoryPoint(
+        [
+            shortest_angle(is_now, wanted) if wrap else wanted - is_now
+            for wanted, is_now, wrap in zip(
+                desired.positions, measured.positions, wraparound, strict=True
+            )
+        ],
+        _differences(desired.velocities, measured.velocities),
+        _differences(desired.accelerations, measured.accelerations),
+    )
+
+
+def _differences(desired: Sequence[float], measured: Sequence[float]) -> list[float]:
+    if not desired or not measured:
+        return []
+    return [wanted - is_now for wanted, is_now in zip(desired, measured, strict=True)]
+
+
 def violation(
-    tolerances: Sequence[StateTolerance],
-    names: Sequence[str],
-    positions: Sequence[float],
-    velocities: Sequence[float],
+    tolerances: Sequence[StateTolerance], names: Sequence[str], errors: TrajectoryPoint
 ) -> str | None:
     """The first error that exceeds its tolerance, in words, or None.
 
     Args:
         tolerances: Per joint.
         names: The joints.
-        positions: Position errors, rad or m.
-        velocities: Velocity errors, or empty where velocity is not measured.
+        errors: Desired minus measured; a quantity that is not checked is empty.
     """
     for index, tolerance in enumerate(tolerances):
-        if 0.0 < tolerance.position < abs(positions[index]):
-            return (
-                f"joint {names[index]}: Position Error: {positions[index]:f}, "
-                f"Position Tolerance: {tolerance.position:f}"
-            )
-        if velocities and 0.0 < tolerance.velocity < abs(velocities[index]):
-            return (
-                f"joint {names[index]}: Velocity Error: {velocities[index]:f}, "
-                f"Velocity Tolerance: {tolerance.velocity:f}"
-            )
+        for quantity, values, allowed in (
+            ("Position", errors.positions, tolerance.position),
+            ("Velocity", errors.velocities, tolerance.velocity),
+            ("Acceleration", errors.accelerations, tolerance.acceleration),
+        ):
+            if values and 0.0 < allowed < abs(values[index]):
+                return (
+                    f"joint {names[index]}: {quantity} Error: {values[index]:f}, "
+                    f"{quantity} Tolerance: {allowed:f}"
+                )
     return None
+
+
+class Verdict(Enum):
+    """What the tolerances say about one update."""
+
+    MOVING = "on the way"
+    PATH_VIOLATED = "an error is larger than the path allows"
+    WAITING = "the trajectory has ended, the robot is not there yet"
+    REACHED = "the robot is at the goal"
+    GOAL_LATE = "the robot has not come to the goal in time"
+    TIMED_OUT = "no new trajectory has come in time"
+
+
+def judge(
+    tolerances: Tolerances,
+    names: Sequence[str],
+    errors: TrajectoryPoint,
+    late: float | None,
+    cmd_timeout: float,
+    *,
+    first: bool,
+) -> tuple[Verdict, str]:
+    """Judge one update.
+
+    Args:
+        tolerances: What is allowed.
+        names: The joints.
+        errors: Desired minus measured; a quantity that is not checked is empty.
+        late: Seconds since the last point, or None before it.
+        cmd_timeout: Seconds after the last point until the trajectory is given up; 0 is never.
+        first: Whether this is the trajectory's first update.
+
+    Returns:
+        The verdict, and which joint is to blame for a violation.
+    """
+    if late is None or first:
+        failure = violation(tolerances.path, names, errors)
+        if failure:
+            return Verdict.PATH_VIOLATED, failure
+    if late is None:
+        return Verdict.MOVING, ""
+    failure = violation(tolerances.goal, names, errors)
+    if failure and 0.0 < tolerances.goal_time < late:
+        return Verdict.GOAL_LATE, failure
+    if 0.0 < cmd_timeout < late:
+        return Verdict.TIMED_OUT, failure or ""
+    return (Verdict.WAITING, failure) if failure else (Verdict.REACHED, "")

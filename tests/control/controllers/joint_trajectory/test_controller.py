@@ -7,104 +7,17 @@ import pytest
 
 from teleopctl.control.controllers.joint_trajectory.settings import read_gains
 from teleopctl.control.lifecycle import State
-from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Parameter
 from teleopctl.testing import ControlStack, serial_robot
-
-TYPE = "joint_trajectory_controller/JointTrajectoryController"
-JOINTS = ["joint1", "joint2", "joint3"]
-
-JointTrajectory = get_message("trajectory_msgs/msg/JointTrajectory")
-JointTrajectoryPoint = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
-Duration = get_message("builtin_interfaces/msg/Duration")
-Time = get_message("builtin_interfaces/msg/Time")
-Float64MultiArray = get_message("std_msgs/msg/Float64MultiArray")
-
-
-def near(values, tolerance=1e-3):
-    return pytest.approx(values, abs=tolerance)
-
-
-def duration(seconds):
-    sec, nanosec = divmod(round(seconds * 1e9), 10**9)
-    return Duration(sec=sec, nanosec=nanosec)
-
-
-def point(seconds, positions=(), velocities=(), accelerations=(), effort=()):
-    return JointTrajectoryPoint(
-        positions=list(positions),
-        velocities=list(velocities),
-        accelerations=list(accelerations),
-        effort=list(effort),
-        time_from_start=duration(seconds),
-    )
-
-
-def trajectory(*points, joints=JOINTS, stamp_ns=0):
-    message = JointTrajectory(joint_names=list(joints), points=list(points))
-    sec, nanosec = divmod(stamp_ns, 10**9)
-    message.header.stamp = Time(sec=sec, nanosec=nanosec)
-    return message
-
-
-class Arm:
-    """An active trajectory controller on mock hardware."""
-
-    def __init__(self, *, robot=None, **parameters):
-        self.stack = ControlStack(robot or serial_robot())
-        options = {
-            "joints": JOINTS,
-            "command_interfaces": ["position"],
-            "state_interfaces": ["position"],
-            **parameters,
-        }
-        dotted = {name.replace("__", "."): value for name, value in options.items()}
-        self.controller: Any = self.stack.load_controller("arm", TYPE, dotted)
-        self.node = self.stack.nodes["arm"]
-
-    def configure(self):
-        return self.stack.manager.configure_controller("arm")
-
-    def activate(self):
-        ok, message = switch_controller(self.stack.manager, SwitchRequest(["arm"], []))
-        assert ok, message
-        return self
-
-    def deactivate(self):
-        ok, message = switch_controller(self.stack.manager, SwitchRequest([], ["arm"]))
-        assert ok, message
-
-    def up(self):
-        assert self.configure(), self.node.log.lines
-        return self.activate()
-
-    def send(self, message):
-        self.node.receive("~/joint_trajectory", message)
-
-    def command(self, *positions):
-        self.node.receive("~/commands", Float64MultiArray(data=list(positions)))
-
-    def step(self, seconds):
-        self.stack.step(round(seconds * 100))
-
-    def freeze(self, **values):
-        """Measure other values than the commanded ones, for good."""
-        hardware: Any = self.stack.resources.components["Hardware"].hardware
-        hardware._pairs = []
-        for name, value in values.items():
-            self.stack.resources.state_interfaces[name.replace("_", "/")].value = value
-
-    @property
-    def commands(self):
-        return self.stack.commands()
-
-    @property
-    def state_messages(self):
-        return self.node.published("~/controller_state")
-
-    def rejections(self):
-        return self.node.log.texts("error")
+from tests.control.controllers.joint_trajectory.arm import (
+    JOINTS,
+    Arm,
+    Time,
+    near,
+    point,
+    trajectory,
+)
 
 
 @pytest.fixture
@@ -175,9 +88,10 @@ class TestConfiguration:
         assert any("deprecated" in text for text in arm.node.log.texts("warning"))
 
     def test_what_is_not_supported_is_told(self):
-        arm = Arm(constraints__decelerate_on_cancel=True).up()
-        (warning,) = arm.node.log.texts("warning")
-        assert warning.startswith("Parameter 'constraints.decelerate_on_cancel' is not supported")
+        arm = Arm(positions_upsampling__enable=True, constraints__decelerate_on_cancel=True).up()
+        slowing, upsampling = sorted(arm.node.log.texts("warning"))
+        assert slowing.startswith("'constraints.decelerate_on_cancel' has no effect: it needs")
+        assert upsampling.startswith("Parameter 'positions_upsampling.enable' is not supported")
 
     @pytest.mark.parametrize(
         ("given", "low", "high"),

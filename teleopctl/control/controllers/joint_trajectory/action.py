@@ -1,0 +1,103 @@
+"""``~/follow_joint_trajectory``: trajectories whose sender is told how they end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control.controllers.joint_trajectory.goal import ACTION_TYPE, FollowedGoal
+from teleopctl.control.controllers.joint_trajectory.inputs import TrajectoryInputs
+from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.joint_trajectory.tolerances import (
+    IllegalToleranceError,
+    Tolerances,
+    tolerances_of_goal,
+)
+from teleopctl.interfaces import get_action
+from teleopctl.node import CancelResponse, GoalResponse
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.base import ControllerInterface
+    from teleopctl.node import ServerGoalHandle
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class FollowJointTrajectoryServer:
+    """The action server of one trajectory controller.
+
+    A new goal ends the one before. Cancelling takes effect in the next update, which holds.
+
+    Args:
+        controller: The controller.
+        settings: Its parameters.
+        inputs: Checks trajectories and hands them to the control loop.
+        default_tolerances: Tells what a goal is judged by that says nothing itself.
+    """
+
+    def __init__(
+        self,
+        controller: ControllerInterface,
+        settings: Settings,
+        inputs: TrajectoryInputs,
+        default_tolerances: Callable[[], Tolerances],
+    ) -> None:
+        self._settings = settings
+        self._inputs = inputs
+        self._default_tolerances = default_tolerances
+        self._queue = controller.params.publish_queue
+        self._logger = controller.logger
+        self._goal: FollowedGoal | None = None
+        self._server = controller.create_action_server(
+            get_action(ACTION_TYPE),
+            "~/follow_joint_trajectory",
+            goal_callback=self._judge_request,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._server.destroy()
+
+    def abort_goal(self, error_string: str) -> None:
+        """Abort the goal that is being followed, if any; not for the control loop."""
+        goal, self._goal = self._goal, None
+        if goal is not None:
+            goal.abort(error_string)
+
+    def _judge_request(self, goal: Any) -> GoalResponse:
+        self._logger.info("Received new action goal")
+        if not self._inputs.active:
+            self._logger.error("Can't accept new action goals. Controller is not running.")
+            return GoalResponse.REJECT
+        if not self._inputs.is_valid(goal.trajectory):
+            return GoalResponse.REJECT
+        self._logger.info("Accepted new action goal")
+        return GoalResponse.ACCEPT
+
+    def _begin(self, handle: ServerGoalHandle[Any, Any, Any]) -> None:
+        self.abort_goal("Current goal preempted by new incoming action.")
+        tolerances = self._default_tolerances()
+        try:
+            tolerances = tolerances_of_goal(tolerances, handle.request, self._settings.joints)
+        except IllegalToleranceError as error:
+            self._logger.error(str(error))
+        self._goal = goal = FollowedGoal(
+            handle,
+            tolerances,
+            self._settings.joints,
+            self._queue,
+            self._settings.action_monitor_rate,
+        )
+        # Cancelled already where the request to cancel was quicker than this.
+        if not handle.is_cancel_requested:
+            handle.executing()
+        self._inputs.take(handle.request.trajectory, goal)
+        if not self._inputs.active:
+            self.abort_goal("Current goal cancelled during deactivate transition.")
+
+    def _cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
+        del handle
+        self._logger.info("Got request to cancel goal")
+        return CancelResponse.ACCEPT

@@ -1,0 +1,108 @@
+"""What a trajectory controller commands: values of the trajectory, or of a PID on the error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from teleopctl.control.controllers.joint_trajectory.pid import Pid
+from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.handles import (
+    ACCELERATION,
+    EFFORT,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+)
+
+
+class CommandOutputs:
+    """The command interfaces of a trajectory controller, by quantity.
+
+    Args:
+        settings: The controller's parameters.
+        interfaces: As claimed: joint by joint, each with all its quantities.
+        pids: Per joint of the trajectories; used where commands come from the error.
+    """
+
+    def __init__(
+        self, settings: Settings, interfaces: Sequence[CommandInterface], pids: Sequence[Pid]
+    ) -> None:
+        count = len(settings.command_interfaces)
+        self._outputs = {
+            name: list(interfaces[index::count])
+            for index, name in enumerate(settings.command_interfaces)
+        }
+        self._pids = pids
+        self._uses_pid = settings.uses_pid
+        self._joints = settings.commanded_indices
+        self._all_commanded = len(self._joints) == len(settings.joints)
+
+    def positions(self) -> list[float] | None:
+        """The values on the position interfaces, if there are any for all joints."""
+        outputs = self._outputs.get(POSITION)
+        if not outputs or not self._all_commanded:
+            return None
+        values = [output.value for output in outputs]
+        return values if all(map(math.isfinite, values)) else None
+
+    def values(self) -> dict[str, list[float]]:
+        """What is commanded now, by quantity."""
+        return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
+
+    def halt(self) -> None:
+        """Positions keep their command; everything that moves or pushes is set to zero."""
+        for name, outputs in self._outputs.items():
+            if name != POSITION:
+                for output in outputs:
+                    output.value = 0.0
+
+    def write(
+        self,
+        state: TrajectoryPoint,
+        errors: Sequence[float],
+        velocity_errors: Sequence[float],
+        period: float,
+    ) -> None:
+        """Command a state of the trajectory.
+
+        Args:
+            state: Where the trajectory will be at the next update.
+            errors: Desired minus measured positions, per joint.
+            velocity_errors: The same of velocities, or empty.
+            period: Seconds since the last update.
+        """
+        for name, values in (
+            (POSITION, state.positions),
+            (ACCELERATION, state.accelerations),
+            (VELOCITY, state.velocities),
+            (EFFORT, state.effort),
+        ):
+            interfaces = self._outputs.get(name)
+            if interfaces is None:
+                continue
+            if self._uses_pid:
+                self._write_pid(name, interfaces, state, errors, velocity_errors, period)
+                continue
+            for interface, index in zip(interfaces, self._joints, strict=True):
+                interface.value = values[index] if values else 0.0
+
+    def _write_pid(
+        self,
+        name: str,
+        interfaces: Sequence[CommandInterface],
+        state: TrajectoryPoint,
+        errors: Sequence[float],
+        velocity_errors: Sequence[float],
+        period: float,
+    ) -> None:
+        for interface, index in zip(interfaces, self._joints, strict=True):
+            pid = self._pids[index]
+            velocity_error = velocity_errors[index] if velocity_errors else 0.0
+            output = pid.update(errors[index], velocity_error, period)
+            if state.velocities:
+                output += pid.gains.ff_velocity_scale * state.velocities[index]
+            if name == EFFORT and state.effort:
+                output += state.effort[index]
+            interface.value = output
