@@ -18,6 +18,7 @@ from teleopctl.wire.tokens import EntityKind
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+FOLLOW_JOINT_TRAJECTORY = "control_msgs/action/FollowJointTrajectory"
 ARRAY = "std_msgs/msg/Float64MultiArray"
 # A pose in which nothing touches anything.
 POSE = {"joint_1": 0.5, "joint_2": 0.6, "joint_3": -0.7}
@@ -116,7 +117,12 @@ def test_the_gripper_opens_and_closes_in_joint_states_tf_and_physics(arm, watche
 def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
     import yourdfpy
 
-    command_arm(arm, POSE, seconds=1)
+    point = {"positions": list(POSE.values()), "time_from_start": {"sec": 1}}
+    goal = json.dumps({"trajectory": {"joint_names": list(POSE), "points": [point]}})
+    action = "/arm_controller/follow_joint_trajectory"
+    sent = arm.run(["action", "send_goal", action, FOLLOW_JOINT_TRAJECTORY, goal])
+    assert "error_string: Goal successfully reached!" in sent.stdout, sent.stdout + sent.stderr
+    assert sent.stdout.endswith("Goal finished with status: SUCCEEDED\n")
     wait_for_joints(watcher, **POSE)
 
     urdf = tmp_path / "teleop.urdf"
