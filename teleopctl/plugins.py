@@ -127,6 +127,7 @@ NODES = Kind(
             "teleop_robot_py_pkg/simple_subscriber": "simple_subscriber",
             "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
             "tf2_ros/tf2_echo": "tf2.tf2_echo",
+            "tf2_ros/tf2_monitor": "tf2.tf2_monitor",
             "tf2_tools/view_frames": "tf2.view_frames",
         }.items()
     }

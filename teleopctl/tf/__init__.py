@@ -23,7 +23,11 @@ if TYPE_CHECKING:
         TypeException as TypeException,
         convert as convert,
     )
-    from teleopctl.tf.echo import echo_text as echo_text, echo_transforms as echo_transforms
+    from teleopctl.tf.echo import (
+        ECHO_DIGITS as ECHO_DIGITS,
+        echo_text as echo_text,
+        echo_transforms as echo_transforms,
+    )
     from teleopctl.tf.errors import (
         ConnectivityException as ConnectivityException,
         ExtrapolationException as ExtrapolationException,
@@ -48,6 +52,11 @@ if TYPE_CHECKING:
         move_transform as move_transform,
         stamp_of as stamp_of,
         transform_stamped as transform_stamped,
+    )
+    from teleopctl.tf.monitor import (
+        GATHER_S as GATHER_S,
+        MonitorResults as MonitorResults,
+        monitor_transforms as monitor_transforms,
     )
     from teleopctl.tf.transforms import (
         Quaternion as Quaternion,
@@ -75,7 +84,7 @@ else:
             "buffer_core": "BufferCore",
             "conversions": "BufferInterface ConvertRegistration NotImplementedException Stamped "
             "TransformRegistration TypeException convert",
-            "echo": "echo_text echo_transforms",
+            "echo": "ECHO_DIGITS echo_text echo_transforms",
             "errors": "ConnectivityException ExtrapolationException InvalidArgumentException "
             "LookupException TimeoutException TransformException",
             "frame_texts": "KnownFrame",
@@ -84,6 +93,7 @@ else:
             "do_transform_vector3 register transform_covariance",
             "listener": "TransformListener",
             "messages": "move_transform stamp_of transform_stamped",
+            "monitor": "GATHER_S MonitorResults monitor_transforms",
             "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "
             "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
             "slerp",

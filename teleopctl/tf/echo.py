@@ -19,13 +19,22 @@ _FIRST_WAIT = Duration(seconds=0.25)
 _WAIT = Duration(seconds=1.0)
 
 
-def echo_text(stamp: int, transform: Transform) -> str:
+ECHO_DIGITS = 3
+"""How many decimals ``tf2_echo`` prints."""
+
+
+def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> str:
     """Write a transform as ``tf2_echo`` prints it.
 
     Args:
         stamp: Nanoseconds; 0 for frames that stand still.
         transform: Where the frame stands.
+        digits: How many decimals.
     """
+
+    def listed(values: tuple[float, ...]) -> str:
+        return ", ".join(f"{value:.{digits}f}" for value in values)
+
     angles = rpy_from_quaternion(transform.rotation)
     rows = [
         (*row, moved)
@@ -37,12 +46,13 @@ def echo_text(stamp: int, transform: Transform) -> str:
     return "\n".join(
         [
             f"At time {time_text(stamp)}",
-            f"- Translation: [{_list(transform.translation)}]",
-            f"- Rotation: in Quaternion (xyzw) [{_list(transform.rotation)}]",
-            f"- Rotation: in RPY (radian) [{_list(angles)}]",
-            f"- Rotation: in RPY (degree) [{_list(tuple(map(math.degrees, angles)))}]",
+            f"- Translation: [{listed(transform.translation)}]",
+            f"- Rotation: in Quaternion (xyzw) [{listed(transform.rotation)}]",
+            f"- Rotation: in RPY (radian) [{listed(angles)}]",
+            f"- Rotation: in RPY (degree) [{listed(tuple(map(math.degrees, angles)))}]",
             "- Matrix:",
-            *(" ".join(f"{value: .3f}" for value in row) for row in rows),
+            # A blank and the number, padded to a sign, a digit and the point: " 12.250", "  1.000".
+            *("".join(f" {value:{digits + 3}.{digits}f}" for value in row) for row in rows),
         ]
     )
 
@@ -53,10 +63,6 @@ def time_text(stamp: int) -> str:
     return f"{seconds}.{nanoseconds:09d}" if stamp else "0.0"
 
 
-def _list(values: tuple[float, ...]) -> str:
-    return ", ".join(f"{value:.3f}" for value in values)
-
-
 def echo_transforms(
     node: Node,
     target: str,
@@ -64,6 +70,7 @@ def echo_transforms(
     *,
     period_s: float,
     once: bool,
+    stamp: int = 0,
     show: Callable[[int, Transform], None],
     fail: Callable[[str], None],
     wait: Callable[[str], object],
@@ -76,6 +83,7 @@ def echo_transforms(
         source: The frame that is looked for.
         period_s: Seconds between two answers.
         once: Whether to stop after the first one.
+        stamp: At which time, in nanoseconds; 0 for the newest that is known each time.
         show: Called with each answer.
         fail: Called with what to print when there is no answer any more.
         wait: Called with what to print, each second, until there is one.
@@ -85,12 +93,12 @@ def echo_transforms(
     ended = threading.Event()
     node.context.on_shutdown(ended.set)
     try:
-        if not _wait_for_first(buffer, target, source, ended, wait):
+        if not wait_for_frames(buffer, target, source, ended, wait):
             return
         deadline = time.monotonic()
         while not ended.is_set():
             try:
-                show(*buffer.lookup(target, source, 0))
+                show(*buffer.lookup(target, source, stamp))
                 if once:
                     return
             except TransformException as error:
@@ -105,13 +113,25 @@ def echo_transforms(
         listener.unregister()
 
 
-def _wait_for_first(
+def wait_for_frames(
     buffer: Buffer,
     target: str,
     source: str,
     ended: threading.Event,
     wait: Callable[[str], object],
 ) -> bool:
+    """Wait until two frames are joined.
+
+    Args:
+        buffer: What is known of frames.
+        target: The frame in which the other is expressed.
+        source: The frame that is looked for.
+        ended: Ends the waiting.
+        wait: Called with what to print, each second.
+
+    Returns:
+        Whether they are.
+    """
     timeout = _FIRST_WAIT
     patience_ends = time.monotonic() + 1.0
     while not ended.is_set():

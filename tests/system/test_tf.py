@@ -1,4 +1,4 @@
-"""``tf echo``, ``tf2_echo`` and ``static_transform_publisher`` as real processes."""
+"""``tf`` and the programs ``tf2_echo``, ``tf2_monitor``, ``static_transform_publisher``."""
 
 import json
 
@@ -12,10 +12,10 @@ At time 0.0
 - Rotation: in RPY (radian) [0.000, -0.000, 1.571]
 - Rotation: in RPY (degree) [0.000, -0.000, 90.000]
 - Matrix:
- 0.000 -1.000  0.000  1.000
- 1.000  0.000  0.000  2.000
- 0.000  0.000  1.000  3.000
- 0.000  0.000  0.000  1.000
+  0.000 -1.000  0.000  1.000
+  1.000  0.000  0.000  2.000
+  0.000  0.000  1.000  3.000
+  0.000  0.000  0.000  1.000
 """
 
 
@@ -93,10 +93,42 @@ def test_wrong_command_lines_end_with_status_2_and_one_message(ros):
         "tf echo world cup 0",
         "run tf2_ros tf2_echo world",
         "run tf2_ros tf2_echo a b x",
+        "run tf2_ros tf2_monitor a",
+        "tf echo a b -p 18",
+        "tf monitor a",
     ):
         done = ros.run(arguments)
         assert (done.returncode, done.stdout) == (2, ""), arguments
         assert "Traceback" not in done.stderr
+
+
+def test_frames_that_stand_still_and_that_move_are_listed_and_monitored(ros):
+    static = ros.spawn("tf static --x 1 --y -2 --frame-id world --child-frame-id table")
+    static.wait_for_line("from 'world' to 'table'")
+    moving = "{transforms: [{header: {stamp: now, frame_id: table}, child_frame_id: cup}]}"
+    ros.spawn(["topic", "pub", "-r", "50", "-n", "mover", "/tf", "tf2_msgs/msg/TFMessage", moving])
+    program = ros.spawn("run tf2_ros tf2_monitor world cup -t 0.3")
+    program.wait_for_line("Gathering data on world -> cup for 0.3 seconds...", stream="stdout")
+    program.wait_for_line("RESULTS: for world to cup", stream="stdout")
+    program.wait_for_line("Chain is: world -> table -> cup", stream="stdout")
+    program.wait_for_line(r"Net delay {5}avg = [\d.e-]+: max = [\d.e-]+$", stream="stdout")
+    number = r"[\d.e+-]+"
+    delays = f"Average Delay: {number}, Max Delay: {number}$"
+    program.wait_for_line(f"Frame: cup, published by /mover, {delays}", stream="stdout")
+    publisher = "/static_transform_publisher_[0-9a-f]+"
+    program.wait_for_line(f"Frame: table, published by {publisher}, static", stream="stdout")
+    program.wait_for_line(
+        f"Node: /mover {number} Hz, Average Delay: {number} Max Delay: {number}$", stream="stdout"
+    )
+    program.interrupt()
+    assert program.wait() == 0
+    assert ros.run("tf list").stdout == "cup\ntable\nworld\n"
+    assert ros.run("tf list -p").stdout == "cup [table]\ntable [world]\nworld\n"
+    results = json.loads(ros.run("tf monitor --once -t 0.5 --json").stdout)
+    assert [frame["name"] for frame in results["frames"]] == ["cup", "table"]
+    rates = {each["node"]: each["rate_hz"] for each in results["broadcasters"]}
+    assert rates["/mover"] > 0
+    assert None in rates.values()
 
 
 def test_a_program_that_imports_tf2_ros_runs_unchanged(ros):

@@ -14,10 +14,10 @@ def test_a_transform_without_rotation():
         "- Rotation: in RPY (radian) [0.000, -0.000, 0.000]\n"
         "- Rotation: in RPY (degree) [0.000, -0.000, 0.000]\n"
         "- Matrix:\n"
-        " 1.000  0.000  0.000  0.000\n"
-        " 0.000  1.000  0.000  0.000\n"
-        " 0.000  0.000  1.000  0.307\n"
-        " 0.000  0.000  0.000  1.000"
+        "  1.000  0.000  0.000  0.000\n"
+        "  0.000  1.000  0.000  0.000\n"
+        "  0.000  0.000  1.000  0.307\n"
+        "  0.000  0.000  0.000  1.000"
     )
 
 
@@ -30,11 +30,17 @@ def test_a_transform_with_rotation():
         "- Rotation: in RPY (radian) [0.000, -0.000, 0.500]\n"
         "- Rotation: in RPY (degree) [0.000, -0.000, 28.648]\n"
         "- Matrix:\n"
-        " 0.878 -0.479  0.000 -1.500\n"
-        " 0.479  0.878  0.000  12.250\n"
-        " 0.000  0.000  1.000  0.000\n"
-        " 0.000  0.000  0.000  1.000"
+        "  0.878 -0.479  0.000 -1.500\n"
+        "  0.479  0.878  0.000 12.250\n"
+        "  0.000  0.000  1.000  0.000\n"
+        "  0.000  0.000  0.000  1.000"
     )
+
+
+def test_more_digits_are_told_where_they_are_asked_for():
+    lines = echo_text(0, Transform((-1.0, 0.123456789, 2.0)), digits=5).splitlines()
+    assert lines[1] == "- Translation: [-1.00000, 0.12346, 2.00000]"
+    assert lines[6] == "  1.00000  0.00000  0.00000 -1.00000"
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def view_frames(
     ended = threading.Event()
     node.context.on_shutdown(ended.set)
     try:
-        say(f"Listening to tf data for {wait_s:g} seconds...")
+        say(f"Listening to tf data for {float(wait_s)} seconds...")
         ended.wait(wait_s)
     finally:
         node.context.forget_on_shutdown(ended.set)
@@ -69,6 +69,7 @@ def view_frames(
             hint="`teleopctl topic info` tells who publishes there.",
         )
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
+    say("Generating graph...")
     dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
     graph = _written(base, ".gv", dot)
     files = [graph, _written(base, ".svg", to_svg(picture(frames)))]

@@ -1,14 +1,13 @@
 """``tf2_echo``: prints where one frame stands in another."""
 
+import argparse
 import contextlib
 import sys
 
-from teleopctl.errors import UsageError
+from teleopctl.interfaces import from_seconds
 from teleopctl.node import Node, init, parse_ros_arguments
 from teleopctl.printable import printable_text
-from teleopctl.tf import Transform, echo_text, echo_transforms
-
-_USAGE = "Usage: tf2_echo SOURCE_FRAME TARGET_FRAME [RATE]"
+from teleopctl.tf import ECHO_DIGITS, Transform, echo_text, echo_transforms
 
 
 def main(args: list[str] | None = None) -> int:
@@ -19,10 +18,14 @@ def main(args: list[str] | None = None) -> int:
             Hz (1); None takes the process's.
 
     Raises:
-        TeleopctlError: When the arguments are wrong.
+        SystemExit: When the arguments are wrong.
     """
     words = sys.argv[1:] if args is None else args
-    target, source, rate = _parse(parse_ros_arguments(words).program)
+    options = _parser().parse_args(parse_ros_arguments(words).program)
+
+    def show(stamp: int, transform: Transform) -> None:
+        _print(echo_text(stamp, transform, options.precision))
+
     with (
         contextlib.suppress(KeyboardInterrupt),
         init(args=words),
@@ -30,32 +33,53 @@ def main(args: list[str] | None = None) -> int:
     ):
         echo_transforms(
             node,
-            target,
-            source,
-            period_s=1.0 / rate,
+            options.source_frame,
+            options.target_frame,
+            period_s=1.0 / (options.rate or options.rate_by_position),
             once=False,
-            show=_show,
+            stamp=from_seconds(options.time),
+            show=show,
             fail=_print,
             wait=node.get_logger().info,
         )
     return 0
 
 
-def _parse(words: tuple[str, ...]) -> tuple[str, str, float]:
-    if len(words) not in (2, 3):
-        raise UsageError(_USAGE)
-    target, source, *rest = words
-    try:
-        rate = float(rest[0]) if rest else 1.0
-    except ValueError:
-        rate = 0.0
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="tf2_echo", description="Print where one frame stands in another, again and again."
+    )
+    parser.add_argument("source_frame", help="the frame in which the other is expressed")
+    parser.add_argument("target_frame", help="the frame that is looked for")
+    parser.add_argument(
+        "rate_by_position", nargs="?", type=_rate, default=1.0, metavar="rate", help="as --rate"
+    )
+    parser.add_argument("-r", "--rate", type=_rate, metavar="HZ", help="how often to print (1)")
+    parser.add_argument(
+        "-t",
+        "--time",
+        type=float,
+        default=0.0,
+        metavar="SECONDS",
+        help="at which ROS time (the newest)",
+    )
+    parser.add_argument(
+        "-p",
+        "--precision",
+        type=int,
+        choices=range(18),
+        default=ECHO_DIGITS,
+        metavar="DIGITS",
+        help="how many decimals (%(default)s)",
+    )
+    return parser
+
+
+def _rate(text: str) -> float:
+    rate = float(text)
     if not 0.0 < rate < float("inf"):
-        raise UsageError(f"Echo rate must be positive, got '{rest[0]}'", hint=_USAGE)
-    return target, source, rate
-
-
-def _show(stamp: int, transform: Transform) -> None:
-    _print(echo_text(stamp, transform))
+        raise argparse.ArgumentTypeError(f"the rate must be positive, got '{text}'")
+    return rate
 
 
 def _print(text: str) -> None:

@@ -41,5 +41,5 @@ def main(args: list[str] | None = None) -> int:
             tf_static_topic=options.tf_static_topic,
         )
         for file in files:
-            logger.info(f"Exported graph in {file} file")
+            logger.info(f"Exporting graph in {file} file...")
     return 0

@@ -1,0 +1,268 @@
+"""What ``tf2_monitor`` does: measure how late transforms come, and how often from whom."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from teleopctl.interfaces import get_message, to_seconds
+from teleopctl.node import MessageInfo, Node, QoSProfile, qos_profile_latched
+from teleopctl.printable import printable_line
+from teleopctl.tf.broadcaster import TF_STATIC_TOPIC, TF_TOPIC
+from teleopctl.tf.buffer import Buffer
+from teleopctl.tf.echo import wait_for_frames
+from teleopctl.tf.errors import TransformException
+from teleopctl.tf.messages import stamp_of
+
+GATHER_S = 10.0
+"""How long data is gathered before the first results, in seconds: as long as tf2_monitor does."""
+
+# As many measurements as tf2_monitor averages over.
+_MOST = 1000
+_DEPTH = 100
+# How often the delay over a chain is looked at, and results are printed: tf2_monitor's figures.
+_LOOK_EVERY_S = 0.5
+_RESULTS_EVERY_S = 1.0
+_UNKNOWN = "<no authority available>"
+
+
+class Delay(NamedTuple):
+    """How much later than their stamps transforms came, in seconds."""
+
+    average_s: float
+    max_s: float
+
+
+class FrameDelay(NamedTuple):
+    """A frame, the node that broadcasts it, and its delay; None where the frame stands still."""
+
+    name: str
+    publisher: str
+    delay: Delay | None
+
+
+class Broadcaster(NamedTuple):
+    """A node, how often it sends, and its delay; no rate where its frames stand still."""
+
+    node: str
+    rate_hz: float | None
+    delay: Delay | None
+
+
+class MonitorResults(NamedTuple):
+    """What was measured. ``chain`` and ``net`` are empty where all frames are watched."""
+
+    chain: tuple[str, ...]
+    net: Delay | None
+    frames: tuple[FrameDelay, ...]
+    broadcasters: tuple[Broadcaster, ...]
+
+    def text(self) -> str:
+        """Return the lines that tf2_monitor prints."""
+        return "\n".join(map(printable_line, self._lines()))
+
+    def _lines(self) -> Iterator[str]:
+        yield from ("", "", "")
+        if self.chain:
+            yield f"RESULTS: for {self.chain[0]} to {self.chain[-1]}"
+            yield f"Chain is: {' -> '.join(self.chain)}"
+        else:
+            yield "RESULTS: for all Frames"
+        if self.net is not None:
+            yield f"Net delay     avg = {self.net.average_s:g}: max = {self.net.max_s:g}"
+        yield from ("", "Frames:")
+        for frame in self.frames:
+            told = f"Frame: {frame.name}, published by {frame.publisher}, "
+            if frame.delay is None:
+                yield f"{told}static"
+            else:
+                average, longest = frame.delay
+                yield f"{told}Average Delay: {average:g}, Max Delay: {longest:g}"
+        yield from ("", "All Broadcasters:")
+        for sender in self.broadcasters:
+            if sender.rate_hz is None or sender.delay is None:
+                yield f"Node: {sender.node} static"
+            else:
+                average, longest = sender.delay
+                yield (
+                    f"Node: {sender.node} {sender.rate_hz:g} Hz, "
+                    f"Average Delay: {average:g} Max Delay: {longest:g}"
+                )
+
+
+class TransformMonitor:
+    """Measures what arrives on ``/tf`` and ``/tf_static``.
+
+    A message tells by its sender's identity which node has sent it.
+
+    Args:
+        node: Who listens; it need not be spun. Its clock is compared with the stamps.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.buffer = Buffer()
+        self._node = node
+        self._lock = threading.Lock()
+        node.graph()  # followed from now on, so that it is known when a message asks for its sender
+        self._names: dict[bytes, str] = {}
+        self._publisher: dict[str, bytes] = {}
+        self._delays: dict[str, deque[float]] = {}
+        self._senders: dict[bytes, _Sender] = {}
+        self._net: deque[float] = deque(maxlen=_MOST)
+        message = get_message("tf2_msgs/msg/TFMessage")
+        self._subscriptions = [
+            node.create_subscription(
+                message, TF_TOPIC, self._moved, QoSProfile(depth=_DEPTH), immediate=True
+            ),
+            node.create_subscription(
+                message, TF_STATIC_TOPIC, self._stands, qos_profile_latched, immediate=True
+            ),
+        ]
+
+    def unregister(self) -> None:
+        """Stop listening."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+
+    def look_at_chain(self, target: str, source: str) -> None:
+        """Measure once how old the newest transform over a chain is."""
+        try:
+            stamp, _ = self.buffer.lookup(target, source, 0)
+        except TransformException:
+            return
+        now = self._node.get_clock().now().nanoseconds
+        with self._lock:
+            # A chain that stands still has no time: it is never late.
+            self._net.append(to_seconds(now - stamp) if stamp else 0.0)
+
+    def results(self, chain: Sequence[str] = ()) -> MonitorResults:
+        """Return what was measured so far, of the frames of a chain or of all."""
+        with self._lock:
+            frames = tuple(
+                FrameDelay(name, self._name(gid), _delay(self._delays.get(name)))
+                for name, gid in sorted(self._publisher.items())
+                if not chain or name in chain
+            )
+            # A node may have both kinds of frames: it is listed once, with how often it sends.
+            broadcasters = {
+                self._name(gid): Broadcaster(
+                    self._name(gid), _rate(sent.times), _delay(sent.delays)
+                )
+                for gid, sent in sorted(self._senders.items(), key=lambda item: len(item[1].times))
+            }
+            net = _delay(self._net) if chain else None
+        return MonitorResults(tuple(chain), net, frames, tuple(sorted(broadcasters.values())))
+
+    # Any: a TFMessage.
+    def _moved(self, message: Any, info: MessageInfo) -> None:
+        now = self._node.get_clock().now().nanoseconds
+        delays = {
+            each.child_frame_id: to_seconds(now - stamp_of(each.header.stamp))
+            for each in message.transforms
+        }
+        sender = self._note_sender(message, info["publisher_gid"])
+        with self._lock:
+            for frame, delay in delays.items():
+                self._delays.setdefault(frame, deque(maxlen=_MOST)).append(delay)
+            if delays:
+                sender.delays.append(sum(delays.values()) / len(delays))
+                sender.times.append(to_seconds(now))
+        for each in message.transforms:
+            self.buffer.set_transform(each)
+
+    # Any: a TFMessage.
+    def _stands(self, message: Any, info: MessageInfo) -> None:
+        self._note_sender(message, info["publisher_gid"])
+        for each in message.transforms:
+            self.buffer.set_transform_static(each)
+
+    # Any: a TFMessage.
+    def _note_sender(self, message: Any, gid: bytes) -> _Sender:
+        with self._lock:
+            self._name(gid)  # while it is there: it may have ended when the results are wanted
+            for each in message.transforms:
+                self._publisher[each.child_frame_id] = gid
+            return self._senders.setdefault(gid, _Sender())
+
+    def _name(self, gid: bytes) -> str:
+        """The node that a message is from."""
+        if gid not in self._names:
+            for endpoint in self._node.graph().endpoints:
+                if endpoint.gid == gid:
+                    self._names[gid] = endpoint.full_name
+        return self._names.get(gid, _UNKNOWN)
+
+
+class _Sender:
+    """When a publisher has sent, in seconds, and how late; the last of them."""
+
+    def __init__(self) -> None:
+        self.times: deque[float] = deque(maxlen=_MOST)
+        self.delays: deque[float] = deque(maxlen=_MOST)
+
+
+def monitor_transforms(
+    node: Node,
+    chain: tuple[str, str] | None,
+    *,
+    gather_s: float,
+    once: bool,
+    show: Callable[[MonitorResults], None],
+    say: Callable[[str], object],
+    wait: Callable[[str], object],
+) -> None:
+    """Show how late transforms come, each second, until the context ends.
+
+    Args:
+        node: Who listens; it need not be spun.
+        chain: The frame in which the other is expressed, and the other; None for all frames.
+        gather_s: Seconds until the first results.
+        once: Whether to stop after them.
+        show: Called with the results.
+        say: Called with what goes on.
+        wait: Called with what to print, each second, until the frames of the chain are joined.
+    """
+    monitor = TransformMonitor(node)
+    ended = threading.Event()
+    node.context.on_shutdown(ended.set)
+    try:
+        names: list[str] = []
+        if chain:
+            if not wait_for_frames(monitor.buffer, *chain, ended, wait):
+                return
+            names = _chain(monitor.buffer, *chain)
+        told = " -> ".join(chain) if chain else "all frames"
+        say(printable_line(f"Gathering data on {told} for {gather_s:g} seconds..."))
+        due = time.monotonic() + gather_s
+        while True:
+            if chain:
+                monitor.look_at_chain(*chain)
+            if ended.wait(max(0.0, min(_LOOK_EVERY_S, due - time.monotonic()))):
+                return
+            if time.monotonic() >= due:
+                due += _RESULTS_EVERY_S
+                show(monitor.results(names))
+                if once:
+                    return
+    finally:
+        node.context.forget_on_shutdown(ended.set)
+        monitor.unregister()
+
+
+def _chain(buffer: Buffer, first: str, last: str) -> list[str]:
+    """The frames from the first to the last."""
+    return buffer._chain(last, 0, first, 0, last)  # noqa: SLF001 -- tf2's name of it
+
+
+def _delay(delays: Sequence[float] | None) -> Delay | None:
+    return Delay(sum(delays) / len(delays), max(0.0, *delays)) if delays else None
+
+
+def _rate(times: Sequence[float] | None) -> float | None:
+    if not times:
+        return None
+    span = times[-1] - times[0]
+    return (len(times) - 1) / span if span > 0 else 0.0
