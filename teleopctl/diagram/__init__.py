@@ -6,8 +6,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.diagram.dot import to_dot as to_dot
+    from teleopctl.diagram.files import write_files as write_files
     from teleopctl.diagram.layout import Layout as Layout, lay_out as lay_out
-    from teleopctl.diagram.model import Box as Box, Diagram as Diagram, Edge as Edge
+    from teleopctl.diagram.model import (
+        Box as Box,
+        Diagram as Diagram,
+        Edge as Edge,
+        joined as joined,
+    )
     from teleopctl.diagram.nodes_and_topics import SHOWN as SHOWN, ros_graph as ros_graph
     from teleopctl.diagram.svg import to_svg as to_svg
 else:
@@ -17,8 +23,9 @@ else:
         __name__,
         {
             "dot": "to_dot",
+            "files": "write_files",
             "layout": "Layout lay_out",
-            "model": "Box Diagram Edge",
+            "model": "Box Diagram Edge joined",
             "nodes_and_topics": "SHOWN ros_graph",
             "svg": "to_svg",
         },

@@ -195,6 +195,21 @@ class TestLooking:
         ros, _, _ = looked_at
         assert json.loads(ros.run(f"control {verb} --json").stdout)
 
+    def test_the_chain_of_interfaces_and_controllers_is_drawn(
+        self, looked_at, monkeypatch, tmp_path
+    ):
+        ros, _, _ = looked_at
+        monkeypatch.setitem(ros.env, "PATH", str(tmp_path))  # no dot there
+        monkeypatch.setitem(ros.env, "TMPDIR", str(tmp_path))
+        done = ros.run("control view_controller_chains")
+        files = [f"{tmp_path}/controller_diagram.{ending}" for ending in ("gv", "svg")]
+        assert lines(done) == files, done.stderr
+        graph = (tmp_path / "controller_diagram.gv").read_text()
+        arm = '"controller arm_controller"'
+        assert f'"state joint_1/position" -> {arm};' in graph
+        assert f'{arm} -> "command joint_1/position";' in graph
+        assert "arm_controller" in (tmp_path / "controller_diagram.svg").read_text()
+
     def test_controllers_are_nodes_with_parameters(self, looked_at):
         ros, _, _ = looked_at
         nodes = lines(ros.run("node list"))
@@ -420,3 +435,50 @@ def test_statistics_and_diagnostics_come_for_those_who_listen(ros):
         (f"controller_manager: {task} Activity", "ros2_control")
         for task in ("Controllers", "Hardware Components", "Controller Manager")
     ]
+
+
+class TestHardwareStatus:
+    """What ros2_control reports from Lyrical on, in types that this distribution lacks."""
+
+    @pytest.fixture
+    def reported(self, ros, tmp_path):
+        folder = tmp_path / "control_msgs"
+        for name, text in (
+            ("HardwareStatus", "string hardware_id\nHardwareDeviceStatus[] hardware_device_states"),
+            ("HardwareDeviceStatus", "string device_id\nGenericHardwareState[] hardware_status"),
+            ("GenericHardwareState", "uint8 health_status"),
+        ):
+            (folder / "msg").mkdir(parents=True, exist_ok=True)
+            (folder / "msg" / f"{name}.msg").write_text(f"std_msgs/Header header\n{text}\n")
+        (folder / "package.xml").write_text("<package><name>control_msgs</name></package>")
+        ros.env["TELEOPCTL_PACKAGE_PATH"] = str(tmp_path)
+        motors = "[{device_id: m1, hardware_status: [{health_status: 1}]}, {device_id: m2}]"
+        report = f"{{hardware_id: arm, hardware_device_states: {motors}}}"
+        kind = "control_msgs/msg/HardwareStatus"
+        ros.spawn(["topic", "pub", "-r", "50", "/cm/hardware_status", kind, report])
+        assert ros.run("topic echo --once /cm/hardware_status " + kind).returncode == 0
+        return ros
+
+    def test_it_is_printed_by_device(self, reported):
+        status = reported.spawn("control view_hardware_status")
+        status.wait_for_line("---", stream="stdout")
+        said = status.stdout.splitlines()
+        assert re.fullmatch(r"Hardware ID: arm \(stamp: \d\d:\d\d:00\.000\)", said[0])
+        assert said[1:4] == ["  Device ID: m1", "    Generic Hardware States:", "      -"]
+        end = said.index("---")
+        assert said[end - 3 : end] == [
+            "        health_status: 1",
+            "  Device ID: m2",
+            "    Status: No specific states reported",
+        ]
+
+    def test_an_id_that_nobody_has_is_told(self, reported):
+        done = reported.run("control view_hardware_status -i leg")
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "Hardware ID 'leg' not found.\n  There are arm." in done.stderr
+
+
+def test_without_hardware_that_reports_there_is_nothing_to_view(ros):
+    done = ros.run("control view_hardware_status")
+    assert done.returncode == 1
+    assert "No topics of type 'control_msgs/msg/HardwareStatus' found." in done.stderr

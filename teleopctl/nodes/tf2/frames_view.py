@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from teleopctl.diagram import Box, Diagram, Edge, to_svg
-from teleopctl.errors import SystemFailureError, UnavailableError, UsageError
+from teleopctl.diagram import Box, Diagram, Edge, to_svg, write_files
+from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.node import Node
 from teleopctl.printable import printable_line
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, Buffer, KnownFrame, TransformListener
@@ -18,7 +16,6 @@ from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, Buffer, KnownFrame, Transfor
 WAIT_S = 5.0
 """How long tf is listened to, in seconds: as long as tf2_tools does."""
 
-_DOT_PATIENCE_S = 30.0
 # What tf2 calls every broadcaster: messages do not tell who sent them.
 _NOBODY = "default_authority"
 
@@ -71,14 +68,7 @@ def view_frames(
     base = Path(output or time.strftime("frames_%Y-%m-%d_%H.%M.%S"))
     say("Generating graph...")
     dot = buffer.all_frames_as_dot(node.get_clock().now().nanoseconds)
-    graph = _written(base, ".gv", dot)
-    files = [graph, _written(base, ".svg", to_svg(picture(frames)))]
-    program = shutil.which("dot")
-    if program is None:
-        say("No PDF: Graphviz's program `dot` is not installed (apt install graphviz)")
-    else:
-        files.append(_pdf(program, graph, _file(base, ".pdf")))
-    return files
+    return write_files(base, dot, to_svg(picture(frames)), say)
 
 
 def picture(frames: Sequence[KnownFrame]) -> Diagram:
@@ -103,33 +93,3 @@ def _text(frame: KnownFrame) -> str:
         lines.append(f"{frame.rate:.1f} Hz")
         lines.append(f"{frame.newest_s - frame.oldest_s:.1f} s long")
     return "\n".join(lines)
-
-
-def _file(base: Path, ending: str) -> Path:
-    # Not with_suffix: the time in the name has dots too.
-    return base.with_name(base.name + ending)
-
-
-def _written(base: Path, ending: str, text: str) -> Path:
-    file = _file(base, ending)
-    try:
-        file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SystemFailureError(f"Cannot write {file}: {error.strerror or error}") from error
-    return file
-
-
-def _pdf(program: str, graph: Path, pdf: Path) -> Path:
-    try:
-        done = subprocess.run(
-            [program, "-Tpdf", str(graph), "-o", str(pdf)],
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=_DOT_PATIENCE_S,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise SystemFailureError(f"{program} failed: {error}") from error
-    if done.returncode != 0:
-        raise SystemFailureError(f"{program} failed: {done.stderr.strip()}")
-    return pdf

@@ -36,5 +36,13 @@ GROUP = Group(
             f"{__name__}.change:reload_controller_libraries",
             "Unload all controllers and their code.",
         ),
+        "view_controller_chains": Verb(
+            f"{__name__}.chains:view_controller_chains",
+            "Draw controllers and their interfaces.",
+        ),
+        "view_hardware_status": Verb(
+            f"{__name__}.hardware_status:view_hardware_status",
+            "Print what hardware reports of itself.",
+        ),
     },
 )

@@ -40,6 +40,10 @@ def list_controllers(
     chained_interfaces: Annotated[
         bool, Option("--chained-interfaces", help="List what each one is chained to.")
     ] = False,
+    reference_interfaces: Annotated[
+        bool,
+        Option("--reference-interfaces", help="List the references that each one exports."),
+    ] = False,
     exported_interfaces: Annotated[
         bool, Option("--exported-interfaces", help="List the interfaces that each one exports.")
     ] = False,
@@ -77,8 +81,9 @@ def list_controllers(
             _print_list("required state interfaces", controller.required_state_interfaces)
         if chained_interfaces or verbose:
             _print_list("chained to interfaces", _chained(controller))
-        if exported_interfaces or verbose:
+        if reference_interfaces or exported_interfaces or verbose:
             _print_list("exported reference interfaces", controller.reference_interfaces)
+        if exported_interfaces or verbose:
             _print_list("exported state interfaces", controller.exported_state_interfaces)
 
 

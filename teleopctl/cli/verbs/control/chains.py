@@ -1,0 +1,64 @@
+"""``control view_controller_chains``."""
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
+
+# The name that ros2 control gives its PDF.
+_NAME = "controller_diagram"
+
+
+def view_controller_chains(
+    output: Annotated[
+        str | None,
+        Option(
+            "-o",
+            "--output",
+            help="Name of the files, without their endings; otherwise in the folder for temporary "
+            "files.",
+            metavar="FILE",
+        ),
+    ] = None,
+    controller_manager: ManagerName = DEFAULT_MANAGER,
+) -> None:
+    """Draw controllers and their interfaces.
+
+    State interfaces stand before a controller, and what it commands behind it: hardware, or the
+    reference interfaces of the next controller. Writes a graph for Graphviz, an SVG, and a PDF
+    where Graphviz's program dot is installed.
+    """
+    with manager_client(controller_manager) as client:
+        diagram = picture(client.list_controllers())
+    base = Path(output) if output else Path(tempfile.gettempdir()) / _NAME
+    files = write_files(base, to_dot(diagram), to_svg(diagram), console.note)
+    console.out_lines(map(str, files))
+
+
+# Any: ControllerState of controller_manager_msgs.
+def picture(controllers: Iterable[Any]) -> Diagram:
+    """Draw from left to right: what a controller needs, it, and what it commands."""
+    boxes: dict[str, Box] = {}
+    pairs: list[tuple[str, str]] = []
+
+    def interface(name: str) -> str:
+        # A joint's position is both measured and commanded: two boxes, as two interfaces.
+        return boxes.setdefault(name, Box(name, name.partition(" ")[2], "topic")).key
+
+    for controller in controllers:
+        key = f"controller {controller.name}"
+        text = f"{controller.name}\n{controller.state}"
+        boxes[key] = Box(key, text, "node")
+        pairs += [
+            (interface(f"state {name}"), key) for name in controller.required_state_interfaces
+        ]
+        pairs += [(interface(f"command {name}"), key) for name in controller.reference_interfaces]
+        pairs += [
+            (key, interface(f"command {name}")) for name in controller.required_command_interfaces
+        ]
+    return joined(list(boxes.values()), pairs)
