@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 from teleopctl.errors import TeleopctlError, UnavailableError
-from teleopctl.node import Context, Node, SignalHandlerOptions
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
-    from teleopctl.node import ResponseFuture
+    from teleopctl.node import BareNode, Context, Node, ResponseFuture
 
 
 @contextmanager
@@ -23,6 +22,30 @@ def command_node(
     """A node named as those of ROS 2's command line, in a session of its own.
 
     Args:
+        session_mode: As for `bare_command_node`.
+        name: Another name.
+
+    Raises:
+        RouterNotRunning: A client finds no router.
+    """
+    from teleopctl.node import Node
+
+    with (
+        _command_context(session_mode) as context,
+        Node(
+            name or _name(), context=context, enable_rosout=False, start_parameter_services=False
+        ) as node,
+    ):
+        yield node
+
+
+@contextmanager
+def bare_command_node(
+    *, session_mode: Literal["peer", "client"] = "peer", name: str | None = None
+) -> Iterator[BareNode]:
+    """The same without parameters, which starts faster: for what needs no more.
+
+    Args:
         session_mode: ``client`` for a single exchange through the router; ``peer`` for a stream,
             which then goes straight from process to process.
         name: Another name.
@@ -30,6 +53,23 @@ def command_node(
     Raises:
         RouterNotRunning: A client finds no router.
     """
+    from teleopctl.node import BareNode
+
+    with (
+        _command_context(session_mode) as context,
+        BareNode(name or _name(), context) as node,
+    ):
+        yield node
+
+
+def _name() -> str:
+    return f"_ros2cli_{os.getpid()}"
+
+
+@contextmanager
+def _command_context(session_mode: Literal["peer", "client"]) -> Iterator[Context]:
+    from teleopctl.node import Context, SignalHandlerOptions
+
     context = Context()
     # A command has nothing to put in order: SIGTERM may end it at once, wherever it is.
     context.init(
@@ -40,13 +80,7 @@ def command_node(
         signal_handler_options=SignalHandlerOptions.NO,
     )
     try:
-        with Node(
-            name or f"_ros2cli_{os.getpid()}",
-            context=context,
-            enable_rosout=False,
-            start_parameter_services=False,
-        ) as node:
-            yield node
+        yield context
     finally:
         context.try_shutdown()
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.cli.live import live_graph
-from teleopctl.interfaces import known_types
 from teleopctl.wire import RouterNotRunning
 
 if TYPE_CHECKING:
@@ -22,6 +21,8 @@ def learn_type(type_name: str, graph: Graph | None = None) -> None:
     Raises:
         InvalidMessageError: A node's explanation makes no sense, or contradicts what is known.
     """
+    from teleopctl.interfaces import known_types
+
     if known_types().find(type_name) is not None:
         return
     if graph is None:

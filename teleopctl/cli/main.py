@@ -8,6 +8,7 @@ alone; its module is imported when it is named and never before.
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import signal
 import sys
@@ -28,6 +29,8 @@ from teleopctl.errors import (
 
 def main() -> NoReturn:
     """Run the command line of this process and end with its exit status."""
+    # What is imported stays: to look for garbage in it is a tenth of a short command.
+    gc.disable()
     # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
     # by it all the same, and whoever started them counts on that.
     try:
@@ -37,6 +40,8 @@ def main() -> NoReturn:
         status = EXIT_INTERRUPTED
     # Nothing is left to be tidied up that an interrupt would have to reach.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Python would look through all that there is once more before it ends.
+    gc.freeze()
     sys.exit(status)
 
 
@@ -92,7 +97,14 @@ def _dispatch(words: list[str]) -> int:
         return status
     from teleopctl.cli import typer_app
 
+    _collect_garbage()
     return typer_app.run(words)
+
+
+def _collect_garbage() -> None:
+    """Collect from now on what a verb leaves, which may run for days."""
+    gc.freeze()
+    gc.enable()
 
 
 def _with_verb(words: list[str]) -> list[str]:
@@ -124,7 +136,10 @@ def _run_quickly(words: list[str]) -> int | None:
         return None
     function = verb.load()
     values = quick.parse(verb, function, rest)
-    return None if values is None else function(**values) or 0
+    if values is None:
+        return None
+    _collect_garbage()
+    return function(**values) or 0
 
 
 def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:

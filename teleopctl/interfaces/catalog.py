@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterable, Iterator
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution
 from teleopctl.interfaces.typenames import KINDS, normalize, split
 
-_BUILT_IN = Path(__file__).with_name("definitions")
+if TYPE_CHECKING:
+    from pathlib import Path
+
+# Paths are texts where a definition is read: pathlib's import takes longer than all of it.
+_BUILT_IN = os.path.join(os.path.dirname(__file__), "definitions")
 
 # Definitions that changed after Jazzy, for the distributions that have the changed ones.
-_CHANGED = dict.fromkeys(("kilted", "lyrical"), _BUILT_IN / "_kilted")
+_CHANGED = dict.fromkeys(("kilted", "lyrical"), os.path.join(_BUILT_IN, "_kilted"))
 
 
 class Catalog:
@@ -37,8 +42,8 @@ class Catalog:
         self._definitions: dict[str, Definition] = {}
         self._used: set[str] = set()
         # The files of the definitions that were read from one.
-        self._files: dict[str, Path] = {}
-        self._folders: dict[str, Path | None] = {}
+        self._files: dict[str, str] = {}
+        self._folders: dict[str, str | None] = {}
         self._lock = threading.RLock()
 
     def find(self, type_name: str) -> Definition | None:
@@ -89,7 +94,7 @@ class Catalog:
                 if known is None or not _same(known, definition):
                     self._definitions[name] = definition
 
-    def add_folder(self, folder: Path, package: str) -> list[str]:
+    def add_folder(self, folder: str | Path, package: str) -> list[str]:
         """Make all definitions of a package known.
 
         Args:
@@ -102,7 +107,7 @@ class Catalog:
         Raises:
             InvalidMessageError: There is no definition in the folder, or one cannot be understood.
         """
-        files = dict(_files(folder, package))
+        files = dict(_files(str(folder), package))
         if not files:
             raise InvalidMessageError(
                 f"{folder} has no interface definitions",
@@ -111,7 +116,7 @@ class Catalog:
         for name, path in files.items():
             from teleopctl.interfaces.services import split_definition
 
-            definitions = split_definition(_read(path), name, str(path))
+            definitions = split_definition(_read(path), name, path)
             self.add(definitions)
             self._files.update((definition.type_name, path) for definition in definitions)
         return list(files)
@@ -128,7 +133,8 @@ class Catalog:
 
         These are the same on every machine.
         """
-        ours = (_files(package, package.name) for package in _BUILT_IN.glob("[!_]*"))
+        packages = [name for name in os.listdir(_BUILT_IN) if not name.startswith("_")]
+        ours = (_files(os.path.join(_BUILT_IN, name), name) for name in packages)
         return sorted({*self._standard.names(), *(name for files in ours for name, _ in files)})
 
     def user_names(self) -> list[str]:
@@ -136,7 +142,7 @@ class Catalog:
         from teleopctl.packages import list_packages
 
         found = list_packages()
-        return sorted(name for each in found for name, _ in _files(each.folder, each.name))
+        return sorted(name for each in found for name, _ in _files(str(each.folder), each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
         """Return the names of the types of one package, sorted; empty for an unknown package.
@@ -152,7 +158,7 @@ class Catalog:
                 for name in self._definitions
                 if name.startswith(start) and "_" not in split(name)[2]
             )
-            built_in = _files(_BUILT_IN / package, package)
+            built_in = _files(os.path.join(_BUILT_IN, package), package)
             names.update(name for name, _ in built_in if name.startswith(start))
             if not names and (folder := self._folder(package)) is not None:
                 names.update(name for name, _ in _files(folder, package) if name.startswith(start))
@@ -178,9 +184,12 @@ class Catalog:
 
     def file(self, type_name: str) -> Path | None:
         """Return the file that defines a type, or None when it is not from a file."""
+        from pathlib import Path
+
         with self._lock:
             self.find(type_name)
-            return self._files.get(type_name)
+            path = self._files.get(type_name)
+        return None if path is None else Path(path)
 
     def _load(self, type_name: str) -> Definition | None:
         if (standard := self._standard.find(type_name)) is not None:
@@ -193,41 +202,45 @@ class Catalog:
             return None
         from teleopctl.interfaces.services import split_definition
 
-        for definition in split_definition(_read(path), f"{package}/{kind}/{stem}", str(path)):
+        for definition in split_definition(_read(path), f"{package}/{kind}/{stem}", path):
             self._definitions.setdefault(definition.type_name, definition)
             self._files[definition.type_name] = path
         return self._definitions.get(type_name)
 
-    def _file(self, package: str, kind: str, name: str) -> Path | None:
+    def _file(self, package: str, kind: str, name: str) -> str | None:
         for folder in self._built_in:
-            if (path := folder / package / kind / name).is_file():
+            if os.path.isfile(path := os.path.join(folder, package, kind, name)):
                 return path
         users = self._folder(package)
-        if users is not None and (path := users / kind / name).is_file():
+        if users is not None and os.path.isfile(path := os.path.join(users, kind, name)):
             return path
         return None
 
-    def _folder(self, package: str) -> Path | None:
+    def _folder(self, package: str) -> str | None:
         """Return the folder of a ROS package of the user's; looked for once."""
         if package not in self._folders:
             from teleopctl.packages import lookup_package
 
             self._folders[package] = None  # what looks for packages may import, and an import ask
             found = lookup_package(package)
-            self._folders[package] = None if found is None else found.folder
+            self._folders[package] = None if found is None else str(found.folder)
         return self._folders[package]
 
 
-def _files(folder: Path, package: str) -> Iterator[tuple[str, Path]]:
+def _files(folder: str, package: str) -> Iterator[tuple[str, str]]:
     for kind in KINDS:
-        for path in sorted(folder.joinpath(kind).glob(f"*.{kind}")):
-            if path.is_file():
-                yield f"{package}/{kind}/{path.stem}", path
+        place = os.path.join(folder, kind)
+        names = sorted(os.listdir(place)) if os.path.isdir(place) else []
+        for name in names:
+            path = os.path.join(place, name)
+            if name.endswith(f".{kind}") and os.path.isfile(path):
+                yield f"{package}/{kind}/{name.removesuffix(f'.{kind}')}", path
 
 
-def _read(path: Path) -> str:
+def _read(path: str) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        with open(path, encoding="utf-8") as file:
+            return file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidMessageError(f"{path} cannot be read: {error}") from error
 

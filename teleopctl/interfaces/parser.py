@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 
 from teleopctl.errors import InvalidDefinitionError
@@ -184,7 +183,11 @@ def _text(text: str) -> str:
     """Return a string value: quoted with escapes, or bare up to the end of the line."""
     body = text.strip()
     quoted = re.match(r"""("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?:#.*)?\Z""", body)
-    return str(ast.literal_eval(quoted[1])) if quoted else body
+    if not quoted:
+        return body
+    import ast
+
+    return str(ast.literal_eval(quoted[1]))
 
 
 def held_message(line: str, package: str) -> str | None:

@@ -13,8 +13,7 @@ import os
 import sys
 from functools import cache
 from importlib import import_module
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.definition import (
@@ -25,6 +24,9 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 DEFAULT_DISTRIBUTION = "jazzy"
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical")
@@ -146,31 +148,40 @@ def _field_type(description: Any) -> FieldType:
 
 def cache_folder() -> Path:
     """Return the folder in which the tables are kept."""
-    if sys.platform == "linux":  # the same as below, which takes longer than reading a table
-        base, home = (Path(os.environ.get(name, "")) for name in ("XDG_CACHE_HOME", "HOME"))
-        if base.is_absolute():
-            return base / "teleopctl"
-        if home.is_absolute():
-            return home / ".cache" / "teleopctl"
+    from pathlib import Path
+
+    return Path(_cache_folder())
+
+
+# Paths are texts here: pathlib's import takes longer than reading a table.
+
+
+def _cache_folder() -> str:
+    if sys.platform == "linux":  # the same as below, whose import takes longer, too
+        base, home = (os.environ.get(name, "") for name in ("XDG_CACHE_HOME", "HOME"))
+        if os.path.isabs(base):
+            return os.path.join(base, "teleopctl")
+        if os.path.isabs(home):
+            return os.path.join(home, ".cache", "teleopctl")
     import platformdirs
 
-    return Path(platformdirs.user_cache_dir("teleopctl", appauthor=False))
+    return platformdirs.user_cache_dir("teleopctl", appauthor=False)
 
 
-def _cache_file(module: str) -> Path:
+def _cache_file(module: str) -> str:
     # Each environment has its own, or two that are used in turn would always make theirs anew.
-    site = str(_stores().parents[2])[-_LONGEST_PLACE:]
+    site = os.path.abspath(os.path.join(_stores(), "..", "..", ".."))[-_LONGEST_PLACE:]
     place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
-    return cache_folder() / f"{module}{place}.json"
+    return os.path.join(_cache_folder(), f"{module}{place}.json")
 
 
 @cache
-def _stores() -> Path:
+def _stores() -> str:
     """Return the folder of the tables that rosbags has."""
     spec = importlib.util.find_spec("rosbags")
     assert spec is not None
     assert spec.submodule_search_locations is not None
-    return Path(spec.submodule_search_locations[0]) / "typesys" / "stores"
+    return os.path.join(spec.submodule_search_locations[0], "typesys", "stores")
 
 
 def _fingerprint() -> list[list[Any]]:
@@ -181,12 +192,13 @@ def _fingerprint() -> list[list[Any]]:
     folder = _stores()
     with os.scandir(folder) as entries:
         stats = [(entry.name, entry.stat()) for entry in entries if entry.name.endswith(".py")]
-    return [[str(folder)], *sorted([name, s.st_size, s.st_mtime_ns] for name, s in stats)]
+    return [[folder], *sorted([name, s.st_size, s.st_mtime_ns] for name, s in stats)]
 
 
 def _read_cache(module: str) -> Table | None:
     try:
-        content = json.loads(_cache_file(module).read_bytes())
+        with open(_cache_file(module), "rb") as file:
+            content = json.loads(file.read())
         if content["format"] != _FORMAT or content["rosbags"] != _fingerprint():
             return None
         table = content["types"]
@@ -198,8 +210,9 @@ def _read_cache(module: str) -> Table | None:
 def _write_cache(module: str, table: Table) -> None:
     """Write the cache file; where that is not possible, the next start imports again."""
     import tempfile
+    from pathlib import Path
 
-    path = _cache_file(module)
+    path = Path(_cache_file(module))
     content = {"format": _FORMAT, "rosbags": _fingerprint(), "types": table}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

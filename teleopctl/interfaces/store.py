@@ -11,7 +11,6 @@ import os
 import threading
 from collections.abc import Callable, Mapping
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -24,6 +23,8 @@ from teleopctl.interfaces.standard import cache_folder
 from teleopctl.interfaces.typenames import module_name, normalize, split
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from type_description_interfaces.msg import TypeDescription
 
 _CANCEL_GOAL = "action_msgs/srv/CancelGoal"
@@ -295,7 +296,7 @@ def add_definitions(folder: str | Path, package_name: str) -> list[str]:
         TeleopctlError: There is nothing in the folder, a definition cannot be understood, or a
             type is already in use with another definition.
     """
-    added = known_types().add_folder(Path(folder), package_name)
+    added = known_types().add_folder(folder, package_name)
     type_hash.cache_clear()
     return added
 

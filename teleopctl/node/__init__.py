@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         suited_to as suited_to,
         undecoded as undecoded,
     )
+    from teleopctl.node.bare_node import BareNode as BareNode
     from teleopctl.node.builtins.node_options import NodeOptions as NodeOptions
     from teleopctl.node.clock import Clock as Clock, ROSClock as ROSClock
     from teleopctl.node.clock_jumps import (
@@ -240,6 +241,7 @@ else:
             "actions.server_goal": "ServerGoalHandle",
             "any_topic": "ask_for_description learn_type_from subscribe_undecoded suited_to "
             "undecoded",
+            "bare_node": "BareNode",
             "builtins.node_options": "NodeOptions",
             "clock": "Clock ROSClock",
             "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",

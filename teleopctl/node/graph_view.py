@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from teleopctl.node.context import Context
-from teleopctl.node.values.endpoint_info import TopicEndpointInfo
 from teleopctl.node.values.exceptions import NameValidationException
 from teleopctl.wire import EndpointToken, EntityKind, Graph
+
+if TYPE_CHECKING:
+    from teleopctl.node.values.endpoint_info import TopicEndpointInfo
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
@@ -89,14 +92,14 @@ class GraphView(abc.ABC):
     ) -> list[TopicEndpointInfo]:
         """Return the publishers of a topic; ``no_mangle`` takes the name as it is."""
         name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
-        return [TopicEndpointInfo.of(token) for token in self.graph().publishers(name)]
+        return _infos(self.graph().publishers(name))
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
         """Return the subscriptions of a topic; ``no_mangle`` takes the name as it is."""
         name = topic_name if no_mangle else _asked(self.resolve_topic_name, topic_name)
-        return [TopicEndpointInfo.of(token) for token in self.graph().subscriptions(name)]
+        return _infos(self.graph().subscriptions(name))
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
         """Return all topics with their types, hidden ones included.
@@ -182,6 +185,12 @@ def _asked(resolve: Callable[[str], str], name: str) -> str:
         return resolve(name)
     except NameValidationException as error:
         raise ValueError(f"name '{name}' is invalid: {error.error_msg}") from error
+
+
+def _infos(tokens: list[EndpointToken]) -> list[TopicEndpointInfo]:
+    from teleopctl.node.values.endpoint_info import TopicEndpointInfo
+
+    return [TopicEndpointInfo.of(token) for token in tokens]
 
 
 def _matched(graph: Graph, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:

@@ -9,7 +9,6 @@ from teleopctl.node.builtins.node_options import next_options
 from teleopctl.node.context import Context
 from teleopctl.node.node_parameters import NodeParameters
 from teleopctl.node.parameters.parameter import Parameter
-from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.logging import set_logger_level
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_rosout_default
 
@@ -113,32 +112,8 @@ class Node(NodeParameters):
 
             LoggerService(self)
 
-    @property
-    def handle(self) -> Handle:
-        """What programs enter while they use the node."""
-        return Handle(self, self.get_name())
-
-    @property
-    def is_destroyed(self) -> bool:
-        """Whether it was destroyed (ours)."""
-        return self._token is None
-
-    def destroy(self) -> None:
-        """Take the node out of the graph; `destroy_node` under the name that entities have."""
-        self.destroy_node()
-
     def destroy_node(self) -> None:
         """Take the node and all that it has out of the graph. Idempotent."""
-        self._forget_graph_callbacks()
-        if self.executor is not None:
-            self.executor.remove_node(self)
         if self._rosout is not None:
             self._rosout.destroy()
-        self._destroy_all()
-        self._withdraw()
-
-    def __enter__(self) -> Node:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.destroy_node()
+        super().destroy_node()

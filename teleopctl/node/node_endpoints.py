@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node.context import Context
-from teleopctl.node.endpoints.client import Client
 from teleopctl.node.endpoints.endpoint import Endpoint
-from teleopctl.node.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
-from teleopctl.node.endpoints.publisher import Publisher
-from teleopctl.node.endpoints.service import Service, ServiceCallback
-from teleopctl.node.endpoints.subscription import (
-    ContentFilterOptions,
-    RawCallback,
-    Subscription,
-    SubscriptionCallback,
-)
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.node_timers import NodeTimers
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
+    from teleopctl.node.endpoints.client import Client
+    from teleopctl.node.endpoints.events import (
+        PublisherEventCallbacks,
+        SubscriptionEventCallbacks,
+    )
+    from teleopctl.node.endpoints.publisher import Publisher
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
+    from teleopctl.node.endpoints.service import Service, ServiceCallback
+    from teleopctl.node.endpoints.subscription import (
+        ContentFilterOptions,
+        RawCallback,
+        Subscription,
+        SubscriptionCallback,
+    )
+
+# Most commands make endpoints of one kind, and load no other.
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
@@ -56,7 +62,7 @@ class NodeEndpoints(NodeTimers):
         callback_group: CallbackGroup | None = None,
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
-        publisher_class: type[Publisher[MessageT]] = Publisher,
+        publisher_class: type[Publisher[MessageT]] | None = None,
     ) -> Publisher[MessageT]:
         """Make a publisher; an integer QoS is the depth of the default profile.
 
@@ -67,7 +73,7 @@ class NodeEndpoints(NodeTimers):
             callback_group: That of the callbacks of events.
             event_callbacks: Called when subscriptions come and go.
             qos_overriding_options: Lets parameters override the quality of service.
-            publisher_class: A subclass to make.
+            publisher_class: A subclass of `Publisher` to make.
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
@@ -77,6 +83,10 @@ class NodeEndpoints(NodeTimers):
         qos = qos_from(qos_profile)
         if qos_overriding_options is not None:
             qos = self._overridden_qos(qos, qos_overriding_options, "publisher", name)
+        if publisher_class is None:
+            from teleopctl.node.endpoints.publisher import Publisher
+
+            publisher_class = Publisher
         publisher = self.keep(publisher_class(self, msg_type, name, qos))
         if event_callbacks is not None:
             self._watch(publisher, event_callbacks, callback_group)
@@ -161,6 +171,8 @@ class NodeEndpoints(NodeTimers):
             InvalidTopicNameException: The name breaks a rule.
             UnsupportedEventTypeError: An event is not reported by the transport.
         """
+        from teleopctl.node.endpoints.subscription import Subscription
+
         name = self.resolve_topic_name(topic)
         qos = qos_from(qos_profile)
         if qos_overriding_options is not None:
@@ -196,6 +208,8 @@ class NodeEndpoints(NodeTimers):
         Raises:
             InvalidServiceNameException: The name breaks a rule.
         """
+        from teleopctl.node.endpoints.service import Service
+
         return self.keep(
             Service(
                 self,
@@ -221,6 +235,8 @@ class NodeEndpoints(NodeTimers):
         Raises:
             InvalidServiceNameException: The name breaks a rule.
         """
+        from teleopctl.node.endpoints.client import Client
+
         name = self.resolve_service_name(srv_name)
         group = callback_group or self._default_callback_group
         return self.keep(Client(self, srv_type, name, group, qos_profile))
@@ -254,21 +270,29 @@ class NodeEndpoints(NodeTimers):
     @property
     def publishers(self) -> list[Publisher[Any]]:
         """The node's publishers."""
+        from teleopctl.node.endpoints.publisher import Publisher
+
         return self._of_class(Publisher)
 
     @property
     def subscriptions(self) -> list[Subscription[Any]]:
         """The node's subscriptions."""
+        from teleopctl.node.endpoints.subscription import Subscription
+
         return self._of_class(Subscription)
 
     @property
     def services(self) -> list[Service[Any, Any]]:
         """The node's service servers."""
+        from teleopctl.node.endpoints.service import Service
+
         return self._of_class(Service)
 
     @property
     def clients(self) -> list[Client[Any, Any]]:
         """The node's service clients."""
+        from teleopctl.node.endpoints.client import Client
+
         return self._of_class(Client)
 
     # -- taking things down ----------------------------------------------------------------------
@@ -296,6 +320,34 @@ class NodeEndpoints(NodeTimers):
     def destroy_client(self, client: Client[RequestT, ResponseT]) -> bool:
         """Destroy a service client; False when it is not this node's."""
         return self._forget(client)
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the node."""
+        return Handle(self, self.get_name())
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it was destroyed (ours)."""
+        return self._token is None
+
+    def destroy(self) -> None:
+        """Take the node out of the graph; `destroy_node` under the name that entities have."""
+        self.destroy_node()
+
+    def destroy_node(self) -> None:
+        """Take the node and all that it has out of the graph. Idempotent."""
+        self._forget_graph_callbacks()
+        if self.executor is not None:
+            self.executor.remove_node(self)
+        self._destroy_all()
+        self._withdraw()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.destroy_node()
 
     def _destroy_all(self) -> None:
         """Destroy timers and endpoints, the youngest first."""

@@ -1,48 +1,74 @@
-"""A graph query as a whole process, against a bare script that asks Zenoh the same.
+"""Commands as whole processes, each against a bare script that does the same with Zenoh.
 
-Both run in turn in the same minute, with their bytecode cached as after any installation; the
-ratio of the medians is what counts, and 2.5 is the aim.
+The script knows the key with its type and hash, and decodes nothing; where no graph is asked, it is
+a bare interpreter that prints the file. Command and script run in turn in the same minute, with
+their bytecode cached as after any installation.
 """
 
-import statistics
-import subprocess
 import sys
-import time
+from pathlib import Path
 
+from teleopctl.interfaces import type_hash
 from teleopctl.testing import RosGraph
+from teleopctl.wire import topic_key
+from tests.benchmarks.processes import times_in_turn
 
+HERE = Path(__file__).parent
 ROUNDS = 15
+STRING, TRIGGER = "std_msgs/msg/String", "std_srvs/srv/Trigger"
+GET_PARAMETERS = "rcl_interfaces/srv/GetParameters"
+SHOW = "interface show std_msgs/msg/String"
 
-BARE = """
-import os, zenoh
-config = zenoh.Config.from_json5('''{
-  mode: "client",
-  connect: { endpoints: ["%s"] },
-  scouting: { multicast: { enabled: false } },
-}''' % os.environ["TELEOPCTL_ROUTER"])
-with zenoh.open(config) as session:
-    key = f"@ros2_lv/{os.environ['ROS_DOMAIN_ID']}/**"
-    tokens = [str(reply.ok.key_expr) for reply in session.liveliness().get(key)]
-"""
-
-
-def process_time_s(argv: list[str], env: dict[str, str]) -> float:
-    start = time.perf_counter()
-    subprocess.run(argv, env=env, stdout=subprocess.DEVNULL, check=True)
-    return time.perf_counter() - start
+# Command, what the bare script is told (None reads a file), and the ratio that is aimed at.
+CASES = [
+    ("topic list", "tokens", 2.0),
+    ("action list", "tokens", 2.0),
+    ("topic echo <Tab>", "tokens", 3.0),
+    ("param get /peer rate", f"ask /peer/get_parameters {GET_PARAMETERS}", 2.5),
+    (f"service call /trigger {TRIGGER}", f"ask /trigger {TRIGGER}", 3.0),
+    ("topic echo --once /chatter", f"first /chatter {STRING}", 3.0),
+    (f"topic pub --once /heard {STRING} data: x", f"put /heard {STRING}", 2.5),
+    (SHOW, None, 2.5),
+]
 
 
-def test_topic_list_against_a_bare_query(ros: RosGraph, tmp_path, capsys):
-    ros.spawn("topic pub /chatter std_msgs/msg/String").wait_for_line("publishing #1")
+def ours(command: str) -> tuple[list[str], dict[str, str]]:
+    """The command and the variables by which a shell asks it for completions."""
+    words = command.split(" ", 5 if "topic pub" in command else -1)
+    if words[-1] != "<Tab>":
+        return [sys.executable, "-m", "teleopctl", *words], {}
+    line = " ".join(["teleopctl", *words[:-1], ""])
+    return [sys.executable, "-m", "teleopctl"], {
+        "_TELEOPCTL_COMPLETE": "complete_bash",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(len(words)),
+    }
+
+
+def bare(told: str | None, domain: int, definition: Path) -> list[str]:
+    if told is None:
+        return [sys.executable, "-c", f"print(open({str(definition)!r}).read())"]
+    verb, *rest = told.split()
+    key = [topic_key(domain, rest[0], rest[1], type_hash(rest[1]))] if rest else []
+    return [sys.executable, str(HERE / "bare_commands.py"), verb, *key]
+
+
+def test_commands_against_bare_scripts(ros: RosGraph, tmp_path: Path, capsys):
+    peer = ros.spawn_command([sys.executable, str(HERE / "command_peers.py")])
+    peer.wait_for_line("ready")
+    definition = tmp_path / "String.msg"
+    definition.write_text("string data\n")
     env = ros.env | {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": ""}
-    bare, ours = [], []
-    for _ in range(ROUNDS + 1):
-        bare.append(process_time_s([sys.executable, "-c", BARE], env))
-        ours.append(process_time_s([sys.executable, "-m", "teleopctl", "topic", "list"], env))
-    # The first round of each writes the bytecode.
-    bare_s, ours_s = statistics.median(bare[1:]), statistics.median(ours[1:])
-    with capsys.disabled():
-        print(
-            f"\ntopic list {ours_s * 1e3:.1f} ms, bare query {bare_s * 1e3:.1f} ms, "
-            f"ratio {ours_s / bare_s:.2f}"
+    lines = []
+    for command, told, aim in CASES:
+        argv, variables = ours(command)
+        pair = {"bare": bare(told, ros.domain, definition), "ours": argv}
+        times = times_in_turn(pair, env | variables, ROUNDS)
+        a, b = times["ours"], times["bare"]
+        lines.append(
+            f"{command[:30]:30} {b.median_wall * 1e3:5.0f} {a.median_wall * 1e3:5.0f} ms, ratio "
+            f"{a.median_wall / b.median_wall:.2f}, of the least {a.least_wall / b.least_wall:.2f}, "
+            f"of processor time {a.least_processor / b.least_processor:.2f}; aim {aim}"
         )
+    with capsys.disabled():
+        print("\ncommand                        bare  ours", *lines, sep="\n")

@@ -26,7 +26,7 @@ from teleopctl.interfaces.store import (
 @pytest.fixture
 def cache_folder(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
-    monkeypatch.setattr(standard, "cache_folder", lambda: folder)
+    monkeypatch.setattr(standard, "_cache_folder", lambda: str(folder))
     return folder
 
 
@@ -38,7 +38,7 @@ def define(folder: Path, name: str, text: str) -> Path:
 
 
 def table_file():
-    return standard._cache_file("ros2_jazzy")
+    return Path(standard._cache_file("ros2_jazzy"))
 
 
 def test_two_environments_used_in_turn_do_not_throw_each_others_table_away(
@@ -46,7 +46,7 @@ def test_two_environments_used_in_turn_do_not_throw_each_others_table_away(
 ):
     standard.StandardTypes("jazzy")
     own = table_file()
-    monkeypatch.setattr(standard, "_stores", lambda: Path("/another/lib/rosbags/typesys/stores"))
+    monkeypatch.setattr(standard, "_stores", lambda: "/another/lib/rosbags/typesys/stores")
     assert table_file().parent == cache_folder
     assert table_file() != own
 

@@ -4,20 +4,13 @@ import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import command_node
+from teleopctl.cli.command_node import bare_command_node
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import UnavailableError, UsageError, what_there_is
-from teleopctl.interfaces import (
-    get_service,
-    message_from_yaml,
-    message_to_dict,
-    normalize,
-    type_hash,
-)
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
@@ -44,12 +37,14 @@ def call(
 
     Without a server it waits for one.
     """
+    from teleopctl.interfaces import get_service, message_from_yaml, message_to_dict, normalize
+
     if rate is not None and rate <= 0:
         raise UsageError("The rate must be greater than zero")
     learn_type(normalize(service_type, "srv"))
     service_class = get_service(service_type)
     request = message_from_yaml(service_class.Request, values)
-    with command_node(session_mode="client") as node:
+    with bare_command_node(session_mode="client") as node:
         client = node.create_client(service_class, absolute_name(service_name))
         _wait_for_server(client, timeout)
         while True:
@@ -98,6 +93,8 @@ def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -
         if not wait_aloud(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
             raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
         servers = client.node.graph().servers(name, client.type_name)
+    from teleopctl.interfaces import type_hash
+
     ours = type_hash(client.type_name)
     if servers and all(server.type_hash != ours for server in servers):
         raise UnavailableError(

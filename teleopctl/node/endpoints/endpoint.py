@@ -6,7 +6,6 @@ import abc
 from typing import TYPE_CHECKING, Any, Self
 
 from teleopctl.interfaces import type_hash
-from teleopctl.node.endpoints.events import EventHandler
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
@@ -15,6 +14,7 @@ from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_k
 if TYPE_CHECKING:
     import zenoh
 
+    from teleopctl.node.endpoints.events import EventHandler
     from teleopctl.node.node_core import NodeCore
 
 

@@ -11,13 +11,13 @@ import zenoh
 from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.arrivals import MOST_ITEMS
 from teleopctl.node.endpoints.endpoint import Endpoint
-from teleopctl.node.endpoints.events import MatchedHandler, PublisherEventCallbacks, check_supported
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from teleopctl.wire import EntityKind, encode_attachment
 
 if TYPE_CHECKING:
+    from teleopctl.node.endpoints.events import PublisherEventCallbacks
     from teleopctl.node.node_core import NodeCore
     from teleopctl.node.values.time import Duration
 
@@ -42,6 +42,8 @@ class Publisher(Endpoint, Generic[MessageT]):
         Raises:
             UnsupportedEventTypeError: The transport does not report one of them.
         """
+        from teleopctl.node.endpoints.events import MatchedHandler, check_supported
+
         check_supported(callbacks)
         if callbacks.matched is not None:
             others = (EntityKind.MS, self.name, self.type_name)

@@ -15,12 +15,6 @@ from teleopctl.interfaces import MessageT, deserialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepAll, KeepLast
 from teleopctl.node.endpoints.endpoint import Endpoint
-from teleopctl.node.endpoints.events import (
-    MatchedHandler,
-    MessageLostHandler,
-    SubscriptionEventCallbacks,
-    check_supported,
-)
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
@@ -28,6 +22,7 @@ from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
 from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:
+    from teleopctl.node.endpoints.events import MessageLostHandler, SubscriptionEventCallbacks
     from teleopctl.node.node_core import NodeCore
 
 
@@ -119,6 +114,12 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         Raises:
             UnsupportedEventTypeError: The transport does not report one of them.
         """
+        from teleopctl.node.endpoints.events import (
+            MatchedHandler,
+            MessageLostHandler,
+            check_supported,
+        )
+
         check_supported(callbacks)
         if callbacks.matched is not None:
             others = (EntityKind.MP, self.name, self.type_name)

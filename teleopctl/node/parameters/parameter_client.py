@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
-from teleopctl.node.endpoints.client import Client, ResponseFuture
 from teleopctl.node.parameters.parameter import Parameter
-from teleopctl.node.parameters.parameter_file import parameter_messages
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterEvent
     from rcl_interfaces.srv import (
         DescribeParameters,
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
         SetParametersAtomically,
     )
 
+    from teleopctl.node.endpoints.client import Client, ResponseFuture
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.node.values.future import Future
@@ -163,9 +163,7 @@ class AsyncParameterClient:
         callback: DoneCallback[SetParameters.Response] | None = None,
     ) -> ResponseFuture[SetParameters.Response]:
         """Set what a parameter file holds, one by one; see `parameter_messages`."""
-        return self.set_parameters(
-            list(parameter_messages(parameter_file, use_wildcard).values()), callback
-        )
+        return self.set_parameters(_messages_of_file(parameter_file, use_wildcard), callback)
 
     def load_parameter_file_atomically(
         self,
@@ -175,7 +173,7 @@ class AsyncParameterClient:
     ) -> ResponseFuture[SetParametersAtomically.Response]:
         """Set all that a parameter file holds, or nothing; see `parameter_messages`."""
         return self.set_parameters_atomically(
-            list(parameter_messages(parameter_file, use_wildcard).values()), callback
+            _messages_of_file(parameter_file, use_wildcard), callback
         )
 
     def on_parameter_event(
@@ -241,6 +239,12 @@ def _outcome(
     if response is None:
         return UnavailableError(f"Node '{name}' did not answer within {timeout_sec:g} s")
     return response
+
+
+def _messages_of_file(path: str | Path, use_wildcard: bool) -> list[ParameterMessage]:
+    from teleopctl.node.parameters.parameter_file import parameter_messages
+
+    return list(parameter_messages(path, use_wildcard).values())
 
 
 def _messages(parameters: Sequence[Parameter | ParameterMessage]) -> list[ParameterMessage]:

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.names import expand_name, fully_qualified
 from teleopctl.printable import shortened
 
-_RULE = re.compile(
-    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$",
-    re.DOTALL,
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_RULE = (
+    r"^(?:(?P<node>[A-Za-z_][A-Za-z0-9_]*):(?!//|=))?(?P<left>[^:=]+(?:://[^:=]+)?):=(?P<right>.*)$"
 )
 _FLAGS = {
     "--enable-rosout-logs": ("rosout_logs", True),
@@ -99,7 +100,7 @@ class RosArguments(NamedTuple):
         full_name = fully_qualified(namespace, node_name)
         overrides: dict[str, Any] = {}
         for source in self.parameters:
-            if isinstance(source, Path):
+            if not isinstance(source, ParameterRule):
                 from teleopctl.node.parameters.parameter_file import read_parameter_file
 
                 overrides.update(read_parameter_file(source).for_node(full_name))
@@ -133,7 +134,7 @@ def _value_of(option: str, words: Iterator[str]) -> str:
 
 
 def _rule(option: str, text: str) -> re.Match[str]:
-    match = _RULE.match(text)
+    match = re.match(_RULE, text, re.DOTALL)
     if match is None:
         raise UsageError(
             f"Couldn't parse the rule '{shortened(text)}' of {option}",
@@ -199,6 +200,8 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
             case "--param":
                 parameters.append(_parameter_rule(value))
             case "--params-file":
+                from pathlib import Path
+
                 parameters.append(Path(value))
             case "--log-level":
                 logger, assigned, level = value.partition(":=")

@@ -8,7 +8,6 @@ from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import NotFoundError
-from teleopctl.interfaces import message_to_dict
 
 
 def describe_parameters(
@@ -30,6 +29,8 @@ def describe_parameters(
             "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is."
         )
     if as_json:
+        from teleopctl.interfaces import message_to_dict
+
         console.out_json([message_to_dict(descriptor) for descriptor in descriptors])
         return
     for descriptor in descriptors:

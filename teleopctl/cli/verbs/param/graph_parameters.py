@@ -6,17 +6,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeAlias
 
-from teleopctl.cli.command_node import command_node
+from teleopctl.cli.command_node import bare_command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
-from teleopctl.node import AsyncParameterClient, ask_nodes
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult
 
     from teleopctl.interfaces import ResponseT
-    from teleopctl.node import Node, Parameter, ResponseFuture
+    from teleopctl.node import AsyncParameterClient, BareNode, Parameter, ResponseFuture
 
     Question: TypeAlias = Callable[[AsyncParameterClient], ResponseFuture[ResponseT]]
 
@@ -30,7 +29,7 @@ class Parameters:
         node: The node that asks.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: BareNode) -> None:
         self._node = node
         self._graph = query_graph(node.context.session)
 
@@ -73,6 +72,8 @@ class Parameters:
         self, node_names: Iterable[str], question: Question[ResponseT]
     ) -> Mapping[str, ResponseT | UnavailableError]:
         """Ask many nodes at once; the response of each, or the error where it did not answer."""
+        from teleopctl.node import ask_nodes
+
         return ask_nodes(self._node, node_names, question, LONGEST_WAIT_S)
 
     def names(self, node_name: str) -> list[str]:
@@ -106,5 +107,5 @@ def open_parameters() -> Iterator[Parameters]:
     Raises:
         RouterNotRunning: No router answers.
     """
-    with command_node(session_mode="client") as node:
+    with bare_command_node(session_mode="client") as node:
         yield Parameters(node)

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from teleopctl.node import ParameterType
-
-_TYPE_NAMES = {
-    ParameterType.NOT_SET: "not set",
-    ParameterType.BOOL: "boolean",
-    ParameterType.INTEGER: "integer",
-    ParameterType.DOUBLE: "double",
-    ParameterType.STRING: "string",
-    ParameterType.BYTE_ARRAY: "byte array",
-    ParameterType.BOOL_ARRAY: "boolean array",
-    ParameterType.INTEGER_ARRAY: "integer array",
-    ParameterType.DOUBLE_ARRAY: "double array",
-    ParameterType.STRING_ARRAY: "string array",
-}
+# In the order of their numbers.
+_TYPE_NAMES = (
+    *("not set", "boolean", "integer", "double", "string"),
+    *("byte array", "boolean array", "integer array", "double array", "string array"),
+)
 
 
 def type_name(number: int) -> str:
     """The name of a type of ``rcl_interfaces/msg/ParameterType``."""
-    return _TYPE_NAMES[ParameterType(number)] if number in _TYPE_NAMES else "unknown"
+    return _TYPE_NAMES[number] if 0 <= number < len(_TYPE_NAMES) else "unknown"
 
 
 def value_label(number: int) -> str:

@@ -8,14 +8,6 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
 from teleopctl.cli.verbs.param.text import type_name, value_label
 from teleopctl.errors import NotFoundError, RefusedError, did_you_mean
-from teleopctl.interfaces import get_message
-from teleopctl.node import (
-    Parameter,
-    ParameterType,
-    parameter_value_from_yaml,
-    parameter_value_to_python,
-    plain_parameter_value,
-)
 
 ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
 
@@ -30,6 +22,8 @@ def get_parameter(
     with open_parameters() as parameters:
         node = parameters.find(node_name)
         value = _value(parameters, node, parameter_name)
+    from teleopctl.node import parameter_value_to_python, plain_parameter_value
+
     if as_json:
         console.out_json(
             {
@@ -53,6 +47,9 @@ def set_parameter(
     The value is YAML: 1 is an integer, 1.0 a double, true a boolean, "1" a string, [1, 2] an
     array.
     """
+    from teleopctl.interfaces import get_message
+    from teleopctl.node import parameter_value_from_yaml
+
     with open_parameters() as parameters:
         node = parameters.find(node_name)
         wanted = get_message("rcl_interfaces/msg/Parameter")(
@@ -66,6 +63,8 @@ def set_parameter(
 
 def delete_parameter(node_name: NodeName, parameter_name: ParameterName) -> None:
     """Delete a parameter."""
+    from teleopctl.node import Parameter
+
     with open_parameters() as parameters:
         node = parameters.find(node_name)
         result = parameters.set(node, [Parameter(parameter_name)])[parameter_name]
@@ -75,6 +74,8 @@ def delete_parameter(node_name: NodeName, parameter_name: ParameterName) -> None
 
 
 def _value(parameters: Parameters, node: str, name: str) -> Any:
+    from teleopctl.node import ParameterType
+
     values = parameters.ask(node, lambda remote: remote.get_parameters([name])).values
     if not values or values[0].type == ParameterType.NOT_SET:
         hint = did_you_mean(name, parameters.names(node))

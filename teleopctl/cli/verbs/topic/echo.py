@@ -1,10 +1,10 @@
 """``teleopctl topic echo``."""
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import command_node
+from teleopctl.cli.command_node import bare_command_node, command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
 from teleopctl.cli.verb import Argument, Option
@@ -20,8 +20,9 @@ from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import UnavailableError
-from teleopctl.interfaces import field_reader
-from teleopctl.node import Future, MessageInfo, SingleThreadedExecutor
+
+if TYPE_CHECKING:
+    from teleopctl.node import MessageInfo
 
 _DEPTH = 10
 _TRUNCATE = 128
@@ -93,6 +94,9 @@ def echo(
 
         live_plot(source, plot, window, qos, timeout)
         return
+    from teleopctl.interfaces import field_reader
+    from teleopctl.node import Future, SingleThreadedExecutor
+
     select = field_reader(field) if field else None
     wanted = filter_predicate(filter_expression) if filter_expression else None
     style = TextStyle(
@@ -106,7 +110,7 @@ def echo(
     done: Future[None] = Future()
     printed = False
 
-    def receive(message: Any, info: MessageInfo) -> None:
+    def receive(message: Any, info: "MessageInfo") -> None:
         nonlocal printed
         if done.done():
             return
@@ -121,7 +125,10 @@ def echo(
         if once:
             done.set_result(None)
 
-    with command_node() as node, SingleThreadedExecutor(context=node.context) as executor:
+    with (
+        bare_command_node() if once else command_node() as node,
+        SingleThreadedExecutor(context=node.context) as executor,
+    ):
         node.create_subscription(source.message_class, source.topic, receive, qos, raw=raw)
         executor.add_node(node)
         executor.spin_until_future_complete(done, timeout)
@@ -131,20 +138,20 @@ def echo(
 
 def _writer(
     style: TextStyle, *, csv: bool, as_json: bool, with_info: bool
-) -> Callable[[Any, MessageInfo], None]:
+) -> Callable[[Any, "MessageInfo"], None]:
     """The function that prints one message, or one field of it, with its information."""
 
-    def write_json(value: Any, info: MessageInfo) -> None:
+    def write_json(value: Any, info: "MessageInfo") -> None:
         document = json_value(value)
         if with_info:
             document = {"info": _shown(info), "message": document}
         console.out_json(document, compact=True)
 
-    def write_csv(value: Any, info: MessageInfo) -> None:
+    def write_csv(value: Any, info: "MessageInfo") -> None:
         ahead = f"{','.join(str(entry) for entry in _shown(info).values())}," if with_info else ""
         console.out(ahead + style.csv(value))
 
-    def write_yaml(value: Any, info: MessageInfo) -> None:
+    def write_yaml(value: Any, info: "MessageInfo") -> None:
         if with_info:
             lines = [f"{key}: {_yaml_scalar(entry)}" for key, entry in sorted(_shown(info).items())]
             console.out_lines([*lines, "---"])
@@ -155,7 +162,7 @@ def _writer(
     return write_csv if csv else write_yaml
 
 
-def _shown(info: MessageInfo) -> dict[str, int | None]:
+def _shown(info: "MessageInfo") -> dict[str, int | None]:
     return {key: value for key, value in info.items() if isinstance(value, int | None)}
 
 
@@ -170,7 +177,7 @@ class _LossReport:
         self._last: dict[bytes, int] = {}
         self._lost = 0
 
-    def note(self, info: MessageInfo) -> None:
+    def note(self, info: "MessageInfo") -> None:
         publisher, number = info["publisher_gid"], info["publication_sequence_number"]
         last = self._last.get(publisher)
         self._last[publisher] = number

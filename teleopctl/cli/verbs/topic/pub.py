@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import command_node
+from teleopctl.cli.command_node import bare_command_node, command_node
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
@@ -23,13 +23,10 @@ from teleopctl.cli.verbs.topic.qos_options import (
 )
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import InvalidFileError, UnavailableError, UsageError, what_there_is
-from teleopctl.interfaces import get_message, message_from_yaml, normalize
-from teleopctl.node import QoSProfile
-from teleopctl.text_file import read_text
 from teleopctl.wire import EntityKind, ensure_router, query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node, Publisher
+    from teleopctl.node import BareNode, Node, Publisher
 
 _DEPTH = 10
 _PRESENT_TIME = ("auto", "now")
@@ -85,6 +82,9 @@ def publish(
     A std_msgs/msg/Header or a builtin_interfaces/msg/Time may be given as auto or now: it is the
     time of each publication.
     """
+    from teleopctl.interfaces import get_message, message_from_yaml, normalize
+    from teleopctl.node import QoSProfile
+
     if rate <= 0:
         raise UsageError("The rate must be greater than zero")
     count = 1 if once else times
@@ -104,7 +104,11 @@ def publish(
     ensure_router()
     # What a peer publishes while it still meets the others is lost; a client's goes through the
     # router, which knows them all.
-    with command_node(session_mode="client" if count == 1 else "peer", name=node_name) as node:
+    with (
+        bare_command_node(session_mode="client", name=node_name)
+        if count == 1
+        else command_node(name=node_name)
+    ) as node:
         publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
         if subscribers:
             _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
@@ -135,7 +139,7 @@ def _paced(rate: float, count: int) -> Iterator[int]:
 
 
 def _wait_for_subscribers(
-    node: "Node", publisher: "Publisher[Any]", count: int, longest_wait_s: float | None
+    node: "Node | BareNode", publisher: "Publisher[Any]", count: int, longest_wait_s: float | None
 ) -> None:
     topic, type_name = publisher.topic_name, publisher.type_name
     graph = query_graph(node.context.session)
@@ -167,6 +171,8 @@ def _wait_for_subscribers(
 
 def _read(file: str) -> str:
     if file != "-":
+        from teleopctl.text_file import read_text
+
         return read_text(Path(file))
     try:
         return sys.stdin.buffer.read().decode("utf-8")

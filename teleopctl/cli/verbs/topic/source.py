@@ -14,7 +14,6 @@ from teleopctl.errors import (
     UnavailableError,
     did_you_mean,
 )
-from teleopctl.interfaces import get_message, normalize, type_hash
 from teleopctl.wire import Graph, RouterNotRunning, ensure_router
 
 if TYPE_CHECKING:
@@ -59,6 +58,8 @@ def find_source(
         TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
         RouterNotRunning: Likewise, because no router answers.
     """
+    from teleopctl.interfaces import get_message, normalize
+
     try:
         graph = live_graph()
     except RouterNotRunning:
@@ -140,6 +141,8 @@ def _warn_of_other_types(topic: str, message_type: str, graph: Graph) -> None:
 def _warn_of_other_versions(
     topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
 ) -> None:
+    from teleopctl.interfaces import type_hash
+
     type_name = message_class.TYPE_NAME
     ours = getattr(message_class, "TYPE_HASH", None) or type_hash(type_name)
     others = sorted({p.full_name for p in publishers if p.type_hash != ours})

@@ -6,8 +6,6 @@ import array
 import math
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces import message_to_csv, message_to_dict, message_to_yaml
-
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json
 
@@ -42,6 +40,8 @@ class TextStyle:
         """A message as YAML, another value as Python prints it; a line break ends it."""
         if not is_message(value):
             return f"{value}\n"
+        from teleopctl.interfaces import message_to_yaml
+
         return message_to_yaml(
             value,
             truncate=self.truncate,
@@ -53,6 +53,8 @@ class TextStyle:
     def csv(self, value: Any) -> str:
         """All values in order, with commas between them."""
         if is_message(value):
+            from teleopctl.interfaces import message_to_csv
+
             return message_to_csv(
                 value, truncate=self.truncate, no_arr=self.no_arr, no_str=self.no_str
             )
@@ -65,6 +67,8 @@ class TextStyle:
 def json_value(value: Any) -> Json:
     """A message or a part of one as JSON has it; numbers that JSON lacks become texts."""
     if is_message(value):
+        from teleopctl.interfaces import message_to_dict
+
         document: Json = message_to_dict(value)
         return document
     if is_list(value):

@@ -1,0 +1,59 @@
+"""How long whole processes take, those that are compared in turn in the same minute.
+
+Wall time tells what a person waits for, processor time (of the process, user and system) what is
+comparable on a machine that does other work as well. The minimum of many is the steadiest.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+
+class Times(NamedTuple):
+    """Seconds that one process took."""
+
+    wall: float
+    processor: float
+
+
+class Summary(NamedTuple):
+    """Seconds that several runs of one command took."""
+
+    least_wall: float
+    median_wall: float
+    least_processor: float
+
+
+def time_of(argv: Sequence[str], env: Mapping[str, str], output: int = subprocess.DEVNULL) -> Times:
+    """Run a command, which has to succeed, and return how long it took."""
+    start = time.perf_counter()
+    process = subprocess.Popen(argv, env=env, stdout=output)
+    _, status, usage = os.wait4(process.pid, 0)
+    wall = time.perf_counter() - start
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0, f"{argv} ended with {process.returncode}"
+    return Times(wall, usage.ru_utime + usage.ru_stime)
+
+
+def times_in_turn(
+    commands: Mapping[str, Sequence[str]], env: Mapping[str, str], rounds: int
+) -> dict[str, Summary]:
+    """Run each command so many times, one after the other in each round.
+
+    A first round, which writes the bytecode, does not count.
+    """
+    taken: dict[str, list[Times]] = {name: [] for name in commands}
+    for _ in range(rounds + 1):
+        for name, argv in commands.items():
+            taken[name].append(time_of(argv, env))
+    return {name: _summary(times[1:]) for name, times in taken.items()}
+
+
+def _summary(times: list[Times]) -> Summary:
+    walls = [each.wall for each in times]
+    return Summary(min(walls), statistics.median(walls), min(each.processor for each in times))
