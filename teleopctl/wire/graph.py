@@ -204,8 +204,8 @@ class GraphWatcher:
     Args:
         session: The session to listen with; it stays open when the watcher closes.
         domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
-        on_change: Called without arguments after each change, on the transport's thread: it must
-            be quick and must not raise.
+        on_change: Called without arguments after each change, on a thread of the transport: it
+            must be quick and must not raise.
 
     Attributes:
         refusals: The tokens that could not be read.
@@ -228,12 +228,21 @@ class GraphWatcher:
         self._closed = False
         self._on_change = on_change
         self.refusals = Refusals("a token of the graph", _report)
-        self._subscriber = session.liveliness().declare_subscriber(
-            liveliness_key(domain_id() if domain is None else domain),
-            # Not indirect: that would be a thread which keeps a program that ends without closing
-            # the session from ending.
-            zenoh.handlers.Callback(self._hear, indirect=False),
-            history=True,
+        domain = domain_id() if domain is None else domain
+        self._own_zid = str(session.zid())
+        liveliness = session.liveliness()
+        self._subscribers = (
+            # What the session declares itself is known when that returns.
+            liveliness.declare_subscriber(
+                liveliness_key(domain, self._own_zid),
+                zenoh.handlers.Callback(self._hear_own, indirect=False),
+                history=True,
+            ),
+            _in_daemon_thread(
+                lambda: liveliness.declare_subscriber(
+                    liveliness_key(domain), self._hear, history=True
+                )
+            ),
         )
 
     def snapshot(self) -> Graph:
@@ -267,20 +276,30 @@ class GraphWatcher:
             self._closed = True
             self._changed.notify_all()
         # Not under the lock: a callback may be waiting for it.
-        self._subscriber.undeclare()
+        for subscriber in self._subscribers:
+            subscriber.undeclare()
 
     def _snapshot(self) -> Graph:
         if self._graph is None:
             self._graph = Graph(self._tokens.values())
         return self._graph
 
-    @transport_callback
     def _hear(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
         token = parse_token(text)
         if token is None:
             self.refusals.refuse(f"{text[:_LONGEST_REPORTED]!r} cannot be read")
-            return
+        elif token.zid != self._own_zid:
+            self._note(sample, text, token)
+
+    @transport_callback
+    def _hear_own(self, sample: zenoh.Sample) -> None:
+        text = str(sample.key_expr)
+        token = parse_token(text)
+        if token is not None:
+            self._note(sample, text, token)
+
+    def _note(self, sample: zenoh.Sample, text: str, token: NodeToken | EndpointToken) -> None:
         if len(self._tokens) >= MOST_TOKENS and text not in self._tokens:
             if sample.kind == zenoh.SampleKind.PUT:
                 self.refusals.refuse(f"there are {MOST_TOKENS} already")
@@ -302,6 +321,34 @@ class GraphWatcher:
         key = _node_key(node)
         for text in [t for t, token in self._tokens.items() if _node_key(token) == key]:
             del self._tokens[text]
+
+
+def _in_daemon_thread(
+    declare: Callable[[], "zenoh.Subscriber[None]"],
+) -> "zenoh.Subscriber[None]":
+    """Declare with a callback that has a thread of its own, which ends with the program.
+
+    That a peer goes is told by the one thread which also ends what an advanced publisher does
+    beside; its `undeclare` waits for that up to 10 s, and holds Python's lock meanwhile. So no
+    Python may run there. The thread that Zenoh starts for a callback inherits from the one that
+    declares whether a program waits for it at its end.
+    """
+    import threading
+
+    declared: list[zenoh.Subscriber[None] | zenoh.ZError] = []
+
+    def run() -> None:
+        try:
+            declared.append(declare())
+        except zenoh.ZError as error:
+            declared.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join()
+    if isinstance(declared[0], zenoh.ZError):
+        raise declared[0]
+    return declared[0]
 
 
 def _report(text: str) -> None:

@@ -58,10 +58,10 @@ def parse_topic_key(text: str) -> TopicKey | None:
     return TopicKey(domain, "/" + "/".join(chunks[1:-2]), from_dds(chunks[-2]), chunks[-1])
 
 
-def liveliness_key(domain: int) -> str:
-    """Return the key expression that matches every token of a ROS domain."""
+def liveliness_key(domain: int, zid: str | None = None) -> str:
+    """Return the key expression that matches every token of a ROS domain, or of one session."""
     # The domain is spelled out because a wildcard does not match the verbatim prefix.
-    return f"{LIVELINESS_PREFIX}/{domain}/**"
+    return f"{LIVELINESS_PREFIX}/{domain}/{'' if zid is None else f'{zid}/'}**"
 
 
 def decimal(text: str) -> int | None:

@@ -239,6 +239,35 @@ def test_the_owner_is_told_of_each_change(world):
     watcher.close()
 
 
+def test_that_others_come_is_not_told_on_the_thread_that_ends_what_publishers_do_beside(world):
+    """Zenoh's own threads are unknown to Python; one that waited for its lock held up an end."""
+    known = []
+    heard = threading.Event()
+
+    def note():
+        known.append(any(t.ident == threading.get_ident() for t in started))
+        heard.set()
+
+    before = set(threading.enumerate())
+    watcher = GraphWatcher(world.open("client"), DOMAIN, on_change=note)
+    started = set(threading.enumerate()) - before
+    world.declare(world.open("client"), node())
+    assert heard.wait(LONGEST_WAIT_S)
+    assert known == [True]
+    assert all(thread.daemon for thread in started)
+    watcher.close()
+
+
+def test_what_a_session_declares_itself_is_known_at_once(world):
+    session = world.open("client")
+    watcher = GraphWatcher(session, DOMAIN)
+    token = world.declare(session, node(zid=str(session.zid())))
+    assert len(watcher.snapshot().nodes) == 1
+    token.undeclare()
+    assert watcher.snapshot().nodes == ()
+    watcher.close()
+
+
 def test_closing_wakes_whoever_waits(world):
     watcher = GraphWatcher(world.open("client"), DOMAIN)
     asked = threading.Event()
