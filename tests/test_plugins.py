@@ -5,8 +5,9 @@ from importlib.util import find_spec
 
 import pytest
 
-from teleopctl import plugin_lookup, plugins
+from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError, TeleopctlError, UnknownPluginError
+from teleopctl.plugins import lookup
 from tests.distributions import install
 
 # The tutorial's nodes import rclpy, which they find only where `teleopctl run` starts them.
@@ -28,10 +29,10 @@ CONTROLLER = """
 def site(tmp_path, monkeypatch):
     """A folder on the path for distributions; the registry reads the entry points anew."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
     before = set(sys.modules)
     yield tmp_path
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
     for name in set(sys.modules) - before:
         if name.startswith("strange"):
             del sys.modules[name]
@@ -44,7 +45,7 @@ def test_every_one_of_ours_can_be_loaded_and_is_what_its_kind_has_to_be(kind):
             assert find_spec(target.partition(":")[0])
             continue
         found = plugins.load(kind, name)
-        assert not kind.bases or plugin_lookup._is_one(found, kind), name
+        assert not kind.bases or lookup._is_one(found, kind), name
 
 
 def test_every_kind_has_a_noun_and_a_group_of_its_own():
@@ -52,7 +53,7 @@ def test_every_kind_has_a_noun_and_a_group_of_its_own():
 
 
 def test_ours_are_found_without_reading_entry_points(monkeypatch):
-    monkeypatch.setattr(plugin_lookup, "_installed", None)
+    monkeypatch.setattr(lookup, "_installed", None)
     for kind in KINDS:
         for name in kind.ours:
             found = plugins.find(kind, name)

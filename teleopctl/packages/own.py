@@ -19,8 +19,8 @@ _DATA_PACKAGES: Final = {
     **{
         name: f"teleopctl/share/{name}"
         for name in (
-            *("gazebo_ros", "ros_gz_bridge", "ros_gz_sim", "teleopctl"),
-            *("urdf_launch", "urdf_tutorial"),
+            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "ros_gz_bridge", "ros_gz_sim"),
+            *("teleopctl", "urdf_launch", "urdf_tutorial"),
         )
     },
 }

@@ -11,8 +11,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy_components.component_manager import ComponentManager
 
-from teleopctl import plugin_lookup
 from teleopctl.packages import find_component, list_components
+from teleopctl.plugins import lookup
 from teleopctl.testing import RosGraph
 from tests.distributions import install
 from tests.packages.prefix import write
@@ -82,9 +82,9 @@ def strangers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     entries = {f"strangers::{name}": f"strangers_parts:{name}" for name in NAMES.split()}
     entries |= {"bare": "strangers_parts:NamesItself", "strangers::gone": "no_such_module:Gone"}
     install(site, "my-parts", {"rclpy_components": entries}, {"strangers_parts.py": STRANGERS})
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
     yield
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
 
 
 @pytest.fixture

@@ -2,11 +2,11 @@
 
 import pytest
 
-from teleopctl import plugin_lookup
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.finding import find_launch_file
 from teleopctl.launch.frontends import read_launch_file
+from teleopctl.plugins import lookup
 from tests.distributions import install
 
 CODE = """
@@ -56,7 +56,7 @@ ENTRIES = {
 def plan(tmp_path, monkeypatch):
     install(tmp_path, "strange-launch", ENTRIES, {"strange_launch.py": CODE})
     monkeypatch.syspath_prepend(str(tmp_path))
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
 
     def plan(*lines, name="file.yaml"):
         file = tmp_path / name
@@ -64,7 +64,7 @@ def plan(tmp_path, monkeypatch):
         return evaluate(read_launch_file(file), {}, tmp_path / "log")[0]
 
     yield plan
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
 
 
 def test_a_strangers_action_gives_actions_and_runs_its_children(plan):

@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl import packages, plugin_lookup
+from teleopctl import packages
 from teleopctl.errors import BrokenPluginError, TeleopctlError
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.packages import finding, source_folders, source_programs
+from teleopctl.plugins import lookup
 from tests.distributions import install
 
 SETUP_PY = """
@@ -253,9 +254,9 @@ def test_no_setup_py_makes_the_reader_fail(text):
 def site(tmp_path, monkeypatch):
     folder = tmp_path / "site"
     monkeypatch.syspath_prepend(str(folder))
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
     yield folder
-    plugin_lookup._installed.cache_clear()
+    lookup._installed.cache_clear()
 
 
 def test_an_installed_distribution_brings_a_package_of_files(site):
@@ -287,7 +288,7 @@ def test_a_package_whose_files_are_missing_is_told_where_it_is_used_and_nowhere_
 
 def test_entry_points_are_read_only_for_what_nothing_else_knows(monkeypatch, empty_folder):
     make_package(empty_folder / "mine", "mine")
-    monkeypatch.setattr(plugin_lookup, "_installed", None)
+    monkeypatch.setattr(lookup, "_installed", None)
     assert packages.lookup_package("mine")
     assert packages.lookup_package("teleop_description")
     assert packages.lookup_package("tf2_ros")

@@ -15,7 +15,8 @@ A plug-in is imported when it is used and never before: a broken one breaks noth
 
 from __future__ import annotations
 
-from teleopctl.plugin_lookup import (
+from teleopctl.plugins import programs
+from teleopctl.plugins.lookup import (
     Kind as Kind,
     Plugin as Plugin,
     available as available,
@@ -100,82 +101,10 @@ COMPLETIONS = Kind(
 )
 """What Tab offers: functions from the beginning of a word to the whole words that fit."""
 
-NODES = Kind(
-    "node",
-    "teleopctl.nodes",
-    {
-        name: f"teleopctl.nodes.{module}:main"
-        for name, module in {
-            "camera/camera": "camera",
-            "controller_manager/ros2_control_node": "controller_manager",
-            "controller_manager/spawner": "spawner",
-            "controller_manager/spawner.py": "spawner",
-            "controller_manager/unspawner": "unspawner",
-            "controller_manager/unspawner.py": "unspawner",
-            "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
-            "joint_state_publisher/joint_state_publisher": "joint_state_publisher.node",
-            "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher.gui",
-            "mujoco_sim/mujoco_sim": "mujoco_sim",
-            "rosbag2_transport/recorder": "recorder",
-            "rviz2/rviz2": "rviz2",
-            "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
-            "teleop_py_pkg/simple_parameter": "simple_parameter",
-            "teleop_py_pkg/simple_publisher": "simple_publisher",
-            "teleop_py_pkg/simple_subscriber": "simple_subscriber",
-            "teleop_robot_py_pkg/simple_parameter": "simple_parameter",
-            "teleop_robot_py_pkg/simple_publisher": "simple_publisher",
-            "teleop_robot_py_pkg/simple_subscriber": "simple_subscriber",
-            "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
-            "tf2_ros/tf2_echo": "tf2.tf2_echo",
-            "tf2_ros/tf2_monitor": "tf2.tf2_monitor",
-            "tf2_tools/view_frames": "tf2.view_frames",
-        }.items()
-    }
-    | {
-        name: f"teleopctl.nodes.gazebo.{target}"
-        for name, target in {
-            "gazebo_ros/gazebo": "host:gazebo",
-            "gazebo_ros/gzclient": "host:gzclient",
-            "gazebo_ros/gzserver": "host:gzserver",
-            "gazebo_ros/spawn_entity.py": "spawning:spawn_entity",
-            "ros_gz_bridge/bridge_node": "bridges:parameter_bridge",
-            "ros_gz_bridge/parameter_bridge": "bridges:parameter_bridge",
-            "ros_gz_image/image_bridge": "bridges:image_bridge",
-            "ros_gz_sim/create": "spawning:create",
-            "ros_gz_sim/gz": "host:gz",
-            "ros_gz_sim/gzserver": "host:server_of_gz",
-            "ros_gz_sim/remove": "spawning:remove",
-        }.items()
-    }
-    | {
-        f"{package}/component_container{kind}": f"teleopctl.nodes.components.containers:{function}"
-        for package in ("rclcpp_components", "rclpy_components")
-        for kind, function in (("", "single"), ("_mt", "multi"), ("_isolated", "isolated"))
-    }
-    | {"xacro/xacro": "xacro:main"},  # the library's own program
-)
+NODES = Kind("node", "teleopctl.nodes", programs.NODES)
 """Programs of packages, as ``package/executable``: functions that take no argument."""
 
-_DEMOS = "teleopctl.nodes.components.demos"
-
-COMPONENTS = Kind(
-    "component",
-    "rclpy_components",
-    {
-        **{
-            f"composition::{name}": f"{_DEMOS}:{name}"
-            for name in ("Client", "Listener", "Server", "Talker")
-        },
-        "demo_nodes_cpp::Listener": f"{_DEMOS}:Listener",
-        "demo_nodes_cpp::Talker": f"{_DEMOS}:Talker",
-        "robot_state_publisher::RobotStatePublisher": (
-            "teleopctl.nodes.robot_state_publisher:RobotStatePublisher"
-        ),
-        "tf2_ros::StaticTransformBroadcasterNode": (
-            "teleopctl.nodes.components.static_transform:StaticTransformBroadcasterNode"
-        ),
-    },
-)
+COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
 """Nodes that a component container loads, as ``package::Class``; see
 `teleopctl.packages.components`. Strangers' are registered as for ROS 2's `rclpy_components`."""
 

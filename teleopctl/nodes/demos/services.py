@@ -1,0 +1,79 @@
+"""The service ``add_two_ints``: its server, and clients of it."""
+
+from __future__ import annotations
+
+import sys
+
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.task import Future
+
+from teleopctl.nodes.demos.running import run
+
+_AGAIN_AFTER_S = 1.0
+
+
+class AddTwoIntsServer(Node):
+    """Adds two integers on request."""
+
+    def __init__(self) -> None:
+        super().__init__("add_two_ints_server")
+        self._service = self.create_service(AddTwoInts, "add_two_ints", self._add)
+        # demo_nodes_cpp has it: end after the first request.
+        self._one_shot = bool(self.declare_parameter("one_shot", False).value)
+
+    def _add(
+        self, request: AddTwoInts.Request, response: AddTwoInts.Response
+    ) -> AddTwoInts.Response:
+        response.sum = request.a + request.b
+        self.get_logger().info(f"Incoming request\na: {request.a} b: {request.b}")
+        if self._one_shot:
+            self._timer = self.create_timer(0.1, rclpy.shutdown)
+        return response
+
+
+def add_two_ints_server(args: list[str] | None = None) -> None:
+    """Run ``add_two_ints_server``."""
+    run(AddTwoIntsServer, args)
+
+
+def add_two_ints_client(args: list[str] | None = None) -> None:
+    """Run ``add_two_ints_client``: ask once, wait for the answer."""
+    _ask(args, is_async=False)
+
+
+def add_two_ints_client_async(args: list[str] | None = None) -> None:
+    """Run ``add_two_ints_client_async``: ask once, do other things until the answer is there."""
+    _ask(args, is_async=True)
+
+
+def _ask(args: list[str] | None, *, is_async: bool) -> None:
+    rclpy.init(args=args)
+    node = rclpy.create_node("add_two_ints_client")
+    try:
+        client = node.create_client(AddTwoInts, "add_two_ints")
+        while not client.wait_for_service(timeout_sec=_AGAIN_AFTER_S):
+            sys.stdout.write("service not available, waiting again...\n")
+            sys.stdout.flush()
+        future = client.call_async(AddTwoInts.Request(a=2, b=3))
+        if is_async:
+            while rclpy.ok() and not future.done():
+                rclpy.spin_once(node)
+        else:
+            rclpy.spin_until_future_complete(node, future)
+        _tell(node, future)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # Ctrl-C while nobody serves
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _tell(node: Node, future: Future[AddTwoInts.Response]) -> None:
+    response = future.result()
+    if response is not None:
+        node.get_logger().info(f"Result of add_two_ints: {response.sum}")
+    else:
+        node.get_logger().error(f"Exception while calling service: {future.exception()!r}")

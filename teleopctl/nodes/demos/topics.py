@@ -1,0 +1,115 @@
+"""Talkers and listeners on ``chatter``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.utilities import remove_ros_args
+from std_msgs.msg import String
+
+from teleopctl.nodes.demos.running import run
+
+_PERIOD_S = 1.0
+_RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class Talker(Node):
+    """Publishes ``Hello World: N`` once a second."""
+
+    def __init__(self, name: str = "talker", qos: QoSProfile | int = 10) -> None:
+        super().__init__(name)
+        _say_reliability(self, qos)
+        self._count = 0
+        self._publisher = self.create_publisher(String, "chatter", qos)
+        self._timer = self.create_timer(_PERIOD_S, self._talk)
+
+    def _talk(self) -> None:
+        message = String(data=f"Hello World: {self._count}")
+        self._count += 1
+        self.get_logger().info(f'Publishing: "{message.data}"')
+        self._publisher.publish(message)
+
+
+class Listener(Node):
+    """Says what it hears."""
+
+    def __init__(self, name: str = "listener", qos: QoSProfile | int = 10) -> None:
+        super().__init__(name)
+        _say_reliability(self, qos)
+        self._subscription = self.create_subscription(String, "chatter", self._hear, qos)
+
+    def _hear(self, message: String) -> None:
+        self.get_logger().info(f"I heard: [{message.data}]")
+
+
+class SerializedSubscriber(Node):
+    """Says which bytes it receives, without decoding them."""
+
+    def __init__(self) -> None:
+        super().__init__("serialized_subscriber")
+        self._subscription = self.create_subscription(String, "chatter", self._hear, 10, raw=True)
+
+    def _hear(self, data: bytes) -> None:
+        self.get_logger().info(f'I heard: "{data!r}"')
+
+
+def talker(args: list[str] | None = None) -> None:
+    """Run ``demo_nodes_py talker``."""
+    run(Talker, args)
+
+
+def listener(args: list[str] | None = None) -> None:
+    """Run ``demo_nodes_py listener``."""
+    run(Listener, args)
+
+
+def listener_serialized(args: list[str] | None = None) -> None:
+    """Run ``demo_nodes_py listener_serialized``."""
+    run(SerializedSubscriber, args)
+
+
+def talker_qos(args: list[str] | None = None) -> None:
+    """Run ``demo_nodes_py talker_qos``."""
+    _spin_some(Talker, "talker_qos", "number of sending attempts", args)
+
+
+def listener_qos(args: list[str] | None = None) -> None:
+    """Run ``demo_nodes_py listener_qos``."""
+    _spin_some(Listener, "listener_qos", "max number of spin_once iterations", args)
+
+
+def _say_reliability(node: Node, qos: QoSProfile | int) -> None:
+    if isinstance(qos, QoSProfile):
+        kind = "Reliable" if qos is _RELIABLE else "Best effort"
+        what = "listener" if isinstance(node, Listener) else "talker"
+        node.get_logger().info(f"{kind} {what}")
+
+
+def _spin_some(
+    node_class: type[Talker] | type[Listener], name: str, cycles: str, args: list[str] | None
+) -> None:
+    """Spin a node with the QoS of the command line, so many times."""
+    words = sys.argv[1:] if args is None else args
+    parser = argparse.ArgumentParser(prog=name)
+    parser.add_argument("--reliable", action="store_true", help="set qos profile to reliable")
+    parser.add_argument(
+        "-n", "--number_of_cycles", type=int, default=20, help=f"{cycles} (%(default)s)"
+    )
+    options = parser.parse_args(remove_ros_args(args=words))
+    rclpy.init(args=words)
+    node = node_class(name, _RELIABLE if options.reliable else qos_profile_sensor_data)
+    try:
+        for _ in range(options.number_of_cycles):
+            if not rclpy.ok():
+                break
+            rclpy.spin_once(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the ordinary end of these nodes
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

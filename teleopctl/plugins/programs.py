@@ -1,0 +1,99 @@
+"""The programs and components that come with teleopctl, by name; see `teleopctl.plugins`."""
+
+from __future__ import annotations
+
+_DEMOS = {
+    "action_tutorials_py": {"actions": "fibonacci_action_client fibonacci_action_server"},
+    "demo_nodes_cpp": {
+        "cpp_topics": "listener talker",
+        "parameters": "parameter_blackboard",
+        "services": "add_two_ints_client add_two_ints_client_async add_two_ints_server",
+    },
+    "demo_nodes_py": {
+        "introspection": "introspection",
+        "logger_service": "use_logger_service",
+        "matched_events": "matched_event_detect",
+        "parameters": "async_param_client set_parameters_callback",
+        "services": "add_two_ints_client add_two_ints_client_async add_two_ints_server",
+        "topics": "listener listener_qos listener_serialized talker talker_qos",
+    },
+    "lifecycle_py": {"lifecycle": "lifecycle_talker"},
+}
+
+NODES = (
+    {
+        name: f"teleopctl.nodes.{module}:main"
+        for name, module in {
+            "camera/camera": "camera",
+            "controller_manager/ros2_control_node": "controller_manager",
+            "controller_manager/spawner": "spawner",
+            "controller_manager/spawner.py": "spawner",
+            "controller_manager/unspawner": "unspawner",
+            "controller_manager/unspawner.py": "unspawner",
+            "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
+            "joint_state_publisher/joint_state_publisher": "joint_state_publisher.node",
+            "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher.gui",
+            "mujoco_sim/mujoco_sim": "mujoco_sim",
+            "rosbag2_transport/recorder": "recorder",
+            "rviz2/rviz2": "rviz2",
+            "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
+            "teleop_py_pkg/simple_parameter": "simple_parameter",
+            "teleop_py_pkg/simple_publisher": "simple_publisher",
+            "teleop_py_pkg/simple_subscriber": "simple_subscriber",
+            "teleop_robot_py_pkg/simple_parameter": "simple_parameter",
+            "teleop_robot_py_pkg/simple_publisher": "simple_publisher",
+            "teleop_robot_py_pkg/simple_subscriber": "simple_subscriber",
+            "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
+            "tf2_ros/tf2_echo": "tf2.tf2_echo",
+            "tf2_ros/tf2_monitor": "tf2.tf2_monitor",
+            "tf2_tools/view_frames": "tf2.view_frames",
+        }.items()
+    }
+    | {
+        name: f"teleopctl.nodes.gazebo.{target}"
+        for name, target in {
+            "gazebo_ros/gazebo": "host:gazebo",
+            "gazebo_ros/gzclient": "host:gzclient",
+            "gazebo_ros/gzserver": "host:gzserver",
+            "gazebo_ros/spawn_entity.py": "spawning:spawn_entity",
+            "ros_gz_bridge/bridge_node": "bridges:parameter_bridge",
+            "ros_gz_bridge/parameter_bridge": "bridges:parameter_bridge",
+            "ros_gz_image/image_bridge": "bridges:image_bridge",
+            "ros_gz_sim/create": "spawning:create",
+            "ros_gz_sim/gz": "host:gz",
+            "ros_gz_sim/gzserver": "host:server_of_gz",
+            "ros_gz_sim/remove": "spawning:remove",
+        }.items()
+    }
+    | {
+        f"{package}/component_container{kind}": f"teleopctl.nodes.components.containers:{function}"
+        for package in ("rclcpp_components", "rclpy_components")
+        for kind, function in (("", "single"), ("_mt", "multi"), ("_isolated", "isolated"))
+    }
+    | {
+        f"{package}/{name}": f"teleopctl.nodes.demos.{module}:{name}"
+        for package, modules in _DEMOS.items()
+        for module, names in modules.items()
+        for name in names.split()
+    }
+    | {"xacro/xacro": "xacro:main"}  # the library's own program
+)
+"""Programs: functions without an argument, as ``module:function`` by ``package/executable``."""
+
+_COMPONENTS = "teleopctl.nodes.components.demos"
+
+COMPONENTS = {
+    **{
+        f"composition::{name}": f"{_COMPONENTS}:{name}"
+        for name in ("Client", "Listener", "Server", "Talker")
+    },
+    "demo_nodes_cpp::Listener": f"{_COMPONENTS}:Listener",
+    "demo_nodes_cpp::Talker": f"{_COMPONENTS}:Talker",
+    "robot_state_publisher::RobotStatePublisher": (
+        "teleopctl.nodes.robot_state_publisher:RobotStatePublisher"
+    ),
+    "tf2_ros::StaticTransformBroadcasterNode": (
+        "teleopctl.nodes.components.static_transform:StaticTransformBroadcasterNode"
+    ),
+}
+"""Classes of nodes, as ``module:Class`` by ``package::Class``."""

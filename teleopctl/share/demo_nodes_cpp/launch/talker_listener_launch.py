@@ -1,0 +1,14 @@
+"""A talker and a listener."""
+
+from launch import LaunchDescription
+from launch_ros.actions import Node
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Start both."""
+    return LaunchDescription(
+        [
+            Node(package="demo_nodes_cpp", executable=executable, output="screen")
+            for executable in ("talker", "listener")
+        ]
+    )
