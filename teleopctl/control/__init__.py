@@ -30,6 +30,9 @@ if TYPE_CHECKING:
         InterfaceConfiguration as InterfaceConfiguration,
         InterfaceConfigurationType as InterfaceConfigurationType,
     )
+    from teleopctl.control.controllers.realtime_goal import (
+        RealtimeServerGoalHandle as RealtimeServerGoalHandle,
+    )
     from teleopctl.control.cycle import Cycle as Cycle, WallClockLoop as WallClockLoop
     from teleopctl.control.handles import (
         ACCELERATION as ACCELERATION,
@@ -76,6 +79,7 @@ else:
             "controller_spec": "ControllerSpec",
             "controllers.base": "ControllerInterface ControllerInterfaceParams "
             "InterfaceConfiguration InterfaceConfigurationType",
+            "controllers.realtime_goal": "RealtimeServerGoalHandle",
             "cycle": "Cycle WallClockLoop",
             "handles": "ACCELERATION EFFORT POSITION VELOCITY CommandInterface StateInterface",
             "hardware.base": "HardwareComponentInterface HardwareComponentParams",

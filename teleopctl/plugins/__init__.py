@@ -110,6 +110,7 @@ COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
 
 _CONTROLLERS = "teleopctl.control.controllers"
 _FORWARD = f"{_CONTROLLERS}.forward_command_controller"
+_GRIPPER = f"{_CONTROLLERS}.gripper_action_controller"
 
 CONTROLLERS = Kind(
     "controller",
@@ -134,6 +135,13 @@ CONTROLLERS = Kind(
             f"{_FORWARD}:JointGroupVelocityController"
         ),
         "effort_controllers/JointGroupEffortController": f"{_FORWARD}:JointGroupEffortController",
+        "position_controllers/GripperActionController": (
+            f"{_GRIPPER}:PositionGripperActionController"
+        ),
+        "effort_controllers/GripperActionController": f"{_GRIPPER}:EffortGripperActionController",
+        "parallel_gripper_action_controller/GripperActionController": (
+            f"{_GRIPPER}:ParallelGripperActionController"
+        ),
     },
     bases=(f"{_CONTROLLERS}.base:ControllerInterface",),
     direct=True,

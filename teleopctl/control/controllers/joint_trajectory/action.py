@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.control.controllers.joint_trajectory.goal import ACTION_TYPE, FollowedGoal
+from teleopctl.control.controllers.joint_trajectory.goal import (
+    ACTION_TYPE,
+    INVALID_GOAL,
+    FollowedGoal,
+)
 from teleopctl.control.controllers.joint_trajectory.inputs import TrajectoryInputs
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
@@ -64,7 +68,7 @@ class FollowJointTrajectoryServer:
         """Abort the goal that is being followed, if any; not for the control loop."""
         goal, self._goal = self._goal, None
         if goal is not None:
-            goal.abort(error_string)
+            goal.abort(error_code=INVALID_GOAL, error_string=error_string)
 
     def _judge_request(self, goal: Any) -> GoalResponse:
         self._logger.info("Received new action goal")
@@ -85,14 +89,12 @@ class FollowJointTrajectoryServer:
             self._logger.error(str(error))
         self._goal = goal = FollowedGoal(
             handle,
+            self._queue,
             tolerances,
             self._settings.joints,
-            self._queue,
             self._settings.action_monitor_rate,
         )
-        # Cancelled already where the request to cancel was quicker than this.
-        if not handle.is_cancel_requested:
-            handle.executing()
+        goal.start()
         self._inputs.take(handle.request.trajectory, goal)
         if not self._inputs.active:
             self.abort_goal("Current goal cancelled during deactivate transition.")

@@ -17,11 +17,11 @@ from teleopctl.control.controllers.joint_trajectory.goal import (
     GOAL_TOLERANCE_VIOLATED,
     INVALID_GOAL,
     PATH_TOLERANCE_VIOLATED,
+    SUCCESSFUL,
     FollowedGoal,
 )
 from teleopctl.control.controllers.joint_trajectory.inputs import Incoming, TrajectoryInputs
 from teleopctl.control.controllers.joint_trajectory.outputs import CommandOutputs
-from teleopctl.control.controllers.joint_trajectory.pid import Pid
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import (
     UNSUPPORTED,
@@ -41,6 +41,7 @@ from teleopctl.control.controllers.joint_trajectory.tolerances import (
     tracking_error,
 )
 from teleopctl.control.controllers.joint_trajectory.trajectory import Sample, Trajectory
+from teleopctl.control.controllers.pid import Pid
 from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
@@ -336,14 +337,14 @@ class JointTrajectoryController(ControllerInterface):
                 self._abort_goal(GOAL_TOLERANCE_VIOLATED, f"{reason}: {blame}")
         if goal is not None and not blame:
             log((self.logger.info, "Goal reached, success!"))
-            goal.try_succeed()
+            goal.try_succeed(error_code=SUCCESSFUL, error_string="Goal successfully reached!")
             self._goal = None
             # The last point is commanded for ever, with its velocity, and judged no more.
             self._holding = True
 
     def _abort_goal(self, error_code: int, error_string: str) -> None:
         if self._goal is not None:
-            self._goal.try_abort(error_code, error_string)
+            self._goal.try_abort(error_code=error_code, error_string=error_string)
             self._goal = None
 
     @property

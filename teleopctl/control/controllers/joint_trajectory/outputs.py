@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from teleopctl.control.controllers.joint_trajectory.pid import Pid
 from teleopctl.control.controllers.joint_trajectory.points import TrajectoryPoint
 from teleopctl.control.controllers.joint_trajectory.settings import Settings
+from teleopctl.control.controllers.pid import Pid
 from teleopctl.control.handles import (
     ACCELERATION,
     EFFORT,

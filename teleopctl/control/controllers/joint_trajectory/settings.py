@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from teleopctl.control.controllers.joint_trajectory.pid import PidGains
 from teleopctl.control.controllers.joint_trajectory.tolerances import StateTolerance, Tolerances
 from teleopctl.control.controllers.joint_trajectory.trajectory import InterpolationMethod
+from teleopctl.control.controllers.pid import PidGains
 from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 
 if TYPE_CHECKING:

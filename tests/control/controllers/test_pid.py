@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from teleopctl.control.controllers.joint_trajectory.pid import Pid, PidGains
+from teleopctl.control.controllers.pid import Pid, PidGains
 
 
 @pytest.mark.parametrize("missing", [(math.nan, 0.0), (1.0, math.nan), (math.inf, 0.0)])

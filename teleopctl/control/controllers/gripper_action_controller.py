@@ -1,0 +1,357 @@
+"""Grippers of one joint, moved by an action that tells whether they closed on something."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.controllers.pid import Pid, PidGains
+from teleopctl.control.controllers.realtime_goal import RealtimeServerGoalHandle
+from teleopctl.control.handles import EFFORT, POSITION, VELOCITY
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from teleopctl.node import CancelResponse, GoalResponse, ServerGoalHandle
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+@dataclass(frozen=True)
+class _Command:
+    """What the gripper is to do.
+
+    Attributes:
+        position: rad or m.
+        effort: The largest, N·m or N.
+        velocity: The largest, rad/s or m/s; only where the hardware can be told.
+    """
+
+    position: float
+    effort: float
+    velocity: float = 0.0
+
+
+class _GripperController(ControllerInterface):
+    """What grippers have in common.
+
+    A goal has been reached within ``goal_tolerance``. A gripper that has not moved for
+    ``stall_timeout`` seconds has stalled, on something between its fingers perhaps: that is a
+    success where ``allow_stalling`` says so. A new goal aborts the one before; cancelling holds.
+    """
+
+    action_type: ClassVar[str]
+    command_interface: ClassVar[str] = POSITION
+    default_max_effort: ClassVar[float] = 0.0
+
+    def on_init(self) -> None:
+        """Declare the parameters."""
+        self.auto_declare("joint", "", read_only=True)
+        self._read_parameters()
+        self._stale_parameters = False
+        self.get_node().add_post_set_parameters_callback(self._parameters_changed)
+
+    def _parameters_changed(self, parameters: object) -> None:
+        del parameters
+        self._stale_parameters = True
+
+    def _read_parameters(self) -> None:
+        self._stale_parameters = False
+        self._goal_tolerance = self.auto_declare("goal_tolerance", 0.01)
+        self._max_effort = self.auto_declare("max_effort", self.default_max_effort)
+        self._allow_stalling = self.auto_declare("allow_stalling", False)
+        self._stall_velocity = self.auto_declare("stall_velocity_threshold", 0.001)
+        self._stall_timeout_ns = round(
+            self.auto_declare("stall_timeout", 1.0) * NANOSECONDS_PER_SECOND
+        )
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters and offer the action."""
+        from teleopctl.interfaces import get_action
+
+        self._joint = self.auto_declare("joint", "")
+        if not self._joint:
+            self.logger.error("Joint name cannot be empty")
+            return CallbackReturn.ERROR
+        self._read_parameters()
+        self._active = False
+        self._incoming: deque[tuple[_Command, RealtimeServerGoalHandle]] = deque(maxlen=1)
+        self._latest: RealtimeServerGoalHandle | None = None
+        self._goal: RealtimeServerGoalHandle | None = None
+        self._action: Any = get_action(self.action_type)
+        self._server = self.create_action_server(
+            self._action,
+            "~/gripper_cmd",
+            goal_callback=self._judge_request,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._judge_cancel,
+        )
+        return None
+
+    def on_cleanup(self) -> None:
+        """Take the action back."""
+        self._server.destroy()
+
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """The joint's command."""
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL, [f"{self._joint}/{self.command_interface}"]
+        )
+
+    def state_interface_configuration(self) -> InterfaceConfiguration:
+        """The joint's position and velocity."""
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL,
+            [f"{self._joint}/{POSITION}", f"{self._joint}/{VELOCITY}"],
+        )
+
+    def on_activate(self) -> None:
+        """Hold where the gripper is."""
+        self._incoming.clear()
+        self._goal = None
+        self._command = _Command(math.nan, self._max_effort)
+        self._effort = 0.0
+        self._active = True
+
+    def on_deactivate(self) -> None:
+        """Give up the goal."""
+        self._active = False
+        self._abort_latest()
+        self._goal = None
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """One step: command, and see whether the goal has ended."""
+        if self._stale_parameters:
+            self._read_parameters()
+        position, velocity = (state.value for state in self.state_interfaces)
+        if not (math.isfinite(position) and math.isfinite(velocity)):
+            return None
+        if self._incoming:
+            self._command, self._goal = self._incoming.pop()
+            self._moved_ns = time_ns
+        goal = self._goal
+        if goal is not None and goal.cancel_requested:
+            self._hold(position)
+            goal.try_cancel(**self._result(position))
+            self._goal = goal = None
+        if math.isnan(self._command.position):
+            self._hold(position)
+        error = self._command.position - position
+        if goal is not None:
+            self._check(goal, time_ns, position, error, velocity)
+        self._effort = self._write(self._command, error, velocity, period)
+        return None
+
+    def _hold(self, position: float) -> None:
+        self._command = _Command(position, self._max_effort, self._command.velocity)
+
+    def _check(
+        self,
+        goal: RealtimeServerGoalHandle,
+        time_ns: int,
+        position: float,
+        error: float,
+        velocity: float,
+    ) -> None:
+        """End the goal where the gripper has arrived, or does not move any more."""
+        if abs(error) < self._goal_tolerance:
+            goal.try_succeed(**self._result(position, reached_goal=True))
+            self._goal = None
+        elif abs(velocity) > self._stall_velocity or time_ns < self._moved_ns:
+            self._moved_ns = time_ns
+        elif time_ns - self._moved_ns > self._stall_timeout_ns:
+            end = goal.try_succeed if self._allow_stalling else goal.try_abort
+            end(**self._result(position, stalled=True))
+            self._goal = None
+
+    # -- callbacks of the action -------------------------------------------------------------------
+
+    def _judge_request(self, goal: Any) -> GoalResponse:
+        from teleopctl.node import GoalResponse
+
+        if not self._active:
+            self.logger.error("Can't accept new action goals. Controller is not running.")
+            return GoalResponse.REJECT
+        problem = self._problem(goal)
+        if problem:
+            self.logger.error(problem)
+            return GoalResponse.REJECT
+        self.logger.info("Received & accepted new action goal")
+        return GoalResponse.ACCEPT
+
+    def _begin(self, handle: ServerGoalHandle[Any, Any, Any]) -> None:
+        self._abort_latest()
+        self._latest = goal = RealtimeServerGoalHandle(
+            handle, self._action, self.params.publish_queue
+        )
+        goal.start()
+        self._incoming.append((self._command_of(handle.request), goal))
+        if not self._active:
+            self._abort_latest()
+
+    def _judge_cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
+        from teleopctl.node import CancelResponse
+
+        del handle
+        self.logger.info("Got request to cancel goal")
+        return CancelResponse.ACCEPT
+
+    def _abort_latest(self) -> None:
+        goal, self._latest = self._latest, None
+        if goal is not None:
+            goal.abort(**self._result(self.state_interfaces[0].value))
+
+    # -- what differs ------------------------------------------------------------------------------
+
+    def _problem(self, goal: Any) -> str | None:
+        """Why a goal cannot be accepted, or None."""
+        raise NotImplementedError
+
+    def _command_of(self, goal: Any) -> _Command:
+        """What a goal asks for."""
+        raise NotImplementedError
+
+    def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
+        """Command the joint; returns the effort."""
+        raise NotImplementedError
+
+    def _result(
+        self, position: float, *, reached_goal: bool = False, stalled: bool = False
+    ) -> dict[str, object]:
+        """The fields of a result."""
+        raise NotImplementedError
+
+
+class _GripperCommandController(_GripperController):
+    """Grippers behind control_msgs/action/GripperCommand."""
+
+    action_type = "control_msgs/action/GripperCommand"
+
+    def _problem(self, goal: Any) -> str | None:
+        position = goal.command.position
+        return None if math.isfinite(position) else f"The position {position} is not a number"
+
+    def _command_of(self, goal: Any) -> _Command:
+        return _Command(goal.command.position, goal.command.max_effort)
+
+    def _result(
+        self, position: float, *, reached_goal: bool = False, stalled: bool = False
+    ) -> dict[str, object]:
+        return {
+            "position": position,
+            "effort": self._effort,
+            "stalled": stalled,
+            "reached_goal": reached_goal,
+        }
+
+
+class PositionGripperActionController(_GripperCommandController):
+    """``position_controllers/GripperActionController``."""
+
+    def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
+        del error, velocity, period
+        self.command_interfaces[0].value = command.position
+        return command.effort
+
+
+class EffortGripperActionController(_GripperCommandController):
+    """``effort_controllers/GripperActionController``: a PID within the goal's largest effort."""
+
+    command_interface = EFFORT
+
+    def on_activate(self) -> None:
+        """Hold where the gripper is."""
+        super().on_activate()
+        read = self.auto_declare
+        clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
+        p, i, d = (read(f"gains.{self._joint}.{name}", 0.0) for name in "pid")
+        self._pid = Pid(PidGains(p, i, d, i_clamp_max=clamp, i_clamp_min=-clamp))
+
+    def on_deactivate(self) -> None:
+        """Push no more."""
+        super().on_deactivate()
+        self.command_interfaces[0].value = 0.0
+
+    def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
+        limit = abs(command.effort)
+        effort = min(max(self._pid.update(error, -velocity, period), -limit), limit)
+        self.command_interfaces[0].value = effort
+        return effort
+
+
+class ParallelGripperActionController(_GripperController):
+    """``parallel_gripper_action_controller/GripperActionController``."""
+
+    action_type = "control_msgs/action/ParallelGripperCommand"
+    # N; upstream's.
+    default_max_effort = 10.0
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the names of the hardware's limits too."""
+        self._max_velocity = self.auto_declare("max_velocity", 0.1)
+        self._effort_interface = self.auto_declare("max_effort_interface", "")
+        self._velocity_interface = self.auto_declare("max_velocity_interface", "")
+        return super().on_configure()
+
+    def on_activate(self) -> None:
+        """Hold where the gripper is."""
+        super().on_activate()
+        self._command = _Command(math.nan, self._max_effort, self._max_velocity)
+
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """The joint's position, and the hardware's limits where it has some."""
+        names = [f"{self._joint}/{POSITION}", self._effort_interface, self._velocity_interface]
+        return InterfaceConfiguration(
+            InterfaceConfigurationType.INDIVIDUAL, [name for name in names if name]
+        )
+
+    def _problem(self, goal: Any) -> str | None:
+        positions = goal.command.position
+        if len(positions) != 1:
+            return (
+                "Received action goal with wrong number of position values, expects 1, got "
+                f"{len(positions)}"
+            )
+        if not math.isfinite(positions[0]):
+            return f"The position {positions[0]} is not a number"
+        return None
+
+    def _command_of(self, goal: Any) -> _Command:
+        command = goal.command
+        effort, velocity = self._max_effort, self._max_velocity
+        if self._effort_interface and len(command.effort):
+            effort = float(command.effort[0])
+        if self._velocity_interface and len(command.velocity):
+            velocity = float(command.velocity[0])
+        return _Command(float(command.position[0]), effort, velocity)
+
+    def _hold(self, position: float) -> None:
+        self._command = _Command(position, self._max_effort, self._max_velocity)
+
+    def _write(self, command: _Command, error: float, velocity: float, period: float) -> float:
+        del error, velocity, period
+        for interface in self.command_interfaces:
+            if interface.name == self._effort_interface:
+                interface.value = command.effort
+            elif interface.name == self._velocity_interface:
+                interface.value = command.velocity
+            else:
+                interface.value = command.position
+        return command.effort if self._effort_interface else 0.0
+
+    def _result(
+        self, position: float, *, reached_goal: bool = False, stalled: bool = False
+    ) -> dict[str, object]:
+        from teleopctl.interfaces import get_message
+
+        state = get_message("sensor_msgs/msg/JointState")(
+            name=[self._joint], position=[position], effort=[self._effort]
+        )
+        return {"state": state, "stalled": stalled, "reached_goal": reached_goal}

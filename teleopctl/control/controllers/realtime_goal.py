@@ -1,0 +1,74 @@
+"""Goals of actions that the control loop works on, without waiting for the network."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+from teleopctl.node import InvalidGoalTransitionError
+
+if TYPE_CHECKING:
+    from teleopctl.interfaces import ActionType
+    from teleopctl.node import ServerGoalHandle
+
+
+# Any: goals, results and feedback of whatever action it is.
+class RealtimeServerGoalHandle:
+    """The counterpart of the class of this name in realtime_tools: a goal, as ``update`` sees it.
+
+    The methods whose names begin with ``try_`` return at once: what they tell leaves through the
+    publish queue. The first end counts, whoever brings it about.
+
+    Args:
+        handle: The goal's handle.
+        action_type: Action class.
+        queue: The queue of the control loop, ``params.publish_queue`` of a controller.
+
+    Attributes:
+        handle: The goal's handle.
+    """
+
+    def __init__(
+        self,
+        handle: ServerGoalHandle[Any, Any, Any],
+        action_type: type[ActionType[Any, Any, Any]],
+        queue: PublishQueue,
+    ) -> None:
+        self.handle = handle
+        self._action: Any = action_type
+        self._end_publisher = RealtimePublisher(queue, self._end)
+
+    @property
+    def cancel_requested(self) -> bool:
+        """Whether somebody has asked to cancel it."""
+        return self.handle.is_cancel_requested
+
+    def start(self) -> None:
+        """Tell that the work begins; not for ``update``."""
+        # A request to cancel may have been quicker.
+        with contextlib.suppress(InvalidGoalTransitionError):
+            if not self.handle.is_cancel_requested:
+                self.handle.executing()
+
+    def try_succeed(self, **result: object) -> None:
+        """End well, with these fields of the result."""
+        self._end_publisher.try_publish(("succeed", result))
+
+    def try_abort(self, **result: object) -> None:
+        """End without having reached the goal."""
+        self._end_publisher.try_publish(("abort", result))
+
+    def try_cancel(self, **result: object) -> None:
+        """End because it was asked for."""
+        self._end_publisher.try_publish(("canceled", result))
+
+    def abort(self, **result: object) -> None:
+        """End without having reached the goal, at once; not for ``update``."""
+        self._end(("abort", result))
+
+    def _end(self, ending: tuple[str, dict[str, object]]) -> None:
+        event, fields = ending
+        # It may have ended meanwhile, by a new goal or by ``update``.
+        with contextlib.suppress(InvalidGoalTransitionError):
+            getattr(self.handle, event)(self._action.Result(**fields))
