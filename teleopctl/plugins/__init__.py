@@ -110,6 +110,7 @@ COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
 
 _CONTROLLERS = "teleopctl.control.controllers"
 _FORWARD = f"{_CONTROLLERS}.forward_command_controller"
+_BASE = f"{_CONTROLLERS}.mobile_base"
 _GRIPPER = f"{_CONTROLLERS}.gripper_action_controller"
 
 CONTROLLERS = Kind(
@@ -135,6 +136,7 @@ CONTROLLERS = Kind(
             f"{_FORWARD}:JointGroupVelocityController"
         ),
         "effort_controllers/JointGroupEffortController": f"{_FORWARD}:JointGroupEffortController",
+        "diff_drive_controller/DiffDriveController": f"{_BASE}.diff_drive:DiffDriveController",
         "position_controllers/GripperActionController": (
             f"{_GRIPPER}:PositionGripperActionController"
         ),

@@ -129,6 +129,9 @@ class RecordedNode:
         """See `Node`, as for all below."""
         return self._name
 
+    def get_namespace(self) -> str:  # noqa: D102
+        return "/"
+
     def get_logger(self) -> RecordedLog:  # noqa: D102
         return self.log
 

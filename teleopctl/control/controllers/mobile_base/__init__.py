@@ -1,0 +1,1 @@
+"""Controllers of wheeled bases: velocities in, wheels out, odometry back."""

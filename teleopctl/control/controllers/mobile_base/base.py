@@ -1,0 +1,180 @@
+"""What controllers of wheeled bases have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.controllers.mobile_base.odometry import Odometry
+from teleopctl.control.controllers.mobile_base.odometry_publisher import OdometryPublisher
+from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity, VelocityInput
+from teleopctl.control.handles import POSITION, VELOCITY
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+
+class InvalidBaseError(Exception):
+    """The parameters do not make a base; the text says why."""
+
+
+class MobileBaseController(ControllerInterface):
+    """A base that follows velocities and tells where it has gone.
+
+    It stands still until a velocity comes, and when none has come for the timeout. Its odometry
+    starts at the origin when it is activated for the first time.
+    """
+
+    command_topic: ClassVar[str] = "~/cmd_vel"
+    unstamped_topic: ClassVar[str] = "~/cmd_vel_unstamped"
+    odometry_topic: ClassVar[str] = "~/odom"
+    transform_topic: ClassVar[str] = "/tf"
+    timeout_parameter: ClassVar[str] = "cmd_vel_timeout"
+
+    # -- what a kind of base says ------------------------------------------------------------------
+
+    def read_parameters(self) -> None:
+        """Read what describes the base.
+
+        Raises:
+            InvalidBaseError: It cannot be.
+        """
+        raise NotImplementedError
+
+    def command_names(self) -> Sequence[str]:
+        """Full names of its command interfaces."""
+        raise NotImplementedError
+
+    def feedback_names(self) -> Sequence[str]:
+        """Full names of the state interfaces that the odometry comes from."""
+        raise NotImplementedError
+
+    def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
+        """The velocity that may be commanded; all of it by default."""
+        del period
+        return velocity
+
+    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
+        """How far the base has gone (m, m, rad) since the last update.
+
+        Args:
+            values: Of the state interfaces.
+            last: What they were.
+            period: Seconds since.
+        """
+        raise NotImplementedError
+
+    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Values of the command interfaces that give a velocity."""
+        raise NotImplementedError
+
+    def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
+        """Take note of what has been commanded; to publish it, say."""
+
+    # -- life cycle --------------------------------------------------------------------------------
+
+    def on_init(self) -> None:
+        """Declare the parameters that all of them have."""
+        self.auto_declare("open_loop", False)
+        self.auto_declare("position_feedback", True)
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters and open the topics."""
+        try:
+            self.read_parameters()
+        except InvalidBaseError as error:
+            self.logger.error(str(error))
+            return CallbackReturn.ERROR
+        self._open_loop = self.auto_declare("open_loop", False)
+        self._odometry = Odometry(self.auto_declare("velocity_rolling_window_size", 10))
+        self._input = VelocityInput(
+            self,
+            self.command_topic,
+            self.unstamped_topic,
+            self.auto_declare(self.timeout_parameter, 0.5),
+        )
+        self._publisher = OdometryPublisher(
+            self,
+            self.odometry_topic,
+            self.transform_topic,
+            self.auto_declare("publish_rate", 50.0),
+        )
+        return None
+
+    def on_cleanup(self) -> None:
+        """Close the topics."""
+        self._input.close()
+        self._publisher.close()
+
+    def command_interface_configuration(self) -> InterfaceConfiguration:
+        """The wheels."""
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.command_names())
+
+    def state_interface_configuration(self) -> InterfaceConfiguration:
+        """What the odometry comes from: nothing in an open loop."""
+        if self._open_loop:
+            return InterfaceConfiguration(InterfaceConfigurationType.NONE)
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.feedback_names())
+
+    @property
+    def feedback_type(self) -> str:
+        """The quantity that is measured of driven wheels."""
+        return POSITION if self.auto_declare("position_feedback", True) else VELOCITY
+
+    def on_activate(self) -> None:
+        """Stand still."""
+        self._input.forget()
+        self._publisher.restart()
+        self._last: list[float] | None = None
+        self._last_ns = 0
+        self._input.active = True
+
+    def on_deactivate(self) -> None:
+        """Halt."""
+        self._input.active = False
+        for interface, value in zip(
+            self.command_interfaces, self.wheels(BaseVelocity()), strict=True
+        ):
+            interface.value = value
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """Drive, and tell where the base is."""
+        if time_ns < self._last_ns:
+            # A simulation began again: the base is back at its beginning.
+            self._odometry.reset()
+            self._input.forget()
+            self._publisher.restart()
+            self._last = None
+        self._last_ns = time_ns
+        velocity = self.limit(self._input.read(time_ns), period)
+        if self._open_loop:
+            self._odometry.advance(
+                velocity.x * period, velocity.angular * period, period, velocity.y * period
+            )
+        elif not self._measure(period):
+            if self._last is None:
+                return None  # a simulation that is paused has not told yet where its wheels are
+            self.logger.error(
+                f"A wheel's {self.feedback_type} is not a number", throttle_duration_sec=1.0
+            )
+            return ReturnType.ERROR
+        self._publisher.try_publish(time_ns, self._odometry)
+        for interface, value in zip(self.command_interfaces, self.wheels(velocity), strict=True):
+            interface.value = value
+        self.commanded(time_ns, velocity)
+        return None
+
+    def _measure(self, period: float) -> bool:
+        """Bring the odometry up to date; False where something is not measured."""
+        values = [state.value for state in self.state_interfaces]
+        if not all(map(math.isfinite, values)):
+            return False
+        if self._last is not None:
+            way = self.moved(values, self._last, period)
+            self._odometry.advance(way.x, way.angular, period, way.y)
+        self._last = values
+        return True

@@ -1,0 +1,64 @@
+"""Where a base has gone, by what its wheels have done."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+# rad: below it an arc is a line to double precision.
+_STRAIGHT = 1e-6
+# Seconds: a speed over less is noise; as upstream.
+_SHORTEST_STEP = 1e-4
+
+
+class Odometry:
+    """Pose of a base in the plane, in its odometry frame, and its speeds.
+
+    Args:
+        window: How many steps the speeds are averaged over.
+
+    Attributes:
+        x: m.
+        y: m.
+        heading: Yaw, rad.
+        linear_x: m/s forwards, in the base's frame.
+        linear_y: m/s to the left.
+        angular: rad/s, counterclockwise.
+    """
+
+    def __init__(self, window: int = 1) -> None:
+        self._steps: deque[tuple[float, float, float]] = deque(maxlen=max(1, window))
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew at the origin."""
+        self.x = self.y = self.heading = 0.0
+        self.linear_x = self.linear_y = self.angular = 0.0
+        self._steps.clear()
+
+    def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
+        """Go on along an arc.
+
+        Args:
+            forwards: Length along the base's x axis, m.
+            turned: Change of heading, rad.
+            period: Seconds that it took.
+            sideways: Length along the base's y axis, m.
+        """
+        if period < _SHORTEST_STEP:
+            return
+        heading = self.heading
+        if abs(turned) < _STRAIGHT:
+            # The chord of a short arc points along its mean heading.
+            cosine, sine = math.cos(heading + turned / 2.0), math.sin(heading + turned / 2.0)
+        else:
+            cosine = (math.sin(heading + turned) - math.sin(heading)) / turned
+            sine = (math.cos(heading) - math.cos(heading + turned)) / turned
+        self.x += forwards * cosine - sideways * sine
+        self.y += forwards * sine + sideways * cosine
+        self.heading = heading + turned
+        self._steps.append((forwards / period, sideways / period, turned / period))
+        count = len(self._steps)
+        self.linear_x, self.linear_y, self.angular = (
+            sum(column) / count for column in zip(*self._steps, strict=True)
+        )

@@ -1,0 +1,114 @@
+"""Odometry of a base as nav_msgs/Odometry and as a transform."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, set_stamp
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.base import ControllerInterface
+    from teleopctl.control.controllers.mobile_base.odometry import Odometry
+
+# Rows of a 6 by 6 covariance.
+_ROWS = 6
+
+
+class OdometryPublisher:
+    """Publishes odometry at a rate of the controller's time.
+
+    It reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
+    and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
+    ``enable_odom_tf``.
+
+    Args:
+        controller: Whose odometry it is.
+        topic: Of the odometry.
+        transform_topic: Of the transform.
+        publish_rate: Hz; 0 is every update.
+    """
+
+    def __init__(
+        self, controller: ControllerInterface, topic: str, transform_topic: str, publish_rate: float
+    ) -> None:
+        self._node = node = controller.get_node()
+        read = controller.auto_declare
+        prefix = _prefix(controller)
+        odometry = get_message("nav_msgs/msg/Odometry")
+        transforms = get_message("tf2_msgs/msg/TFMessage")
+        # Messages are made once and filled anew each time.
+        # Any: message classes are made at run time.
+        self._message: Any = odometry()
+        self._message.header.frame_id = prefix + read("odom_frame_id", "odom")
+        self._message.child_frame_id = prefix + read("base_frame_id", "base_link")
+        for field in ("pose", "twist"):
+            diagonal: list[float] = read(f"{field}_covariance_diagonal", [0.0] * _ROWS)
+            covariance = [0.0] * _ROWS**2
+            for row, value in enumerate(diagonal):
+                covariance[row * (_ROWS + 1)] = float(value)
+            getattr(self._message, field).covariance = covariance
+        self._transform: Any = get_message("geometry_msgs/msg/TransformStamped")()
+        self._transform.header.frame_id = self._message.header.frame_id
+        self._transform.child_frame_id = self._message.child_frame_id
+        self._transforms: Any = transforms(transforms=[self._transform])
+        self._publishers = [node.create_publisher(odometry, topic, 10)]
+        if read("enable_odom_tf", True):
+            self._publishers.append(node.create_publisher(transforms, transform_topic, 10))
+        self._realtime_publisher = RealtimePublisher(controller.params.publish_queue, self._publish)
+        self._period_ns = round(NANOSECONDS_PER_SECOND / publish_rate) if publish_rate > 0.0 else 0
+        self.restart()
+
+    def close(self) -> None:
+        """Leave the topics."""
+        for publisher in self._publishers:
+            self._node.destroy_publisher(publisher)
+
+    def restart(self) -> None:
+        """Publish with the next update, whatever its time."""
+        self._due_ns = 0
+
+    def try_publish(self, time_ns: int, odometry: Odometry) -> None:
+        """Hand the odometry over, if it is due."""
+        if time_ns < self._due_ns:
+            return
+        # Keeps the rate in the mean, also where it is no divisor of the controller's.
+        late = time_ns - self._due_ns
+        self._due_ns = (self._due_ns if late < self._period_ns else time_ns) + self._period_ns
+        self._realtime_publisher.try_publish(
+            (
+                time_ns,
+                (odometry.x, odometry.y, odometry.heading),
+                (odometry.linear_x, odometry.linear_y, odometry.angular),
+            )
+        )
+
+    def _publish(
+        self, value: tuple[int, tuple[float, float, float], tuple[float, float, float]]
+    ) -> None:
+        time_ns, (x, y, heading), twist = value
+        cosine, sine = math.cos(heading / 2.0), math.sin(heading / 2.0)
+        pose, transform = self._message.pose.pose, self._transform.transform
+        for point in (pose.position, transform.translation):
+            point.x, point.y = x, y
+        for turn in (pose.orientation, transform.rotation):
+            turn.z, turn.w = sine, cosine
+        speed = self._message.twist.twist
+        speed.linear.x, speed.linear.y, speed.angular.z = twist
+        set_stamp(self._message.header.stamp, time_ns)
+        set_stamp(self._transform.header.stamp, time_ns)
+        for publisher, message in zip(
+            self._publishers, (self._message, self._transforms), strict=False
+        ):
+            publisher.publish(message)
+
+
+def _prefix(controller: ControllerInterface) -> str:
+    """What stands before both frames: a parameter, else the namespace."""
+    read = controller.auto_declare
+    if not read("tf_frame_prefix_enable", True):
+        return ""
+    prefix = read("tf_frame_prefix", "") or controller.get_node().get_namespace()
+    prefix = prefix.strip("/")
+    return f"{prefix}/" if prefix else ""

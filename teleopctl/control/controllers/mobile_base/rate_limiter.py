@@ -1,0 +1,136 @@
+"""Limits on how fast a commanded speed may be and change, as control_toolbox has them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.base import ControllerInterface
+
+
+@dataclass(frozen=True)
+class RateLimits:
+    """Limits of one speed; infinite where there is none.
+
+    Attributes:
+        lowest: Lowest speed (backwards), at most 0.
+        highest: Highest speed.
+        acceleration: Forwards, at least 0.
+        deceleration: While it goes forwards, at most 0.
+        reverse_acceleration: Backwards, at most 0.
+        reverse_deceleration: While it goes backwards, at least 0.
+        lowest_jerk: At most 0.
+        highest_jerk: At least 0.
+    """
+
+    lowest: float = -math.inf
+    highest: float = math.inf
+    acceleration: float = math.inf
+    deceleration: float = -math.inf
+    reverse_acceleration: float = -math.inf
+    reverse_deceleration: float = math.inf
+    lowest_jerk: float = -math.inf
+    highest_jerk: float = math.inf
+
+
+class RateLimiter:
+    """Keeps a speed within limits, by what it was before.
+
+    Args:
+        limits: The limits.
+    """
+
+    def __init__(self, limits: RateLimits) -> None:
+        self._limits = limits
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin at rest."""
+        self._last = self._before = 0.0
+
+    def limit(self, speed: float, period: float) -> float:
+        """The speed that may be commanded now.
+
+        Args:
+            speed: What is wanted.
+            period: Seconds since the last one.
+        """
+        last, limits = self._last, self._limits
+        step, last_step = speed - last, last - self._before
+        # Easing off is not limited in jerk, or the speed would swing about the one that is wanted.
+        if (step - last_step) * step > 0.0:
+            square = period * period
+            change = _clamp(
+                step - last_step, limits.lowest_jerk * square, limits.highest_jerk * square
+            )
+            step = last_step + change
+        down = limits.deceleration if last > 0.0 else limits.reverse_acceleration
+        up = limits.reverse_deceleration if last < 0.0 else limits.acceleration
+        speed = last + _clamp(step, down * period, up * period)
+        speed = _clamp(speed, limits.lowest, limits.highest)
+        self._before, self._last = last, speed
+        return speed
+
+
+def _clamp(value: float, lowest: float, highest: float) -> float:
+    return min(max(value, lowest), highest)
+
+
+def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
+    """The limits that a controller's parameters ``<prefix>.max_velocity`` and so on set.
+
+    Not a number is "no limit"; what is left out follows from its counterpart. The switches
+    ``has_velocity_limits`` and so on of older parameter files count, and their
+    ``min_acceleration``.
+
+    Raises:
+        ValueError: A limit has the wrong sign; the text says which.
+    """
+    read = controller.auto_declare
+
+    def limit(name: str, *counterparts: tuple[float, float]) -> float:
+        """A limit's value, else the first of ``(sign, value)`` that is one."""
+        value = read(f"{prefix}.{name}", math.nan)
+        for sign, other in counterparts:
+            if math.isnan(value):
+                value = sign * other
+        return value
+
+    velocity = read(f"{prefix}.has_velocity_limits", True)
+    acceleration = read(f"{prefix}.has_acceleration_limits", True)
+    jerk = read(f"{prefix}.has_jerk_limits", True)
+    highest = limit("max_velocity")
+    speeding = limit("max_acceleration")
+    braking = limit("max_deceleration", (1.0, limit("min_acceleration")), (-1.0, speeding))
+    highest_jerk = limit("max_jerk")
+    values = {
+        "lowest": (velocity, limit("min_velocity", (-1.0, highest)), -1),
+        "highest": (velocity, highest, 1),
+        "acceleration": (acceleration, speeding, 1),
+        "deceleration": (acceleration, braking, -1),
+        "reverse_acceleration": (
+            acceleration,
+            limit("max_acceleration_reverse", (-1.0, speeding)),
+            -1,
+        ),
+        "reverse_deceleration": (
+            acceleration,
+            limit("max_deceleration_reverse", (-1.0, braking)),
+            1,
+        ),
+        "lowest_jerk": (jerk, limit("min_jerk", (-1.0, highest_jerk)), -1),
+        "highest_jerk": (jerk, highest_jerk, 1),
+    }
+    limits = {}
+    for name, (enabled, value, sign) in values.items():
+        if not enabled or math.isnan(value):
+            value = sign * math.inf
+        if value * sign < 0.0:
+            raise ValueError(
+                f"{prefix}: the {name.replace('_', ' ')} limit is {value:g}, it must be "
+                f"{'at least' if sign > 0 else 'at most'} 0"
+            )
+        limits[name] = value
+    return RateLimits(**limits)

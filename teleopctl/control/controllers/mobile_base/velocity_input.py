@@ -1,0 +1,126 @@
+"""The velocity that a base is asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.control.realtime_publisher import realtime_log
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds, to_seconds
+
+if TYPE_CHECKING:
+    from teleopctl.control.controllers.base import ControllerInterface
+
+
+class BaseVelocity(NamedTuple):
+    """Velocity of a base, in its frame.
+
+    Attributes:
+        x: m/s forwards.
+        y: m/s to the left.
+        angular: rad/s, counterclockwise.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    angular: float = 0.0
+
+
+_REST = BaseVelocity()
+
+
+class VelocityInput:
+    """Subscribes to velocities; one that is too old means rest.
+
+    Args:
+        controller: Whose topic it is.
+        topic: Of stamped messages.
+        unstamped_topic: Of bare ones, for a parameter ``use_stamped_vel`` that is false.
+        timeout: Seconds for which a velocity counts; 0 is for ever.
+
+    Attributes:
+        active: Whether the controller is active; otherwise messages are refused.
+    """
+
+    def __init__(
+        self, controller: ControllerInterface, topic: str, unstamped_topic: str, timeout: float
+    ) -> None:
+        self.active = False
+        self._node = node = controller.get_node()
+        self._logger = controller.logger
+        self._now_ns = controller.params.now_ns
+        self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
+        self._log = realtime_log(controller.params.publish_queue)
+        self._told_about_stamp = False
+        self.forget()
+        if controller.auto_declare("use_stamped_vel", True):
+            self._subscription = node.create_subscription(
+                get_message("geometry_msgs/msg/TwistStamped"), topic, self._stamped, 10
+            )
+        else:
+            self._subscription = node.create_subscription(
+                get_message("geometry_msgs/msg/Twist"), unstamped_topic, self._unstamped, 10
+            )
+
+    def close(self) -> None:
+        """Leave the topic."""
+        self._node.destroy_subscription(self._subscription)
+
+    def forget(self) -> None:
+        """Stand still until the next velocity comes."""
+        self._latest: tuple[int, BaseVelocity] | None = None
+
+    def read(self, time_ns: int) -> BaseVelocity:
+        """The velocity that counts at a time."""
+        latest = self._latest
+        if latest is None:
+            return _REST
+        stamp_ns, velocity = latest
+        if self._timeout_ns and time_ns - stamp_ns > self._timeout_ns:
+            self.forget()
+            if velocity != _REST:
+                self._log.try_publish(
+                    (self._logger.warning, "Velocity command timed out. Braking.")
+                )
+            return _REST
+        return velocity
+
+    # Any: messages, whose classes are made at run time.
+    def _stamped(self, message: Any) -> None:
+        stamp_ns, now_ns = to_nanoseconds(message.header.stamp), self._now_ns()
+        if stamp_ns == 0:
+            if not self._told_about_stamp:
+                self._told_about_stamp = True
+                self._logger.warning(
+                    "Received TwistStamped with zero timestamp, setting it to current time, this "
+                    "message will only be shown once"
+                )
+            stamp_ns = now_ns
+        age_ns = now_ns - stamp_ns
+        if self._timeout_ns and age_ns >= self._timeout_ns:
+            self._logger.warning(
+                f"Ignoring the received message (timestamp {to_seconds(stamp_ns):.10f}) because it "
+                f"is older than the current time by {to_seconds(age_ns):.10f} seconds, which "
+                f"exceeds the allowed timeout ({to_seconds(self._timeout_ns):.4f})",
+                throttle_duration_sec=1.0,
+            )
+            return
+        # A stamp of the future, of another clock perhaps, must not outlast its sender.
+        self._take(message.twist, min(stamp_ns, now_ns))
+
+    def _unstamped(self, message: Any) -> None:
+        self._take(message, self._now_ns())
+
+    def _take(self, twist: Any, stamp_ns: int) -> None:
+        if not self.active:
+            self._logger.warning(
+                "Can't accept new commands. subscriber is inactive", throttle_duration_sec=1.0
+            )
+            return
+        velocity = BaseVelocity(twist.linear.x, twist.linear.y, twist.angular.z)
+        if not all(map(math.isfinite, velocity)):
+            self._logger.warning(
+                "Command message contains NaNs: it is ignored.", throttle_duration_sec=1.0
+            )
+            return
+        self._latest = (stamp_ns, velocity)
