@@ -109,41 +109,35 @@ COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
 `teleopctl.packages.components`. Strangers' are registered as for ROS 2's `rclpy_components`."""
 
 _CONTROLLERS = "teleopctl.control.controllers"
-_FORWARD = f"{_CONTROLLERS}.forward_command_controller"
-_BASE = f"{_CONTROLLERS}.mobile_base"
-_GRIPPER = f"{_CONTROLLERS}.gripper_action_controller"
 
 CONTROLLERS = Kind(
     "controller",
     "teleopctl.controllers",
     {
-        "joint_state_broadcaster/JointStateBroadcaster": (
-            f"{_CONTROLLERS}.joint_state_broadcaster:JointStateBroadcaster"
-        ),
-        "joint_trajectory_controller/JointTrajectoryController": (
-            f"{_CONTROLLERS}.joint_trajectory.controller:JointTrajectoryController"
-        ),
-        "forward_command_controller/ForwardCommandController": (
-            f"{_FORWARD}:ForwardCommandController"
-        ),
-        "forward_command_controller/MultiInterfaceForwardCommandController": (
-            f"{_FORWARD}:MultiInterfaceForwardCommandController"
-        ),
-        "position_controllers/JointGroupPositionController": (
-            f"{_FORWARD}:JointGroupPositionController"
-        ),
-        "velocity_controllers/JointGroupVelocityController": (
-            f"{_FORWARD}:JointGroupVelocityController"
-        ),
-        "effort_controllers/JointGroupEffortController": f"{_FORWARD}:JointGroupEffortController",
-        "diff_drive_controller/DiffDriveController": f"{_BASE}.diff_drive:DiffDriveController",
-        "position_controllers/GripperActionController": (
-            f"{_GRIPPER}:PositionGripperActionController"
-        ),
-        "effort_controllers/GripperActionController": f"{_GRIPPER}:EffortGripperActionController",
-        "parallel_gripper_action_controller/GripperActionController": (
-            f"{_GRIPPER}:ParallelGripperActionController"
-        ),
+        name: f"{_CONTROLLERS}.{module}:{name.partition('/')[2]}"
+        for module, names in {
+            "forward_command_controller": (
+                "effort_controllers/JointGroupEffortController "
+                "forward_command_controller/ForwardCommandController "
+                "forward_command_controller/MultiInterfaceForwardCommandController "
+                "position_controllers/JointGroupPositionController "
+                "velocity_controllers/JointGroupVelocityController"
+            ),
+            "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
+            "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
+            "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
+        }.items()
+        for name in names.split()
+    }
+    | {
+        f"{package}/GripperActionController": (
+            f"{_CONTROLLERS}.gripper_action_controller:{kind}GripperActionController"
+        )
+        for package, kind in (
+            ("effort_controllers", "Effort"),
+            ("parallel_gripper_action_controller", "Parallel"),
+            ("position_controllers", "Position"),
+        )
     },
     bases=(f"{_CONTROLLERS}.base:ControllerInterface",),
     direct=True,
