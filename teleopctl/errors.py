@@ -35,8 +35,11 @@ follows from the class.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import ClassVar, Self
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import ClassVar, Self
 
 EXIT_INTERRUPTED = 130
 """The exit status after Ctrl-C, as shells have it."""

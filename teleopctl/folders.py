@@ -1,4 +1,4 @@
-"""The user's own folders: of the records of what runs, and of the logs.
+"""The user's own folders: of the records of what runs, of the logs, and of what can be made anew.
 
 The records decide which processes are signalled and which files are shown, so their folder is the
 user's and nobody else's: never one below ``/tmp`` that others could have made first.
@@ -9,10 +9,14 @@ from __future__ import annotations
 import os
 import stat
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 
 from teleopctl.errors import SystemFailureError
+
+# Each of them takes as long to import as half a command of the command line.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
 
 _HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
 
@@ -23,6 +27,8 @@ def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
     On Linux that is ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, whichever is the user's own with mode
     0700; in a container, say, there is none, and the user's state folder takes its place.
     """
+    from pathlib import Path
+
     chosen = env.get("TELEOPCTL_RUNTIME_DIR")
     if chosen:
         return Path(chosen)
@@ -39,11 +45,26 @@ def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
     """The folder of the log files: ``ROS_LOG_DIR``, else ``ROS_HOME/log``, else ``~/.ros/log``."""
+    from pathlib import Path
+
     chosen = env.get("ROS_LOG_DIR")
     if chosen:
         return Path(chosen).expanduser()
     home = env.get("ROS_HOME")
     return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
+
+
+def cache_dir(env: Mapping[str, str] = os.environ) -> str:
+    """The folder of what is only kept because it takes long to find out."""
+    if sys.platform == "linux":  # the same as below, which takes longer than reading a file there
+        base, home = env.get("XDG_CACHE_HOME", ""), env.get("HOME", "")
+        if base.startswith("/"):
+            return f"{base.rstrip('/')}/teleopctl"
+        if home.startswith("/"):
+            return f"{home.rstrip('/')}/.cache/teleopctl"
+    import platformdirs
+
+    return platformdirs.user_cache_dir("teleopctl", appauthor=False)
 
 
 def make_private(folder: Path) -> None:

@@ -1,15 +1,15 @@
 """Floor 6: the verbs of the command line.
 
 A verb is a plain function whose parameters carry [`Option`][teleopctl.cli.verb.Option] or
-[`Argument`][teleopctl.cli.verb.Argument]. Two readers understand that one declaration: the
-quick parser, which takes a well-formed command line without loading anything, and Typer, which
-does help, error messages and completion. `main` says which module a verb lives in.
+[`Argument`][teleopctl.cli.verb.Argument]. That one declaration is read by the quick parser, which
+takes a well-formed command line without loading anything, by the page of ``--help``, by Tab, and by
+Typer, which says what is wrong with a line. `main` says which module a verb lives in.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from teleopctl.cli.verb import (
         Argument as Argument,

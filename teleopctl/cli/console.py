@@ -2,18 +2,26 @@
 
 Data goes to stdout as plain text; warnings, notes and errors go to stderr. What comes from others
 may hold control characters: they are made visible here, see `teleopctl.printable`. Nothing needs
-Rich, which takes longer to load than most verbs run; ``--help`` on a terminal is what uses it.
+Rich, which takes longer to load than most verbs run.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TextIO
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.printable import printable_json, printable_line, printable_text
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from typing import TextIO
+
+    Json = Mapping[str, "Json"] | Sequence["Json"] | str | int | float | bool | None
+else:
+    Json = object
 
 PROGRAM = "teleopctl"
 COMPLETION_VARIABLE = "_TELEOPCTL_COMPLETE"
@@ -22,8 +30,6 @@ COMPLETION_VARIABLE = "_TELEOPCTL_COMPLETE"
 _BOLD_RED = "\x1b[1;31m"
 _YELLOW = "\x1b[33m"
 _RESET = "\x1b[0m"
-
-Json = Mapping[str, "Json"] | Sequence["Json"] | str | int | float | bool | None
 
 
 def out(line: str = "") -> None:

@@ -7,15 +7,12 @@ alone; its module is imported when it is named and never before.
 
 from __future__ import annotations
 
-import errno
+import _signal  # type: ignore[import-not-found] # typeshed leaves private modules out
 import gc
 import os
-import signal
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
 
-from teleopctl import __version__, interrupts, plugins
+from teleopctl import __version__
 from teleopctl.cli import console, ros2_options
 from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.errors import (
@@ -26,30 +23,44 @@ from teleopctl.errors import (
     UsageError,
 )
 
+# Importing typing takes as long as starting Python does, and signal half of that: too long for
+# `--help` and for Tab.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import NoReturn
+
 
 def main() -> NoReturn:
     """Run the command line of this process and end with its exit status."""
     # What is imported stays: to look for garbage in it is a tenth of a short command.
     gc.disable()
-    # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
-    # by it all the same, and whoever started them counts on that.
     try:
-        interrupts.take()
-        status = run(sys.argv[1:])
+        status = run(sys.argv[1:], _take_interrupts)
     except KeyboardInterrupt:
         status = EXIT_INTERRUPTED
     # Nothing is left to be tidied up that an interrupt would have to reach.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     # Python would look through all that there is once more before it ends.
     gc.freeze()
     sys.exit(status)
 
 
-def run(arguments: Sequence[str]) -> int:
+def _take_interrupts() -> None:
+    # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
+    # by it all the same, and whoever started them counts on that. Until here Ctrl-C just ends the
+    # process, see `teleopctl.__main__`.
+    from teleopctl import interrupts
+
+    interrupts.take()
+
+
+def run(arguments: Sequence[str], before_verb: Callable[[], None] | None = None) -> int:
     """Run a command line and return its exit status.
 
     Args:
         arguments: The words behind the program's name.
+        before_verb: Called before a verb is run; for Tab and a page of help nothing is.
     """
     words = list(arguments)
     debug = bool(os.environ.get("TELEOPCTL_DEBUG"))
@@ -61,7 +72,7 @@ def run(arguments: Sequence[str]) -> int:
     console.replace_missing_streams()
     console.tolerate_narrow_encodings()
     try:
-        status = _dispatch(words)
+        status = _dispatch(words, before_verb)
         sys.stdout.flush()
     except BrokenPipeError:
         console.discard_output()
@@ -79,19 +90,24 @@ def run(arguments: Sequence[str]) -> int:
     return status
 
 
-def _dispatch(words: list[str]) -> int:
+def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
     if words == ["--version"]:
         console.out(f"teleopctl {__version__}")
         return 0
     if COMPLETION_VARIABLE in os.environ:
-        from teleopctl.cli import completing
+        from teleopctl.cli.completion import completing
 
         if completing.answer():
             sys.exit(0)
         from teleopctl.cli import typer_app
 
         typer_app.answer_shell(typer_app.typed_words())
-    words = _with_verb(ros2_options.dropped(words))
+    words = ros2_options.dropped(words)
+    if _asks_for_help(words) and _show_help(words):
+        return 0
+    if before_verb is not None:
+        before_verb()
+    words = _with_verb(words)
     status = _run_quickly(words)
     if status is not None:
         return status
@@ -107,11 +123,24 @@ def _collect_garbage() -> None:
     gc.enable()
 
 
+def _asks_for_help(words: Sequence[str]) -> bool:
+    """Whether a page of help may be wanted."""
+    return not words or "-h" in words or "--help" in words
+
+
+def _show_help(words: Sequence[str]) -> bool:
+    from teleopctl.cli import help_page
+
+    return help_page.show(words)
+
+
 def _with_verb(words: list[str]) -> list[str]:
     """Add the verb that a noun means alone: ``doctor -r`` is ``doctor check -r``."""
     has_none = len(words) == 1 or (len(words) > 1 and words[1].startswith("-"))
-    if not has_none or words[1:] in (["-h"], ["--help"]):
+    if not has_none:
         return words
+    from teleopctl import plugins
+
     if plugins.find(plugins.VERBS, words[0]) is None:
         return words
     alone = getattr(plugins.load(plugins.VERBS, words[0]), "alone", "")
@@ -120,6 +149,8 @@ def _with_verb(words: list[str]) -> list[str]:
 
 def _run_quickly(words: list[str]) -> int | None:
     """Run a well-formed command line of a light verb; None when Typer has to look at it."""
+    from teleopctl import plugins
+
     if not words or words[0].startswith("-") or plugins.find(plugins.VERBS, words[0]) is None:
         return None
     from teleopctl.cli import quick
@@ -129,7 +160,7 @@ def _run_quickly(words: list[str]) -> int | None:
     verb: Verb | Group | None = plugins.load(plugins.VERBS, first)
     if isinstance(verb, Group):
         if not rest:
-            return None
+            return 0 if _show_help(words) else None
         second, *rest = rest
         verb = verb.verbs.get(second)
     if verb is None:
@@ -143,6 +174,8 @@ def _run_quickly(words: list[str]) -> int | None:
 
 
 def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
+    import errno
+
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:
         console.discard_output()
         return SystemFailureError(f"Cannot write: {error.strerror}")

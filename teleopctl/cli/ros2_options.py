@@ -6,7 +6,9 @@ become known. Here no cache exists, and the graph is known at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 GROUPS = frozenset(
     {"action", "topic", "node", "service", "param", "control", "lifecycle", "component"}

@@ -1,7 +1,7 @@
-"""Typer's side of the command line: help, usage errors and completion.
+"""Typer's side of the command line: what is wrong with a line, and what the quick parser declines.
 
 Builds one Typer command tree with the wanted verb for real and a placeholder for each other one,
-so that ``--help`` lists all of them and imports none.
+so that a misspelt word is compared with all of them and none is imported.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from functools import wraps
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
-from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group, get_install_completion_arguments
 
 from teleopctl import plugins
-from teleopctl.cli import ros2_options, ros2_verbs
+from teleopctl.cli import declared, help_page, ros2_verbs
 from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
@@ -41,8 +41,6 @@ def run(words: Sequence[str]) -> int:
     tree = command_tree(words)
     _refuse_missing(tree, words)
     line = spread_lists(tree, words)
-    if not line or (len(line) == 1 and isinstance(tree.commands.get(line[0]), TyperGroup)):
-        line.append("--help")
     try:
         with tree.make_context(PROGRAM, line) as context:
             status = tree.invoke(context)
@@ -84,48 +82,27 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
     """
     root = _new_app()
 
-    @root.callback(
-        help="The ROS 2 workflow in one pip install.",
-        epilog="Each verb explains itself with --help.",
-    )
+    @root.callback()
     def teleopctl(
-        version: Annotated[
-            bool, typer.Option("--version", help="Print the version.", metavar="")
-        ] = False,
-        debug: Annotated[
-            bool, typer.Option("--debug", help="Show the traceback of an error.", metavar="")
-        ] = False,
+        version: Annotated[bool, typer.Option("--version")] = False,
+        debug: Annotated[bool, typer.Option("--debug")] = False,
     ) -> None:
-        """Both options are read before Typer is loaded; they stand here for ``--help``."""
+        """Both options are read before Typer is loaded."""
 
     position, chosen = _first_word(words)
-    for name, summary in _summaries(chosen).items():
-        root.command(name, short_help=summary)(_placeholder)
+    # Strangers' verbs are looked for only where none of ours has been chosen.
+    for name in plugins.VERBS.ours if chosen in plugins.VERBS.ours else declared.nouns():
+        root.command(name)(_placeholder)
     tree = get_group(root)
     if chosen in tree.commands:
         verb: Verb | Group = plugins.load(plugins.VERBS, chosen)
         if isinstance(verb, Group):
-            tree.add_command(_group_command(chosen, verb, words[position + 1 :]), chosen)
+            tree.add_command(_group_command(verb, words[position + 1 :]), chosen)
         else:
             app = _new_app()
             _add_verb(app, chosen, verb, _typer_function(verb))
             tree.add_command(get_command(app), chosen)
     return tree
-
-
-def _summaries(chosen: str) -> dict[str, str]:
-    """One line on each verb; strangers' verbs only where none of ours has been chosen."""
-    summaries = dict(plugins.VERBS.summaries)
-    if chosen in plugins.VERBS.ours:
-        return summaries
-    for name, plugin in plugins.available(plugins.VERBS).items():
-        if plugin.distribution:
-            try:
-                summary = plugins.load(plugins.VERBS, name).help
-            except TeleopctlError:
-                summary = "Cannot be loaded."
-            summaries[name] = f"{summary} (from {plugin.distribution})"
-    return summaries
 
 
 def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
@@ -152,13 +129,10 @@ def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
             return
 
 
-def _group_command(name: str, group: Group, words: Sequence[str]) -> TyperGroup:
+def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
     app = _new_app()
 
-    @app.callback(
-        help=group.help,
-        epilog=ros2_options.EXPLANATION if name in ros2_options.GROUPS else None,
-    )
+    @app.callback()
     def noun() -> None:
         """A noun does nothing without a verb."""
 
@@ -198,9 +172,9 @@ def _value_alone(command: Any, word: str) -> str | None:
     """The value that an option has where none stands behind it."""
     if not isinstance(command, TyperCommand) or command.callback is None:
         return None
-    declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
+    listed = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
     return next(
-        (each.alone for each in declared if isinstance(each, Option) and word in each.flags), None
+        (each.alone for each in listed if isinstance(each, Option) and word in each.flags), None
     )
 
 
@@ -211,9 +185,7 @@ def _has_value(words: Sequence[str]) -> bool:
 def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., int | None]) -> None:
     app.command(
         name,
-        cls=_TidyCommand,
-        help=_long_help(verb, function),
-        epilog=_epilog(verb.examples),
+        cls=_Command,
         context_settings={
             "help_option_names": ["-h", "--help"],
             "ignore_unknown_options": verb.negative_numbers or verb.passes_everything_on,
@@ -230,26 +202,11 @@ def _first_word(words: Sequence[str]) -> tuple[int, str]:
     return len(words), ""
 
 
-def _epilog(examples: Sequence[str]) -> str | None:
-    """What ``--help`` ends with; paragraphs, since lines that stand closer would be joined."""
-    return "\n\n".join(("Examples:", *examples)) if examples else None
-
-
-def _long_help(verb: Verb, function: Callable[..., object]) -> str:
-    """The one-line help and, for the verb in hand, what its docstring adds to that."""
-    if function is _placeholder:
-        return verb.help
-    _, _, more = (inspect.getdoc(function) or "").partition("\n\n")
-    paragraphs = more.partition("Args:")[0].split("\n\n")
-    # One line each, to be wrapped where the terminal ends and not where the source does.
-    return "\n\n".join([verb.help, *(" ".join(each.split()) for each in paragraphs)]).strip()
-
-
 def _typer_function(verb: Verb) -> Callable[..., int | None]:
     """The verb's function with its declarations spelt in Typer's words."""
     function = verb.load()
     signature = inspect.signature(function)
-    declared = [
+    listed = [
         signature.parameters[parameter.name].replace(annotation=_typer_annotation(parameter))
         for parameter in parameters(function)
     ]
@@ -260,9 +217,9 @@ def _typer_function(verb: Verb) -> Callable[..., int | None]:
             _check_finite(parameter, values[parameter.name])
         return function(**values)
 
-    call.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
+    call.__annotations__ = {parameter.name: parameter.annotation for parameter in listed}
     # What inspect, and so Typer, takes in place of the real signature.
-    call.__dict__["__signature__"] = signature.replace(parameters=declared)
+    call.__dict__["__signature__"] = signature.replace(parameters=listed)
     return call
 
 
@@ -279,27 +236,20 @@ def _check_finite(parameter: Parameter, value: object) -> None:
 def _typer_annotation(parameter: Parameter) -> object:
     declaration = parameter.declaration
     value_type: Any = parameter.type
-    help_text = declaration.help
     if declaration.choices:
         value_type = Literal[declaration.choices]
-        help_text += f" One of {', '.join(declaration.choices)}."
     if parameter.many:
         value_type = list[value_type]
     if parameter.optional and parameter.default is None:
         value_type = value_type | None
     live = _candidates(declaration.complete) if declaration.complete else None
-    metavar = declaration.metavar
     if isinstance(declaration, Option):
-        if parameter.type is bool:
-            metavar = ""
-        elif declaration.choices:
-            metavar = metavar or "NAME"
-        read = typer.Option(
-            *declaration.flags, help=help_text, metavar=metavar, autocompletion=live
-        )
+        read = typer.Option(*declaration.flags, autocompletion=live)
     else:
-        metavar = metavar or parameter.name.upper()
-        read = typer.Argument(help=help_text, metavar=metavar, autocompletion=live)
+        # What it is called where it is missing.
+        read = typer.Argument(
+            metavar=declaration.metavar or parameter.name.upper(), autocompletion=live
+        )
     return Annotated[value_type, read]
 
 
@@ -317,56 +267,22 @@ def _candidates(name: str) -> Callable[..., list[str]] | None:
     return printable
 
 
-class _Tidy:
-    """What Typer's help says of a command, without what is true and helps nobody."""
+class _Command(TyperCommand):
+    """A verb, whose help is the page that it has anywhere else."""
 
-    params: list[Any]
-
-    def collect_usage_pieces(self, _: object) -> list[str]:
-        """The words behind the command's name: ``TOPIC [TYPE]`` where Typer has ``{TOPIC}``."""
-        arguments = [parameter for parameter in self.params if isinstance(parameter, TyperArgument)]
-        return ["[OPTIONS]", *map(_placeholder_of, arguments)]
-
-    def get_help_option(self, context: Any) -> TyperOption | None:
-        """``--help``, which as any other flag takes no value."""
-        option: TyperOption | None = super().get_help_option(context)  # type: ignore[misc]
-        if option is not None:
-            option.metavar = ""
-        return option
-
-
-class _TidyCommand(_Tidy, TyperCommand):
-    """A verb."""
-
-
-class _TidyGroup(_Tidy, TyperGroup):
-    """A noun, and the program itself."""
-
-    def collect_usage_pieces(self, context: object) -> list[str]:
-        return [*super().collect_usage_pieces(context), self.subcommand_metavar]
-
-
-def _placeholder_of(argument: TyperArgument) -> str:
-    name = argument.display_name_raw
-    if "[" in name:  # it says itself what may be left out
-        return name
-    if argument.nargs != 1 and not name.endswith("..."):
-        name += "..."
-    return name if argument.required else f"[{name}]"
+    def get_help(self, ctx: Any) -> str:  # Any: a class of the library that Typer carries along
+        """The page, for spellings of ``--help`` that only Typer understands, such as ``-vh``."""
+        path = ctx.command_path.split()[1:]
+        found = declared.find(path)
+        return "" if found is None else help_page.text_of(path, found)
 
 
 def _new_app() -> typer.Typer:
     return typer.Typer(
-        cls=_TidyGroup,
         add_completion=False,
-        rich_markup_mode=_markup_mode(),
+        rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-
-
-def _markup_mode() -> Literal["rich"] | None:
-    """Boxes and colours on a terminal; plain help in a pipe, and rich is not loaded."""
-    return "rich" if sys.stdout.isatty() else None
 
 
 def _placeholder() -> None:

@@ -1,15 +1,19 @@
 """How a verb declares its command line, independent of the library that parses it.
 
 Typer alone takes longer to import than a whole graph query takes to run, so declarations are
-made of these small classes: `quick` reads them for a well-formed command line, `typer_app`
-turns them into Typer's for everything else.
+made of these small classes: `quick` reads them for a well-formed command line, `help_page` for
+``--help``, `completing` for Tab, and `typer_app` turns them into Typer's to say what is wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
 
 
 class Declaration:
@@ -136,17 +140,41 @@ class Group:
 
 
 class Parameter:
-    """One parameter of a verb's function, as both parsers need it."""
+    """One parameter of a verb's function.
+
+    Attributes:
+        name: What the function calls it.
+        declaration: How it is given.
+        type: ``str``, ``int``, ``float`` or ``bool``; of a list, that of its elements.
+        many: Whether it is a list.
+        optional: Whether it may be left out.
+        default: Its value then.
+    """
 
     __slots__ = ("declaration", "default", "many", "name", "optional", "type")
 
-    # Any: an annotation may be anything that can be written there.
-    def __init__(self, name: str, annotation: Any, default: object, required: bool) -> None:
+    def __init__(
+        self,
+        name: str,
+        declaration: Declaration,
+        type_: type,
+        *,
+        many: bool = False,
+        optional: bool = False,
+        default: object = None,
+    ) -> None:
         self.name = name
+        self.declaration = declaration
+        self.type = type_
+        self.many = many
+        self.optional = optional
         self.default = default
-        self.optional = not required
-        self.declaration: Declaration = annotation.__metadata__[0]
-        self.type, self.many = _scalar_type(annotation.__origin__)
+
+    @property
+    def takes_value(self) -> bool:
+        """Whether it is an option that a value has to follow."""
+        option = self.declaration
+        return isinstance(option, Option) and self.type is not bool and option.alone is None
 
 
 def parameters(function: Callable[..., object]) -> list[Parameter]:
@@ -160,12 +188,24 @@ def parameters(function: Callable[..., object]) -> list[Parameter]:
     names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     defaults = dict(zip(reversed(positional), reversed(function.__defaults__ or ()), strict=False))
     defaults.update(function.__kwdefaults__ or {})
-    return [
-        Parameter(name, function.__annotations__[name], defaults.get(name), name not in defaults)
-        for name in names
-    ]
+    found = []
+    for name in names:
+        annotation = function.__annotations__[name]
+        scalar, many = _scalar_type(annotation.__origin__)
+        found.append(
+            Parameter(
+                name,
+                annotation.__metadata__[0],
+                scalar,
+                many=many,
+                optional=name in defaults,
+                default=defaults.get(name),
+            )
+        )
+    return found
 
 
+# Any: an annotation may be anything that can be written there.
 def _scalar_type(annotation: Any) -> tuple[type, bool]:
     """``str`` of ``str``, ``list[str]`` and both with ``| None``; and whether it is a list."""
     members: tuple[type, ...] = getattr(annotation, "__args__", ())

@@ -10,12 +10,12 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
-import sys
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import UsageError
+from teleopctl.folders import cache_dir
 from teleopctl.interfaces.definition import (
     PLACEHOLDER,
     Constant,
@@ -150,29 +150,17 @@ def cache_folder() -> Path:
     """Return the folder in which the tables are kept."""
     from pathlib import Path
 
-    return Path(_cache_folder())
+    return Path(cache_dir())
 
 
 # Paths are texts here: pathlib's import takes longer than reading a table.
-
-
-def _cache_folder() -> str:
-    if sys.platform == "linux":  # the same as below, whose import takes longer, too
-        base, home = (os.environ.get(name, "") for name in ("XDG_CACHE_HOME", "HOME"))
-        if os.path.isabs(base):
-            return os.path.join(base, "teleopctl")
-        if os.path.isabs(home):
-            return os.path.join(home, ".cache", "teleopctl")
-    import platformdirs
-
-    return platformdirs.user_cache_dir("teleopctl", appauthor=False)
 
 
 def _cache_file(module: str) -> str:
     # Each environment has its own, or two that are used in turn would always make theirs anew.
     site = os.path.abspath(os.path.join(_stores(), "..", "..", ".."))[-_LONGEST_PLACE:]
     place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
-    return os.path.join(_cache_folder(), f"{module}{place}.json")
+    return os.path.join(cache_dir(), f"{module}{place}.json")
 
 
 @cache

@@ -65,7 +65,7 @@ VERBS = Kind(
 )
 """The words behind ``teleopctl``."""
 
-_CANDIDATES = "teleopctl.cli.candidates"
+_CANDIDATES = "teleopctl.cli.completion.candidates"
 
 COMPLETIONS = Kind(
     "completion",

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
 
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from importlib.metadata import Distribution
+    from typing import Any
 
 # How the groups begin that are read; the second one is that of ROS 2's components in Python.
 _MARKS = ("[teleopctl.", "[rclpy_components]")

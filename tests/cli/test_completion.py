@@ -10,7 +10,8 @@ from functools import partial
 import pytest
 
 from teleopctl import plugins
-from teleopctl.cli import completing, main
+from teleopctl.cli import main
+from teleopctl.cli.completion import completing
 from teleopctl.cli.console import COMPLETION_VARIABLE
 from teleopctl.cli.verb import Group, Option, parameters
 from teleopctl.testing import eventually

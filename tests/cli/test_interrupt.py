@@ -31,7 +31,8 @@ main()
     [
         ("typing", -signal.SIGINT),
         ("teleopctl.cli.main", -signal.SIGINT),
-        ("teleopctl.plugins", -signal.SIGINT),
+        ("teleopctl.cli.console", -signal.SIGINT),
+        ("teleopctl.plugins", 130),
         ("teleopctl.cli.quick", 130),
         ("zenoh", 130),
     ],

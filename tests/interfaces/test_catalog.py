@@ -26,7 +26,7 @@ from teleopctl.interfaces.store import (
 @pytest.fixture
 def cache_folder(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
-    monkeypatch.setattr(standard, "_cache_folder", lambda: str(folder))
+    monkeypatch.setattr(standard, "cache_dir", lambda: str(folder))
     return folder
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl.cli import completing, main
+from teleopctl.cli import main
+from teleopctl.cli.completion import completing
 from teleopctl.testing import eventually
 
 PROGRAM = Path(__file__).with_name("action_server.py")

@@ -10,7 +10,8 @@ from textwrap import dedent
 
 import pytest
 
-from teleopctl.cli import completing, main
+from teleopctl.cli import main
+from teleopctl.cli.completion import completing
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from tests.distributions import install
 

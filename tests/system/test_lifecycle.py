@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl.cli import completing, main
+from teleopctl.cli import main
+from teleopctl.cli.completion import completing
 from teleopctl.testing import eventually
 
 PROGRAM = Path(__file__).parents[1] / "compat/programs/lifecycle.py"

@@ -7,7 +7,7 @@ from teleopctl.errors import TeleopctlError
 
 def controllers(incomplete: str) -> list[str]:
     """Names of the loaded controllers."""
-    from teleopctl.cli.candidates import nodes
+    from teleopctl.cli.completion.candidates import nodes
     from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, manager_client
 
     # Asking takes a moment where nobody answers, so first see whether there is anybody.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from teleopctl.cli.completing import Line
+from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
 
 

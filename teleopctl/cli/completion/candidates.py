@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.cli.completing import Line
+from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
 
 # The rest is imported where candidates are wanted: this module is loaded for every `--help`.

@@ -1,0 +1,1 @@
+"""What Tab offers, and how the shells ask for it."""

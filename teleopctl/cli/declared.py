@@ -1,0 +1,230 @@
+"""What verbs declare, remembered from one run to the next.
+
+``--help`` and Tab need a verb's declarations and not the verb, whose imports take up to ten times
+as long as Python's own start. So what was found is kept in a file in the user's cache folder, as
+Python keeps bytecode, together with the size and the time of every file that it was found in:
+where one has changed, or where the file cannot be read, the verb is imported.
+"""
+
+from __future__ import annotations
+
+import marshal
+import os
+import sys
+
+from teleopctl.cli.verb import Argument, Declaration, Group, Option, Parameter, Verb, parameters
+from teleopctl.errors import TeleopctlError
+from teleopctl.folders import cache_dir
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+    # What tells one state of a file from another.
+    Source = tuple[str, int, int]
+
+_FORMAT = 1
+_LONGEST_PLACE = 150  # file names may have 255 bytes
+_PLAIN = {"bool": bool, "float": float, "int": int, "str": str}
+_OF_VERBS = ("help", "negative_numbers", "passes_on", "passes_everything_on", "examples")
+
+
+class DeclaredVerb:
+    """A verb and what it takes.
+
+    Attributes:
+        verb: The verb.
+        parameters: What it takes, in order.
+        more: What its documentation says besides its one line, a text for each paragraph.
+    """
+
+    __slots__ = ("more", "parameters", "verb")
+
+    def __init__(self, verb: Verb, parameters: list[Parameter], more: Sequence[str]) -> None:
+        self.verb = verb
+        self.parameters = parameters
+        self.more = more
+
+
+def nouns() -> dict[str, str]:
+    """The words behind the program's name with a line on each; strangers' name who brings them."""
+    remembered = _read("verbs")
+    if remembered is not None:
+        return dict(remembered)
+    before = set(sys.modules)
+    found = _found_nouns()
+    _write("verbs", before, tuple(found.items()), is_ours=False)
+    return found
+
+
+def find(path: Sequence[str]) -> DeclaredVerb | Group | None:
+    """Return what is declared under a noun, or under a noun and a verb; None for nothing.
+
+    Raises:
+        BrokenPluginError: It is a stranger's and cannot be loaded.
+    """
+    if not all(word.replace("_", "").replace("-", "").isalnum() for word in path):
+        return None
+    name = f"verb.{'.'.join(path)}"
+    remembered = _read(name)
+    if remembered is not None:
+        return _from_plain(remembered)
+    before = set(sys.modules)
+    found = _load(path)
+    if found is not None:
+        from teleopctl import plugins
+
+        is_ours = path[0] in plugins.VERBS.ours
+        try:
+            _write(name, before, _to_plain(found), is_ours=is_ours)
+        except ValueError:
+            return found  # a stranger's, with a default that is more than a plain value
+    return found
+
+
+def _load(path: Sequence[str]) -> DeclaredVerb | Group | None:
+    from teleopctl import plugins
+
+    noun, *rest = path
+    if plugins.find(plugins.VERBS, noun) is None:
+        return None
+    verb: Verb | Group | None = plugins.load(plugins.VERBS, noun)
+    if rest:
+        verb = verb.verbs.get(rest[0]) if isinstance(verb, Group) else None
+    if verb is None or isinstance(verb, Group):
+        return verb
+    function = verb.load()
+    # Written for who reads the source as well: what it says of arguments, they say themselves.
+    _, _, more = (function.__doc__ or "").partition("\n\n")
+    paragraphs = more.partition("Args:")[0].partition("Raises:")[0].split("\n\n")
+    # One line each, to be wrapped where the terminal ends and not where the source does.
+    texts = [" ".join(paragraph.split()) for paragraph in paragraphs]
+    return DeclaredVerb(verb, parameters(function), [text for text in texts if text])
+
+
+def _found_nouns() -> dict[str, str]:
+    from teleopctl import plugins
+
+    found = dict(plugins.VERBS.summaries)
+    for name, plugin in plugins.available(plugins.VERBS).items():
+        if plugin.distribution:
+            try:
+                summary = plugins.load(plugins.VERBS, name).help
+            except TeleopctlError:
+                summary = "Cannot be loaded."
+            found[name] = f"{summary} (from {plugin.distribution})"
+    return found
+
+
+def _files(before: set[str], is_ours: bool) -> Iterable[str]:
+    """What may have had a say: our modules, and of a stranger's all that was loaded since."""
+    if not is_ours:
+        yield from (place or "." for place in sys.path)  # changes with what is installed
+    for name, module in list(sys.modules.items()):
+        if name.partition(".")[0] == "teleopctl" or not (is_ours or name in before):
+            file = getattr(module, "__file__", None)
+            if file and not file.endswith((".so", ".pyd")):
+                yield file
+
+
+def _state(path: str) -> Source:
+    try:
+        found = os.stat(path)  # noqa: PTH116 -- pathlib takes longer to import than all of this
+    except OSError:
+        return (path, 0, 0)
+    return (path, found.st_mtime_ns, found.st_size)
+
+
+def _file(name: str) -> str:
+    # Each environment has its own, or two that are used in turn would always make theirs anew.
+    place = f"{os.path.dirname(__file__)}-{sys.implementation.cache_tag}"  # noqa: PTH120
+    place = "".join(letter if letter.isalnum() else "-" for letter in place[-_LONGEST_PLACE:])
+    return f"{cache_dir()}/declared{place}/{name}"
+
+
+# Any: plain values in tuples.
+def _read(name: str) -> Any | None:
+    try:
+        with open(_file(name), "rb") as file:  # noqa: PTH123
+            form, places, sources, value = marshal.loads(file.read())  # noqa: S302 -- our own
+        if form != _FORMAT or places not in ([], sys.path):
+            return None
+        if any(_state(source[0]) != source for source in sources):
+            return None
+    except (OSError, ValueError, EOFError, TypeError, LookupError):
+        return None
+    return value
+
+
+# Any: plain values in tuples.
+def _write(name: str, before: set[str], value: Any, *, is_ours: bool) -> None:
+    """Write such a file; where that is not possible, the next run finds out anew.
+
+    Raises:
+        ValueError: There is something in it that is no plain value.
+    """
+    path = _file(name)
+    temporary = f"{path}.{os.getpid()}"
+    sources = tuple(map(_state, dict.fromkeys(_files(before, is_ours))))
+    content = marshal.dumps((_FORMAT, [] if is_ours else sys.path, sources, value))
+    try:
+        os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)  # noqa: PTH103, PTH120
+        with open(temporary, "wb") as file:  # noqa: PTH123
+            file.write(content)
+        os.replace(temporary, path)  # noqa: PTH105
+    except OSError:
+        return
+
+
+# Any: plain values in tuples.
+def _to_plain(found: DeclaredVerb | Group) -> Any:
+    if isinstance(found, Group):
+        verbs = tuple((name, verb.target, verb.help) for name, verb in found.verbs.items())
+        return ("group", found.help, found.alone, verbs)
+    verb = tuple(getattr(found.verb, name) for name in _OF_VERBS)
+    declared = tuple(
+        (
+            each.name,
+            (each.declaration.flags, each.declaration.alone)
+            if isinstance(each.declaration, Option)
+            else None,
+            tuple(getattr(each.declaration, name) for name in Declaration.__slots__),
+            each.type.__name__,
+            each.many,
+            each.optional,
+            each.default,
+        )
+        for each in found.parameters
+    )
+    if not all(each.type in _PLAIN.values() for each in found.parameters):
+        raise ValueError("a type that is more than a plain one")
+    return ("verb", found.verb.target, verb, declared, tuple(found.more))
+
+
+# Any: what `_to_plain` made.
+def _from_plain(plain: Any) -> DeclaredVerb | Group:
+    if plain[0] == "group":
+        _, text, alone, verbs = plain
+        return Group(text, {name: Verb(target, line) for name, target, line in verbs}, alone=alone)
+    _, target, values, declared, more = plain
+    verb = Verb(target, **dict(zip(_OF_VERBS, values, strict=True)))
+    found = []
+    for name, option, shared, type_name, many, optional, default in declared:
+        declaration = Declaration.__new__(Argument if option is None else Option)
+        for slot, value in zip(Declaration.__slots__, shared, strict=True):
+            setattr(declaration, slot, value)
+        if isinstance(declaration, Option):
+            declaration.flags, declaration.alone = option
+        found.append(
+            Parameter(
+                name,
+                declaration,
+                _PLAIN[type_name],
+                many=many,
+                optional=optional,
+                default=default,
+            )
+        )
+    return DeclaredVerb(verb, found, more)

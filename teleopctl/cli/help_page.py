@@ -1,0 +1,226 @@
+"""``--help``: the page of the program, of a noun or of a verb, from its declarations.
+
+Nothing is loaded for it but these: neither the verb nor a library that parses arguments or draws.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from teleopctl.cli import console, declared, ros2_options
+from teleopctl.cli.console import PROGRAM
+from teleopctl.cli.declared import DeclaredVerb
+from teleopctl.cli.verb import Argument, Group, Option, Parameter
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    # A line: texts, each with its colour, "" for none.
+    Line = tuple[tuple[str, str], ...]
+    # A row of a table: its first column, and what is said of that.
+    Row = tuple[str, str]
+
+FLAGS = ("-h", "--help")
+
+_HEADING = "\x1b[1m"
+_NAME = "\x1b[36m"
+_HELP = ("-h, --help", "Show this message and exit.")
+# Longer names have a line of their own, so that the texts beside the others stay wide.
+_WIDEST_NAME = 30
+# Lines that are longer are hard to read.
+_WIDEST_PAGE = 100
+
+
+def show(words: Sequence[str]) -> bool:
+    """Print the page that a command line asks for; False where it asks for none.
+
+    Args:
+        words: The command line behind the global options.
+    """
+    page = _asked(words)
+    if page is None:
+        return False
+    for line in page:
+        console.out_coloured(*line)
+    return True
+
+
+def text_of(path: Sequence[str], found: DeclaredVerb | Group) -> str:
+    """The page of a noun or a verb as plain text."""
+    page = _of_group(path, found) if isinstance(found, Group) else _of_verb(path, found)
+    return "\n".join("".join(text for text, _ in line) for line in page)
+
+
+def _asked(words: Sequence[str]) -> list[Line] | None:
+    if not words or words[0] in FLAGS:
+        return _of_program()
+    found = declared.find(words[:1])
+    if found is None:
+        return None
+    if isinstance(found, DeclaredVerb):
+        return _of_verb(words[:1], found) if _asks(found, words[1:]) else None
+    if len(words) == 1 or words[1] in FLAGS:
+        return _of_group(words[:1], found)
+    verb = declared.find(words[:2]) if words[1] in found.verbs else None
+    if isinstance(verb, DeclaredVerb) and _asks(verb, words[2:]):
+        return _of_verb(words[:2], verb)
+    return None
+
+
+def _asks(found: DeclaredVerb, words: Sequence[str]) -> bool:
+    """Whether ``--help`` stands among a verb's words, rather than among those that it passes on."""
+    if found.verb.passes_everything_on:
+        return bool(words) and words[0] in FLAGS
+    with_value = {
+        flag
+        for parameter in found.parameters
+        if isinstance(parameter.declaration, Option) and parameter.takes_value
+        for flag in parameter.declaration.flags
+    }
+    remaining = iter(words)
+    for word in remaining:
+        if word in FLAGS:
+            return True
+        if word == "--" or (found.verb.passes_on and not word.startswith("-")):
+            return False
+        if word in with_value:
+            next(remaining, None)
+    return False
+
+
+def _of_program() -> list[Line]:
+    options = [
+        ("--version", "Print the version."),
+        ("--debug", "Show the traceback of an error."),
+        _HELP,
+    ]
+    return [
+        *_usage("[OPTIONS] COMMAND [ARGS]..."),
+        *_paragraphs(["The ROS 2 workflow in one pip install."]),
+        *_table("Options", options),
+        *_table("Commands", declared.nouns().items()),
+        *_paragraphs(["Each verb explains itself with --help."]),
+    ]
+
+
+def _of_group(path: Sequence[str], group: Group) -> list[Line]:
+    more = [ros2_options.EXPLANATION] if path[0] in ros2_options.GROUPS else []
+    return [
+        *_usage(*path, "[OPTIONS] COMMAND [ARGS]..."),
+        *_paragraphs([group.help]),
+        *_table("Options", [_HELP]),
+        *_table("Commands", [(name, verb.help) for name, verb in group.verbs.items()]),
+        *_paragraphs(more),
+    ]
+
+
+def _of_verb(path: Sequence[str], found: DeclaredVerb) -> list[Line]:
+    arguments = [each for each in found.parameters if isinstance(each.declaration, Argument)]
+    options = [each for each in found.parameters if not isinstance(each.declaration, Argument)]
+    usage = _usage(*path, "[OPTIONS]", *map(_placeholder, arguments))
+    examples: list[Line] = [((f"  {line}", ""),) for line in found.verb.examples]
+    return [
+        *usage,
+        *_paragraphs([found.verb.help, *found.more]),
+        *_table("Arguments", [(_name(each), _text(each)) for each in arguments]),
+        *_table("Options", [*((_name(each), _text(each)) for each in options), _HELP]),
+        # Not wrapped, so that they can be copied.
+        *([(), (("Examples:", _HEADING),), *examples] if examples else []),
+    ]
+
+
+def _usage(*words: str) -> list[Line]:
+    return [(("Usage:", _HEADING), (f" {' '.join([PROGRAM, *words])}", ""))]
+
+
+def _paragraphs(texts: Iterable[str]) -> list[Line]:
+    lines: list[Line] = []
+    for text in texts:
+        lines.append(())
+        lines += [((f"  {line}", ""),) for line in _wrapped(text, _width() - 2)]
+    return lines
+
+
+def _table(title: str, rows: Iterable[Row]) -> list[Line]:
+    rows = list(rows)
+    if not rows:
+        return []
+    widest = max((len(name) for name, _ in rows if len(name) <= _WIDEST_NAME), default=0)
+    indent = " " * (2 + widest + 2)
+    lines: list[Line] = [(), ((f"{title}:", _HEADING),)]
+    for name, text in rows:
+        first, *more = _wrapped(text, _width() - len(indent)) or [""]
+        if len(name) > widest:
+            lines.append((("  ", ""), (name, _NAME)))
+            lines.append(((indent + first, ""),))
+        else:
+            gap = " " * (len(indent) - 2 - len(name))
+            lines.append((("  ", ""), (name, _NAME), ((gap + first).rstrip(), "")))
+        lines += [((indent + line, ""),) for line in more]
+    return lines
+
+
+def _placeholder(argument: Parameter) -> str:
+    """``TOPIC``, ``[TYPE]`` or ``NAME...``, as it stands in the usage."""
+    name = argument.declaration.metavar or argument.name.upper()
+    if "[" in name:  # it says itself what may be left out
+        return name
+    if argument.many and not name.endswith("..."):
+        name += "..."
+    return f"[{name}]" if argument.optional else name
+
+
+def _name(parameter: Parameter) -> str:
+    declaration = parameter.declaration
+    value = declaration.metavar or ("NAME" if declaration.choices else "")
+    if not isinstance(declaration, Option):
+        value = value or parameter.name.upper()
+        return value if parameter.type is str else f"{value} <{parameter.type.__name__}>"
+    # Short ones first, so that the long ones stand below each other.
+    flags = ", ".join(sorted(declaration.flags, key=lambda flag: flag.startswith("--")))
+    if parameter.type is bool:
+        return flags
+    return f"{flags} {value or f'<{parameter.type.__name__}>'}{'...' if parameter.many else ''}"
+
+
+def _text(parameter: Parameter) -> str:
+    declaration = parameter.declaration
+    text = declaration.help
+    if declaration.choices:
+        text += f" One of {', '.join(declaration.choices)}."
+    if not parameter.optional:
+        return f"{text}  [required]"
+    if parameter.default in (None, "") or parameter.type is bool:
+        return text
+    return f"{text}  [default: {parameter.default}]"
+
+
+def _width() -> int:
+    """Columns of the page."""
+    chosen = os.environ.get("COLUMNS", "")
+    if chosen.isdecimal():
+        columns = int(chosen)
+    else:
+        try:
+            columns = os.get_terminal_size(sys.stdout.fileno()).columns
+        except (OSError, ValueError):
+            columns = 80
+    return max(50, min(columns or 80, _WIDEST_PAGE))
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """The lines of a text; `textwrap` takes longer to import than the rest of the page."""
+    lines: list[str] = []
+    # What stands in brackets at the end is set off by two blanks, and stays together.
+    for part in text.split("  "):
+        gap = "  "
+        for word in [part] if part.startswith("[") else part.split(" "):
+            if lines and len(lines[-1]) + len(gap) + len(word) <= width:
+                lines[-1] += gap + word
+            else:
+                lines.append(word)
+            gap = " "
+    return lines

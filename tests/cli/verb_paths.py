@@ -1,0 +1,24 @@
+"""Every verb of the command line, for tests that hold of all of them."""
+
+from __future__ import annotations
+
+from teleopctl import plugins
+from teleopctl.cli.verb import Group, Verb
+
+
+def groups() -> dict[str, Group]:
+    """The nouns that have verbs."""
+    found = {name: plugins.load(plugins.VERBS, name) for name in plugins.VERBS.ours}
+    return {name: verb for name, verb in found.items() if isinstance(verb, Group)}
+
+
+def verbs() -> dict[tuple[str, ...], Verb]:
+    """Every verb by the words that name it."""
+    found: dict[tuple[str, ...], Verb] = {}
+    for name in plugins.VERBS.ours:
+        verb: Verb | Group = plugins.load(plugins.VERBS, name)
+        if isinstance(verb, Group):
+            found |= {(name, inner): one for inner, one in verb.verbs.items()}
+        else:
+            found[(name,)] = verb
+    return found
