@@ -243,16 +243,20 @@ def _fixed_numbers(kind: FieldType) -> Converter:
 def _collect(kind: FieldType, values: Iterable[Any], code: str) -> array.array[Any]:
     given = values if isinstance(values, list | tuple) else list(values)
     try:
-        return array.array(code, given)
+        stored = array.array(code, given)
+        # Of what float32 cannot hold, array makes an infinity without a word.
+        if code != "f" or not (math.inf in stored or -math.inf in stored):
+            return stored
     except (TypeError, ValueError, OverflowError):
-        check = _float(kind.element) if kind.base in FLOATS else _integer(kind.element)
-        converted = array.array(code)
-        for index, element in enumerate(given):
-            try:
-                converted.append(check(element))
-            except (TypeError, ValueError) as error:
-                raise type(error)(f"element {index}: {error}") from None
-        return converted
+        pass
+    check = _float(kind.element) if kind.base in FLOATS else _integer(kind.element)
+    converted = array.array(code)
+    for index, element in enumerate(given):
+        try:
+            converted.append(check(element))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"element {index}: {error}") from None
+    return converted
 
 
 def _from_numpy(kind: FieldType, value: NumberArray) -> NumberArray:

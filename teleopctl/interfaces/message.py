@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 from collections.abc import Callable
 from types import MemberDescriptorType
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, cast
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
 from teleopctl.interfaces.convert import converter
@@ -20,6 +20,7 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
+from teleopctl.interfaces.field_errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
 
 if TYPE_CHECKING:
@@ -34,6 +35,9 @@ Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
 """How a field gets its default: the function that stores, and the one that makes the value."""
 
 
+_DEFAULT = "__DEFAULT"
+
+
 class _SlotTypes:
     """The types of a class's fields, made when somebody asks."""
 
@@ -43,7 +47,28 @@ class _SlotTypes:
         return slot_types(owner.__definition__)
 
 
-class Message:
+class MessageClass(type):
+    """The class of message classes: their constants stay, and their fields' defaults can be read.
+
+    The default of a field ``speed`` that has one is ``SPEED__DEFAULT``, a new value each time.
+    """
+
+    def __setattr__(cls, name: str, value: object) -> None:
+        definition = cls.__dict__.get("__definition__")
+        constants = [each.name for each in definition.constants] if definition else []
+        if name in constants or name.endswith(_DEFAULT):
+            raise AttributeError(f"{name} of {cls.__name__} cannot be changed")
+        super().__setattr__(name, value)
+
+    def __getattr__(cls, name: str) -> Any:  # Any: of the field's type
+        if name.endswith(_DEFAULT) and (definition := cls.__dict__.get("__definition__")):
+            for field in definition.fields:
+                if field.default is not None and field.attribute.upper() + _DEFAULT == name:
+                    return getattr(cls(), field.attribute)
+        raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
+
+
+class Message(metaclass=MessageClass):
     """Base of all message classes.
 
     Each field has a slot named ``_field`` and a property named as the field. What is assigned is
@@ -70,12 +95,11 @@ class Message:
             if name not in fields:
                 put(self, make())
         for name, value in fields.items():
-            if name not in self.__makers__:
-                if name == "check_fields":  # of rclpy's classes; ours always check
-                    continue
-                known = ", ".join(self.__makers__) or "none"
-                raise TypeError(f"unknown field {name!r} of {self.TYPE_NAME} (fields: {known})")
-            setattr(self, name, value)
+            if name in self.__makers__:
+                setattr(self, name, value)
+            elif name != "check_fields":  # of rclpy's classes; ours always check
+                unknown = [each for each in fields if each not in self.__makers__]
+                raise unknown_fields_error(self.TYPE_NAME, unknown, list(self.__makers__))
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:
@@ -119,7 +143,8 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
     namespace.update((c.name, constant_value(c)) for c in definition.constants)
     if not fields:
         namespace[f"_{PLACEHOLDER}"] = 0
-    cls: type[Message] = type(split(definition.type_name)[2], (Message,), namespace)
+    name = split(definition.type_name)[2]
+    cls: type[Message] = cast("type[Message]", MessageClass(name, (Message,), namespace))
     for field in fields:
         slot: Any = cls.__dict__[f"_{field.attribute}"]
         setattr(cls, field.attribute, _property(definition.type_name, field, slot, lookup))
@@ -137,16 +162,16 @@ def _property(
     type_name: str, field: Field, slot: MemberDescriptorType, lookup: ClassLookup
 ) -> property:
     put = slot.__set__
-    convert = converter(field.type, lookup)
-    name = field.attribute
+    kind = field.type
+    convert = converter(kind, lookup)
 
     def set_value(self: Message, value: object) -> None:
         try:
             put(self, convert(value))
         except (TypeError, ValueError) as error:
-            raise type(error)(f"field {name!r} of {type_name}: {error}") from None
+            raise field_error(type_name, field, error) from None
 
-    return property(_getter(field.type, slot), set_value, doc=f"Field {name!r}: {field.type}.")
+    return property(_getter(kind, slot), set_value, doc=f"Field {field.attribute!r}: {kind}.")
 
 
 def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]:
