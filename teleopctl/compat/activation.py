@@ -22,6 +22,9 @@ SITE = os.path.join(_HERE, "site")  # noqa: PTH118
 START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
 """The folder of the ``sitecustomize`` that activates each Python started with it."""
 
+PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
+"""The folder of ``ros2`` and ``xacro``, as programs that stand for ours."""
+
 
 def activate() -> None:
     """Let this process import ROS 2's Python packages. Idempotent."""
@@ -33,11 +36,23 @@ def activate() -> None:
 
 
 def activate_children() -> None:
-    """Let every Python that this process starts do the same. Idempotent.
+    """Let every Python that this process starts do the same, and find ``ros2``. Idempotent.
 
     The interpreters among them that have no teleopctl are left as they are.
     """
+    offer_programs()
     inherited = os.environ.get("PYTHONPATH", "")
     if START_HOOK not in inherited.split(os.pathsep):
         # In front of any other sitecustomize, which ours runs when it is done.
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (START_HOOK, inherited)))
+
+
+def offer_programs() -> None:
+    """Let this process, and those that it starts, find ``ros2`` and ``xacro``. Idempotent.
+
+    They stand at the end of ``PATH``: a program of that name that is installed is found before.
+    """
+    os.environ["TELEOPCTL_PYTHON"] = sys.executable
+    path = os.environ.get("PATH", os.defpath)
+    if PROGRAMS not in path.split(os.pathsep):
+        os.environ["PATH"] = os.pathsep.join(filter(None, (path, PROGRAMS)))

@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from teleopctl.compat.activation import SITE, activate
+from teleopctl.compat.activation import SITE, activate, offer_programs
 from teleopctl.errors import LaunchError
 from teleopctl.interfaces import distribution
 from teleopctl.launch import LaunchFile
@@ -63,6 +63,7 @@ def prefer_ours() -> None:
     A launch is evaluated here, so that the classes have to be these and no others.
     """
     activate()
+    offer_programs()
     if sys.path[0] != SITE:
         sys.path.insert(0, SITE)
     given = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": distribution()}

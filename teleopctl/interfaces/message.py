@@ -20,7 +20,7 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
-from teleopctl.interfaces.field_errors import field_error, unknown_fields_error
+from teleopctl.interfaces.fields.errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
 
 if TYPE_CHECKING:

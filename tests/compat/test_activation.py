@@ -184,3 +184,26 @@ def test_start_up_loads_little_that_a_plain_python_would_not(shared_ros):
     others = {name for name in more if not name.startswith("teleopctl")}
     light = {"__future__", "importlib", "importlib._bootstrap", "importlib._bootstrap_external"}
     assert others <= light | {"importlib.machinery", "sitecustomize", "types", "warnings"}
+
+
+def test_programs_find_ros2_and_xacro_behind_what_is_installed(tmp_path):
+    arm = tmp_path / "arm.xacro"
+    arm.write_text('<robot name="arm"><link name="base"/></robot>')
+    code = f"""
+import os, shutil, subprocess
+from teleopctl.compat import activation
+for _ in range(2):
+    activation.activate_children()
+assert os.environ["PATH"].count(activation.PROGRAMS) == 1
+for words in (["ros2", "interface", "show", "std_msgs/msg/String"], ["xacro", {str(arm)!r}]):
+    program = shutil.which(words[0])
+    print(program.startswith(activation.PROGRAMS))
+    print(subprocess.run([program, *words[1:]], capture_output=True, text=True).stdout.split())
+mine = shutil.copy(shutil.which("ros2"), {str(tmp_path)!r})
+os.environ["PATH"] = {str(tmp_path)!r} + os.pathsep + os.environ["PATH"]
+print(shutil.which("ros2") == mine)
+"""
+    first, shown, second, robot, third = output(code).splitlines()
+    assert (first, second, third) == ("True", "True", "True")
+    assert shown == "['string', 'data']"
+    assert 'name="base"' in robot.replace("\\", "")
