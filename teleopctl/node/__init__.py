@@ -51,7 +51,12 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.context import Context as Context
     from teleopctl.node.endpoints.client import Client as Client, ResponseFuture as ResponseFuture
-    from teleopctl.node.endpoints.events import (
+    from teleopctl.node.endpoints.events.callbacks import (
+        DeadlineMissedInfo as DeadlineMissedInfo,
+        IncompatibleQoSInfo as IncompatibleQoSInfo,
+        IncompatibleTypeInfo as IncompatibleTypeInfo,
+        LivelinessChangedInfo as LivelinessChangedInfo,
+        LivelinessLostInfo as LivelinessLostInfo,
         MatchedInfo as MatchedInfo,
         MessageLostInfo as MessageLostInfo,
         PublisherEventCallbacks as PublisherEventCallbacks,
@@ -247,7 +252,9 @@ else:
             "clock_jumps": "ClockChange JumpHandle JumpThreshold TimeJump",
             "context": "Context",
             "endpoints.client": "Client ResponseFuture",
-            "endpoints.events": "MatchedInfo MessageLostInfo PublisherEventCallbacks "
+            "endpoints.events.callbacks": "DeadlineMissedInfo IncompatibleQoSInfo "
+            "IncompatibleTypeInfo LivelinessChangedInfo LivelinessLostInfo "
+            "MatchedInfo MessageLostInfo PublisherEventCallbacks "
             "SubscriptionEventCallbacks UnsupportedEventTypeError",
             "endpoints.guard_condition": "GuardCondition",
             "endpoints.publisher": "Publisher",

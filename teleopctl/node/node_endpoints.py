@@ -18,7 +18,7 @@ from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.endpoints.client import Client
-    from teleopctl.node.endpoints.events import (
+    from teleopctl.node.endpoints.events.callbacks import (
         PublisherEventCallbacks,
         SubscriptionEventCallbacks,
     )
@@ -71,13 +71,12 @@ class NodeEndpoints(NodeTimers):
             topic: Relative, absolute or private name.
             qos_profile: Quality of service.
             callback_group: That of the callbacks of events.
-            event_callbacks: Called when subscriptions come and go.
+            event_callbacks: Called when subscriptions come and go, a deadline passes, and so on.
             qos_overriding_options: Lets parameters override the quality of service.
             publisher_class: A subclass of `Publisher` to make.
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
-            UnsupportedEventTypeError: An event is not reported by the transport.
         """
         name = self.resolve_topic_name(topic)
         qos = qos_from(qos_profile)
@@ -169,7 +168,6 @@ class NodeEndpoints(NodeTimers):
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
-            UnsupportedEventTypeError: An event is not reported by the transport.
         """
         from teleopctl.node.endpoints.subscription import Subscription
 

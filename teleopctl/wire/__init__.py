@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         query_graph as query_graph,
     )
     from teleopctl.wire.introduction import hear_peers as hear_peers
-    from teleopctl.wire.keys import topic_key as topic_key
+    from teleopctl.wire.keys import assertion_key as assertion_key, topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
     from teleopctl.wire.refusals import Refusals as Refusals
     from teleopctl.wire.router import (
@@ -64,7 +64,7 @@ else:
             "graph": "Graph GraphWatcher NodeEntry action_type actions_of is_hidden_name "
             "query_graph",
             "introduction": "hear_peers",
-            "keys": "topic_key",
+            "keys": "assertion_key topic_key",
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",
             "router": "daemon_address ensure_router find_router port_holder router_is_running "

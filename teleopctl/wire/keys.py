@@ -13,6 +13,7 @@ ANY_HASH = "*"
 
 LIVELINESS_PREFIX = "@ros2_lv"
 
+_ASSERTIONS = "@alive"
 _BUFFER_KEY = "_buf"
 _CPU_BUFFER_KEY = "_buf_cpu"
 
@@ -38,6 +39,12 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
     # One slash at either end is dropped, not all of them: that is what the other side does.
     name = name.removeprefix("/").removesuffix("/")
     return f"{domain}/{name}/{to_dds(type_name)}/{type_hash}"
+
+
+def assertion_key(key: str) -> str:
+    """Return the key on which publishers of a topic's key assert their liveliness; ours alone."""
+    # Verbatim, so that no subscription to the topic with a wildcard matches it.
+    return f"{key}/{_ASSERTIONS}"
 
 
 def parse_topic_key(text: str) -> TopicKey | None:

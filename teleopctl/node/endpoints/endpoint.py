@@ -14,7 +14,7 @@ from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_k
 if TYPE_CHECKING:
     import zenoh
 
-    from teleopctl.node.endpoints.events import EventHandler
+    from teleopctl.node.endpoints.events.handler import EventHandler
     from teleopctl.node.node_core import NodeCore
 
 
@@ -48,11 +48,12 @@ class Endpoint(abc.ABC):
         context = node.context
         session = context.session
         self.node = node
+        self.kind = kind
         self.name = name
         self.type_name = type_name
+        self.type_hash = version or type_hash(type_name)
         self.qos_profile = qos
-        hash_ = version or type_hash(type_name)
-        self.key = topic_key(context.domain_id, name, type_name, hash_)
+        self.key = topic_key(context.domain_id, name, type_name, self.type_hash)
         self._token_text = format_token(
             EndpointToken(
                 domain=context.domain_id,
@@ -65,7 +66,7 @@ class Endpoint(abc.ABC):
                 node=node.get_name(),
                 name=name,
                 type_name=type_name,
-                type_hash=hash_,
+                type_hash=self.type_hash,
                 qos=qos.to_wire(),
             )
         )

@@ -13,11 +13,17 @@ from teleopctl.node.endpoints.arrivals import MOST_ITEMS
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import InvalidHandle
-from teleopctl.node.values.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from teleopctl.wire import EntityKind, encode_attachment
+from teleopctl.node.values.qos import (
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from teleopctl.wire import EntityKind, assertion_key, encode_attachment
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events import PublisherEventCallbacks
+    from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks
+    from teleopctl.node.endpoints.events.handler import EventHandler
     from teleopctl.node.node_core import NodeCore
     from teleopctl.node.values.time import Duration
 
@@ -33,21 +39,26 @@ class Publisher(Endpoint, Generic[MessageT]):
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
+        self._watching: list[EventHandler] = []
         self._channel = self._declare(qos)
         self._announce()
 
     def watch(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
-        """Have callbacks told of events.
+        """Have callbacks told of events."""
+        from teleopctl.node.endpoints.events.deadline import DeadlineHandler
+        from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
+        from teleopctl.node.endpoints.events.liveliness import LivelinessLostHandler
 
-        Raises:
-            UnsupportedEventTypeError: The transport does not report one of them.
-        """
-        from teleopctl.node.endpoints.events import MatchedHandler, check_supported
-
-        check_supported(callbacks)
+        if callbacks.deadline is not None:
+            self._watching.append(DeadlineHandler(self, callbacks.deadline, group))
+        if callbacks.liveliness is not None:
+            self._watching.append(LivelinessLostHandler(self, callbacks.liveliness, group))
+        self.events = tuple(self._watching)
+        if callbacks.incompatible_type is not None:
+            handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
+            self.events = (*self.events, handler)
         if callbacks.matched is not None:
-            others = (EntityKind.MS, self.name, self.type_name)
-            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
+            self.events = (*self.events, MatchedHandler(self, callbacks.matched, group))
 
     def _declare(self, qos: QoSProfile) -> Any:
         session = self.node.context.session
@@ -106,13 +117,16 @@ class Publisher(Endpoint, Generic[MessageT]):
             payload = msg
         else:
             raise TypeError(f"Expected {self.msg_type}, got {type(msg)}")
+        sequence = next(self._sequence)
         try:
             self._channel.put(
                 payload,
-                attachment=encode_attachment(next(self._sequence), time.time_ns(), self.gid),
+                attachment=encode_attachment(sequence, time.time_ns(), self.gid),
             )
         except zenoh.ZError as error:
             raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
+        for handler in self._watching:
+            handler.saw(self.gid, sequence)
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions the topic has, of the same type."""
@@ -123,7 +137,22 @@ class Publisher(Endpoint, Generic[MessageT]):
         return True
 
     def assert_liveliness(self) -> None:
-        """Do nothing: liveliness is the transport's token, which needs no word from us."""
+        """Show that the publisher is alive, where its liveliness is asserted by topic.
+
+        Otherwise there is nothing to do: the liveliness is that of its token in the graph.
+
+        Raises:
+            InvalidHandle: The publisher was destroyed or the context was shut down.
+        """
+        self._check_alive()
+        if self.qos_profile.liveliness != LivelinessPolicy.MANUAL_BY_TOPIC:
+            return
+        try:
+            self.node.context.session.put(assertion_key(self.key), self.gid)
+        except zenoh.ZError as error:
+            raise InvalidHandle(f"publisher of '{self.name}' cannot send: {error}") from error
+        for handler in self._watching:
+            handler.asserted(self.gid)
 
     def _close(self) -> None:
         self._channel.undeclare()

@@ -18,11 +18,12 @@ from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
-from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy
+from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
 from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events import MessageLostHandler, SubscriptionEventCallbacks
+    from teleopctl.node.endpoints.events.callbacks import SubscriptionEventCallbacks
+    from teleopctl.node.endpoints.events.handler import EventHandler
     from teleopctl.node.node_core import NodeCore
 
 
@@ -62,7 +63,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     Samples wait undecoded in a queue as deep as the QoS says (the oldest falls out) until the
     executor takes them. Where all are to be kept, a full queue holds a reliable publisher up; see
-    `KeepAll`.
+    `KeepAll`. A message that is older than the profile's lifespan is dropped without a word, as
+    under Fast DDS; the lifespan of a publisher is announced and binds nobody, as under rmw_zenoh.
 
     Args:
         node: Owner.
@@ -103,30 +105,32 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._wants_info = _takes_two(callback)
         self._samples = self._make_queue(qos)
         self.refusals = Refusals(f"a message on '{topic}'", node.get_logger().error)
-        self._lost: MessageLostHandler | None = None
+        self._watching: tuple[EventHandler, ...] = ()
+        self._lifespan_ns = bound_ns(qos.lifespan)
         receive = self._handle_now if immediate else self._queue
         self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
         self._announce()
 
     def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
-        """Have callbacks told of events.
+        """Have callbacks told of events."""
+        from teleopctl.node.endpoints.events.deadline import DeadlineHandler
+        from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
+        from teleopctl.node.endpoints.events.liveliness import LivelinessChangedHandler
+        from teleopctl.node.endpoints.events.message_lost import MessageLostHandler
 
-        Raises:
-            UnsupportedEventTypeError: The transport does not report one of them.
-        """
-        from teleopctl.node.endpoints.events import (
-            MatchedHandler,
-            MessageLostHandler,
-            check_supported,
-        )
-
-        check_supported(callbacks)
-        if callbacks.matched is not None:
-            others = (EntityKind.MP, self.name, self.type_name)
-            self.events = (MatchedHandler(self.node, callbacks.matched, group, others),)
+        watching: list[EventHandler] = []
+        if callbacks.deadline is not None:
+            watching.append(DeadlineHandler(self, callbacks.deadline, group))
+        if callbacks.liveliness is not None:
+            watching.append(LivelinessChangedHandler(self, callbacks.liveliness, group))
         if callbacks.message_lost is not None:
-            self._lost = MessageLostHandler(self.node, callbacks.message_lost, group)
-            self.events = (*self.events, self._lost)
+            watching.append(MessageLostHandler(self.node, callbacks.message_lost, group))
+        self.events = self._watching = tuple(watching)
+        if callbacks.incompatible_type is not None:
+            handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
+            self.events = (*self.events, handler)
+        if callbacks.matched is not None:
+            self.events = (*self.events, MatchedHandler(self, callbacks.matched, group))
 
     def _make_queue(self, qos: QoSProfile) -> KeepAll[_Arrival] | KeepLast[_Arrival]:
         if qos.queue_depth is not None:
@@ -210,14 +214,12 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
     def _queue(self, sample: zenoh.Sample) -> None:
         if not self._samples.put((sample, time.time_ns()), len(sample.payload)):
             self.refusals.refuse("the queue is full, and nothing is taken from it")
-        if self._lost is not None and sample.attachment is not None:
-            meta = decode_attachment(sample.attachment.to_bytes())
-            if meta is not None:
-                self._lost.saw(meta.gid, meta.sequence)
+        self._tell_of(sample)
         self.tell_executor()
 
     @transport_callback
     def _handle_now(self, sample: zenoh.Sample) -> None:
+        self._tell_of(sample)
         arguments = self._arguments(sample, time.time_ns())
         if arguments is None:
             return
@@ -230,8 +232,26 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
             self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
+    def _tell_of(self, sample: zenoh.Sample) -> None:
+        """Tell the handlers of events that a message came."""
+        if not self._watching or sample.attachment is None:
+            return
+        meta = decode_attachment(sample.attachment.to_bytes())
+        if meta is not None:
+            for handler in self._watching:
+                handler.saw(meta.gid, meta.sequence)
+
+    def _has_expired(self, sample: zenoh.Sample) -> bool:
+        """Whether a message is older than the lifespan, by its publisher's stamp."""
+        if self._lifespan_ns is None or sample.attachment is None:
+            return False
+        meta = decode_attachment(sample.attachment.to_bytes())
+        return meta is not None and time.time_ns() - meta.time_ns > self._lifespan_ns
+
     def _arguments(self, sample: zenoh.Sample, received_ns: int) -> tuple[Any, ...] | None:
-        """Decode a sample; None, counted and reported, when it is not what its key says."""
+        """Decode a sample; None when it has expired or, reported, is not what its key says."""
+        if self._has_expired(sample):
+            return None
         payload = sample.payload.to_bytes()
         try:
             message = payload if self.raw else deserialize(payload, self.msg_type)

@@ -18,7 +18,7 @@ from teleopctl.node.node import Node
 from teleopctl.node.values.qos import QoSProfile
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events import PublisherEventCallbacks
+    from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks
     from teleopctl.node.endpoints.qos_overrides import QoSOverridingOptions
     from teleopctl.node.values.callback_groups import CallbackGroup
 

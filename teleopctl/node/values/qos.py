@@ -221,6 +221,12 @@ def _wire_duration(duration: Duration) -> int:
     return INFINITE_NS if duration in (Infinite, Duration()) else duration.nanoseconds
 
 
+def bound_ns(duration: Duration) -> int | None:
+    """Return a duration of a profile in nanoseconds; None where it is unspecified or endless."""
+    nanoseconds = duration.nanoseconds
+    return nanoseconds if 0 < nanoseconds < INFINITE_NS else None
+
+
 def _rclpy_duration(nanoseconds: int) -> Duration:
     return Infinite if nanoseconds >= INFINITE_NS else Duration(nanoseconds=nanoseconds)
 

@@ -1,12 +1,13 @@
-"""``rclpy.event_handler``. Callbacks for events of publishers and subscriptions.
+"""``rclpy.event_handler``. Callbacks for events of publishers and subscriptions."""
 
-Zenoh reports matches and lost messages, as under rmw_zenoh. What the other events would carry has
-its name here, since programs name it in their annotations; a callback for one is refused.
-"""
-
-from typing import NamedTuple
+import enum
 
 from teleopctl.node import (
+    DeadlineMissedInfo,
+    IncompatibleQoSInfo,
+    IncompatibleTypeInfo,
+    LivelinessChangedInfo,
+    LivelinessLostInfo,
     MatchedInfo,
     MessageLostInfo,
     PublisherEventCallbacks,
@@ -15,54 +16,35 @@ from teleopctl.node import (
 )
 
 
-class QoSRequestedDeadlineMissedInfo(NamedTuple):
-    """How often no message came in time."""
+class QoSPublisherEventType(enum.IntEnum):
+    """Events of a publisher; numbers as in rcl."""
 
-    total_count: int
-    total_count_change: int
-
-
-class QoSOfferedDeadlineMissedInfo(NamedTuple):
-    """How often no message was published in time."""
-
-    total_count: int
-    total_count_change: int
+    RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
+    RCL_PUBLISHER_LIVELINESS_LOST = 1
+    RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS = 2
+    RCL_PUBLISHER_INCOMPATIBLE_TYPE = 3
+    RCL_PUBLISHER_MATCHED = 4
 
 
-class QoSLivelinessChangedInfo(NamedTuple):
-    """How many publishers are alive."""
+class QoSSubscriptionEventType(enum.IntEnum):
+    """Events of a subscription; numbers as in rcl."""
 
-    alive_count: int
-    not_alive_count: int
-    alive_count_change: int
-    not_alive_count_change: int
-
-
-class QoSLivelinessLostInfo(NamedTuple):
-    """How often a publisher did not show in time that it is alive."""
-
-    total_count: int
-    total_count_change: int
+    RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
+    RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
+    RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS = 2
+    RCL_SUBSCRIPTION_MESSAGE_LOST = 3
+    RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE = 4
+    RCL_SUBSCRIPTION_MATCHED = 5
 
 
-class QoSRequestedIncompatibleQoSInfo(NamedTuple):
-    """How many endpoints do not match for their quality of service, and by which policy."""
-
-    total_count: int
-    total_count_change: int
-    last_policy_kind: int
-
-
-class IncompatibleTypeInfo(NamedTuple):
-    """How many endpoints do not match for their type."""
-
-    total_count: int
-    total_count_change: int
-
-
+QoSLivelinessChangedInfo = LivelinessChangedInfo
+QoSLivelinessLostInfo = LivelinessLostInfo
 QoSMessageLostInfo = MessageLostInfo
-QoSOfferedIncompatibleQoSInfo = QoSRequestedIncompatibleQoSInfo
+QoSOfferedDeadlineMissedInfo = DeadlineMissedInfo
+QoSOfferedIncompatibleQoSInfo = IncompatibleQoSInfo
 QoSPublisherMatchedInfo = MatchedInfo
+QoSRequestedDeadlineMissedInfo = DeadlineMissedInfo
+QoSRequestedIncompatibleQoSInfo = IncompatibleQoSInfo
 QoSSubscriptionMatchedInfo = MatchedInfo
 
 __all__ = [
@@ -73,9 +55,11 @@ __all__ = [
     "QoSMessageLostInfo",
     "QoSOfferedDeadlineMissedInfo",
     "QoSOfferedIncompatibleQoSInfo",
+    "QoSPublisherEventType",
     "QoSPublisherMatchedInfo",
     "QoSRequestedDeadlineMissedInfo",
     "QoSRequestedIncompatibleQoSInfo",
+    "QoSSubscriptionEventType",
     "QoSSubscriptionMatchedInfo",
     "SubscriptionEventCallbacks",
     "UnsupportedEventTypeError",

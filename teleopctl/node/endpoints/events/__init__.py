@@ -1,0 +1,1 @@
+"""Events of publishers and subscriptions, each counted by a handler of its own."""

@@ -1,0 +1,154 @@
+"""What a program asks to be told of a publisher or a subscription; names as in rclpy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+# Any: what it is told depends on the event.
+EventCallback = Callable[[Any], object]
+
+
+class UnsupportedEventTypeError(Exception):
+    """The middleware does not report an event; no event of these is refused here."""
+
+
+class MatchedInfo(NamedTuple):
+    """How many endpoints match one.
+
+    Attributes:
+        total_count: Matches so far.
+        total_count_change: By how much that has grown since the last call.
+        current_count: Matches now.
+        current_count_change: By how much that has changed since the last call.
+    """
+
+    total_count: int
+    total_count_change: int
+    current_count: int
+    current_count_change: int
+
+
+class MessageLostInfo(NamedTuple):
+    """How many messages have not arrived.
+
+    Attributes:
+        total_count: Lost messages so far.
+        total_count_change: Lost since the last call.
+    """
+
+    total_count: int
+    total_count_change: int
+
+
+class DeadlineMissedInfo(NamedTuple):
+    """How many deadlines passed without a message.
+
+    Attributes:
+        total_count: Periods without a message so far.
+        total_count_change: Those since the last call.
+    """
+
+    total_count: int
+    total_count_change: int
+
+
+class LivelinessLostInfo(NamedTuple):
+    """How often a publisher did not show in time that it is alive.
+
+    Attributes:
+        total_count: Times so far.
+        total_count_change: Those since the last call.
+    """
+
+    total_count: int
+    total_count_change: int
+
+
+class LivelinessChangedInfo(NamedTuple):
+    """How many publishers of a topic are alive.
+
+    Attributes:
+        alive_count: Those that are.
+        not_alive_count: Those that are there but did not show it within their lease.
+        alive_count_change: By how much the first has changed since the last call.
+        not_alive_count_change: By how much the second has.
+    """
+
+    alive_count: int
+    not_alive_count: int
+    alive_count_change: int
+    not_alive_count_change: int
+
+
+class IncompatibleTypeInfo(NamedTuple):
+    """How many endpoints have the topic's name and another type, or another version of it.
+
+    Attributes:
+        total_count: Endpoints so far.
+        total_count_change: Those since the last call.
+    """
+
+    total_count: int
+    total_count_change: int
+
+
+class IncompatibleQoSInfo(NamedTuple):
+    """How many endpoints do not match for their quality of service; on Zenoh there are none.
+
+    Attributes:
+        total_count: Endpoints so far.
+        total_count_change: Those since the last call.
+        last_policy_kind: The `QoSPolicyKind` of the last one.
+    """
+
+    total_count: int
+    total_count_change: int
+    last_policy_kind: int
+
+
+class PublisherEventCallbacks:
+    """What a publisher calls back.
+
+    On Zenoh no quality of service keeps two endpoints apart, so ``incompatible_qos`` never happens.
+    """
+
+    def __init__(
+        self,
+        *,
+        deadline: Callable[[DeadlineMissedInfo], object] | None = None,
+        liveliness: Callable[[LivelinessLostInfo], object] | None = None,
+        incompatible_qos: EventCallback | None = None,
+        incompatible_type: Callable[[IncompatibleTypeInfo], object] | None = None,
+        matched: Callable[[MatchedInfo], object] | None = None,
+        use_default_callbacks: bool = True,
+    ) -> None:
+        self.deadline = deadline
+        self.liveliness = liveliness
+        self.incompatible_qos = incompatible_qos
+        self.incompatible_type = incompatible_type
+        self.matched = matched
+        self.use_default_callbacks = use_default_callbacks
+
+
+class SubscriptionEventCallbacks:
+    """What a subscription calls back; ``incompatible_qos`` never happens, as with publishers."""
+
+    def __init__(
+        self,
+        *,
+        deadline: Callable[[DeadlineMissedInfo], object] | None = None,
+        incompatible_qos: EventCallback | None = None,
+        liveliness: Callable[[LivelinessChangedInfo], object] | None = None,
+        message_lost: Callable[[MessageLostInfo], object] | None = None,
+        incompatible_type: Callable[[IncompatibleTypeInfo], object] | None = None,
+        matched: Callable[[MatchedInfo], object] | None = None,
+        use_default_callbacks: bool = True,
+    ) -> None:
+        self.deadline = deadline
+        self.incompatible_qos = incompatible_qos
+        self.liveliness = liveliness
+        self.message_lost = message_lost
+        self.incompatible_type = incompatible_type
+        self.matched = matched
+        self.use_default_callbacks = use_default_callbacks

@@ -1,0 +1,61 @@
+"""Base of the event handlers: they count on any thread, and an executor calls back."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from teleopctl.node.endpoints.events.callbacks import EventCallback
+from teleopctl.node.endpoints.waitable import Waitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+
+
+class EventHandler(Waitable):
+    """Counts events on any thread and tells a callback of them through the executor of a node."""
+
+    def __init__(self, node: NodeCore, callback: EventCallback, group: CallbackGroup) -> None:
+        self.node = node
+        self.callback_group = group
+        self._callback = callback
+        self._lock = threading.Lock()
+        self._changed = False
+        group.add_entity(self)
+
+    def pending(self) -> int:
+        """Return 1 while there is something to tell."""
+        return int(self._changed)
+
+    def take(self) -> Callable[[], object] | None:
+        """Return the call of the callback; None when it knows everything."""
+        with self._lock:
+            if not self._changed:
+                return None
+            self._changed = False
+            return functools.partial(self._callback, self._status())
+
+    def _status(self) -> NamedTuple:
+        """Return what is told to the callback, and count from there."""
+        raise NotImplementedError
+
+    def saw(self, gid: bytes, sequence: int) -> None:
+        """Take note of a message that came, or that was published.
+
+        Args:
+            gid: The publisher's identity.
+            sequence: The message's number among those of its publisher.
+        """
+
+    def asserted(self, gid: bytes) -> None:
+        """Take note that a publisher asserted its liveliness without a message."""
+
+    def close(self) -> None:
+        """Count no more."""
+
+    def destroy(self) -> None:
+        """Count no more."""
+        self.close()
