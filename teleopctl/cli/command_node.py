@@ -22,7 +22,8 @@ def command_node(
     """A node named as those of ROS 2's command line, in a session of its own.
 
     Args:
-        session_mode: As for `bare_command_node`.
+        session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
+            which then goes straight from process to process.
         name: Another name.
 
     Raises:
@@ -40,26 +41,28 @@ def command_node(
 
 
 @contextmanager
-def bare_command_node(
-    *, session_mode: Literal["peer", "client"] = "peer", name: str | None = None
-) -> Iterator[BareNode]:
-    """The same without parameters, which starts faster: for what needs no more.
+def brief_node(*, name: str | None = None, starts_router: bool = False) -> Iterator[BareNode]:
+    """The same for one exchange: a client of the router, without parameters, soon up and gone.
 
     Args:
-        session_mode: ``client`` for a single exchange through the router; ``peer`` for a stream,
-            which then goes straight from process to process.
         name: Another name.
+        starts_router: Start the daemon where no router answers; see `ensure_router`.
 
     Raises:
-        RouterNotRunning: A client finds no router.
+        RouterNotRunning: There is no router.
     """
     from teleopctl.node import BareNode
+    from teleopctl.wire import RouterNotRunning, ensure_router
 
-    with (
-        _command_context(session_mode) as context,
-        BareNode(name or _name(), context) as node,
-    ):
-        yield node
+    with _command_context("client") as context:
+        try:
+            _ = context.session
+        except RouterNotRunning:
+            if not starts_router:
+                raise
+            ensure_router()
+        with BareNode(name or _name(), context) as node:
+            yield node
 
 
 def _name() -> str:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from teleopctl.wire.keys import assertion_key as assertion_key, topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
     from teleopctl.wire.refusals import Refusals as Refusals
+    from teleopctl.wire.roll_call import router_has_all as router_has_all
     from teleopctl.wire.router import (
         daemon_address as daemon_address,
         ensure_router as ensure_router,
@@ -67,6 +68,7 @@ else:
             "keys": "assertion_key topic_key",
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",
+            "roll_call": "router_has_all",
             "router": "daemon_address ensure_router find_router port_holder router_is_running "
             "start_router stop_router",
             "session": "RouterNotRunning close_session domain_id open_session",

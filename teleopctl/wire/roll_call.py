@@ -32,6 +32,22 @@ def listed_peers(report: bytes) -> set[str]:
         return set()
 
 
+def router_has_all(session: zenoh.Session) -> bool:
+    """Wait until the router has passed on all that was sent; False where it goes past the router.
+
+    The router takes what comes over a connection in order, so that its answer follows.
+
+    Args:
+        session: A session that sent something.
+    """
+    if session.info.peers_zid():
+        return False
+    for router in session.info.routers_zid():
+        for _ in session.get(router_key(str(router)), timeout=_LONGEST_WAIT_S):
+            pass
+    return True
+
+
 def router_knows_all(session: zenoh.Session) -> bool:
     """Whether the router has the tokens of all peers that are connected to it.
 

@@ -4,7 +4,7 @@ import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import bare_command_node
+from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
@@ -44,7 +44,7 @@ def call(
     learn_type(normalize(service_type, "srv"))
     service_class = get_service(service_type)
     request = message_from_yaml(service_class.Request, values)
-    with bare_command_node(session_mode="client") as node:
+    with brief_node() as node:
         client = node.create_client(service_class, absolute_name(service_name))
         _wait_for_server(client, timeout)
         while True:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeAlias
 
-from teleopctl.cli.command_node import bare_command_node
+from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
 from teleopctl.wire import query_graph
@@ -107,5 +107,5 @@ def open_parameters() -> Iterator[Parameters]:
     Raises:
         RouterNotRunning: No router answers.
     """
-    with bare_command_node(session_mode="client") as node:
+    with brief_node() as node:
         yield Parameters(node)

@@ -1,10 +1,11 @@
 """``teleopctl topic echo``."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import bare_command_node, command_node
+from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
 from teleopctl.cli.verb import Argument, Option
@@ -20,9 +21,11 @@ from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
 from teleopctl.errors import UnavailableError
+from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node import MessageInfo
+    from teleopctl.cli.verbs.topic.source import TopicSource
+    from teleopctl.node import BareNode, MessageInfo, Node
 
 _DEPTH = 10
 _TRUNCATE = 128
@@ -86,13 +89,13 @@ def echo(
     The quality of service follows what the publishers offer, so that latched messages are printed
     as well. Ctrl-C ends it.
     """
-    source = find_source(absolute_name(topic_name), message_type, takes_type=True, raw=raw)
     wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
-    qos = wishes.applied_to(source.suited_qos(_DEPTH))
+    topic = absolute_name(topic_name)
     if plot is not None:
         from teleopctl.cli.verbs.topic.live_plot import live_plot
 
-        live_plot(source, plot, window, qos, timeout)
+        source = find_source(topic, message_type, takes_type=True, raw=raw)
+        live_plot(source, plot, window, wishes.applied_to(source.suited_qos(_DEPTH)), timeout)
         return
     from teleopctl.interfaces import field_reader
     from teleopctl.node import Future, SingleThreadedExecutor
@@ -126,14 +129,32 @@ def echo(
             done.set_result(None)
 
     with (
-        bare_command_node() if once else command_node() as node,
+        _listener(topic, message_type, raw=raw, once=once) as (node, source),
         SingleThreadedExecutor(context=node.context) as executor,
     ):
+        qos = wishes.applied_to(source.suited_qos(_DEPTH))
         node.create_subscription(source.message_class, source.topic, receive, qos, raw=raw)
         executor.add_node(node)
         executor.spin_until_future_complete(done, timeout)
     if timeout is not None and not printed:
-        raise UnavailableError(f"No message on '{source.topic}' within {timeout:g} s")
+        raise UnavailableError(f"No message on '{topic}' within {timeout:g} s")
+
+
+@contextmanager
+def _listener(
+    topic: str, message_type: str | None, *, raw: bool, once: bool
+) -> "Iterator[tuple[BareNode | Node, TopicSource]]":
+    """A node that is to subscribe to a topic, and what is known of the topic."""
+    if not once:
+        source = find_source(topic, message_type, takes_type=True, raw=raw)
+        with command_node() as node:
+            yield node, source
+        return
+    # A single message may come by way of the router: that takes one session, and no peer is met.
+    with brief_node(starts_router=message_type is not None) as brief:
+        graph = query_graph(brief.context.session)
+        source = find_source(topic, message_type, takes_type=True, raw=raw, graph=graph)
+        yield brief, source
 
 
 def _writer(

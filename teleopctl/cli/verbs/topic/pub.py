@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.command_node import bare_command_node, command_node
+from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName
@@ -23,12 +23,14 @@ from teleopctl.cli.verbs.topic.qos_options import (
 )
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import InvalidFileError, UnavailableError, UsageError, what_there_is
-from teleopctl.wire import EntityKind, ensure_router, query_graph
+from teleopctl.wire import EntityKind, ensure_router, query_graph, router_has_all
 
 if TYPE_CHECKING:
     from teleopctl.node import BareNode, Node, Publisher
 
 _DEPTH = 10
+# For ROS 2's own programs it is always so long.
+_KEEP_ALIVE_S = 0.1
 _PRESENT_TIME = ("auto", "now")
 
 
@@ -61,8 +63,12 @@ def publish(
         int, Option("-p", "--print", help="Print only every Nth message; 0 for none.")
     ] = 1,
     keep_alive: Annotated[
-        float, Option("--keep-alive", help="Seconds to stay after the last message.")
-    ] = 0.1,
+        float | None,
+        Option(
+            "--keep-alive",
+            help="Seconds to stay after the last message; by default until it is on its way.",
+        ),
+    ] = None,
     node_name: Annotated[
         str | None, Option("-n", "--node-name", help="Name of the publishing node.")
     ] = None,
@@ -101,11 +107,12 @@ def publish(
     subscribers = wait_matching_subscriptions
     if subscribers is None:
         subscribers = 1 if count else 0
-    ensure_router()
+    if count != 1:
+        ensure_router()
     # What a peer publishes while it still meets the others is lost; a client's goes through the
     # router, which knows them all.
     with (
-        bare_command_node(session_mode="client", name=node_name)
+        brief_node(name=node_name, starts_router=True)
         if count == 1
         else command_node(name=node_name)
     ) as node:
@@ -122,7 +129,10 @@ def publish(
                 console.out_text(f"publishing #{number}: {message!r}\n")
                 console.flush()
             publisher.publish(message)
-        time.sleep(max(0.0, keep_alive))
+        if keep_alive is not None:
+            time.sleep(max(0.0, keep_alive))
+        elif not router_has_all(node.context.session):
+            time.sleep(_KEEP_ALIVE_S)
 
 
 def _paced(rate: float, count: int) -> Iterator[int]:
@@ -143,11 +153,12 @@ def _wait_for_subscribers(
 ) -> None:
     topic, type_name = publisher.topic_name, publisher.type_name
     graph = query_graph(node.context.session)
-    if len(graph.subscriptions(topic, type_name)) < count:
-        others = sorted({each.type_name for each in graph.subscriptions(topic)} - {type_name})
-        if others:
-            console.warn(f"topic [{topic}] is subscribed with the type {', '.join(others)}")
-        console.note(f"Waiting for at least {count} matching subscription(s)...")
+    if len(graph.subscriptions(topic, type_name)) >= count:
+        return
+    others = sorted({each.type_name for each in graph.subscriptions(topic)} - {type_name})
+    if others:
+        console.warn(f"topic [{topic}] is subscribed with the type {', '.join(others)}")
+    console.note(f"Waiting for at least {count} matching subscription(s)...")
 
     def explain() -> str:
         graph = node.graph()

@@ -44,7 +44,12 @@ class TopicSource:
 
 
 def find_source(
-    topic: str, type_name: str | None = None, *, takes_type: bool = False, raw: bool = False
+    topic: str,
+    type_name: str | None = None,
+    *,
+    takes_type: bool = False,
+    raw: bool = False,
+    graph: Graph | None = None,
 ) -> TopicSource:
     """Look a topic up.
 
@@ -53,6 +58,7 @@ def find_source(
         type_name: Its type, where the person gave one; the topic need not exist then.
         takes_type: Whether the verb has an argument for the type, to be named in an error.
         raw: The verb takes bytes, so that the type may be unknown here.
+        graph: The graph, where the caller has it.
 
     Raises:
         TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
@@ -61,7 +67,7 @@ def find_source(
     from teleopctl.interfaces import get_message, normalize
 
     try:
-        graph = live_graph()
+        graph = graph or live_graph()
     except RouterNotRunning:
         if type_name is None:
             raise
