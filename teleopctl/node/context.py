@@ -184,11 +184,14 @@ class Context:
             False when the time, in seconds of wall time, ran out or the context ended.
         """
         watcher = self.watcher
+        return self.wait_for_change(lambda: predicate(watcher.snapshot()), timeout_s)
+
+    def wait_for_change(self, predicate: Callable[[], bool], timeout_s: float | None) -> bool:
+        """The same for a predicate that looks at the watcher itself, and need not see all of it."""
+        _ = self.watcher
         with self._graph_changed:
             return (
-                self._graph_changed.wait_for(
-                    lambda: not self._running or predicate(watcher.snapshot()), timeout_s
-                )
+                self._graph_changed.wait_for(lambda: not self._running or predicate(), timeout_s)
                 and self._running
             )
 

@@ -45,7 +45,7 @@ class GraphView(abc.ABC):
 
     def matched(self, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:
         """Return the endpoints of a kind, name and type, as rmw_zenoh matches them (ours)."""
-        return _matched(self.graph(), kind, name, type_name)
+        return self._context.watcher.matching(kind, name, type_name)
 
     def wait_for_match(
         self,
@@ -56,15 +56,15 @@ class GraphView(abc.ABC):
         timeout_s: float | None,
     ) -> bool:
         """Wait by event until so many endpoints match; False when the time ran out (ours)."""
-        return self._context.wait_for_graph(
-            lambda graph: len(_matched(graph, kind, name, type_name)) >= count, timeout_s
+        return self._context.wait_for_change(
+            lambda: len(self.matched(kind, name, type_name)) >= count, timeout_s
         )
 
     def wait_for_subscribers(self, topic: str, count: int, timeout_s: float | None) -> bool:
         """Wait by event until a topic has so many subscriptions, of any type (ours)."""
         name = self.resolve_topic_name(topic)
-        return self._context.wait_for_graph(
-            lambda graph: len(graph.subscriptions(name)) >= count, timeout_s
+        return self._context.wait_for_change(
+            lambda: _count(self._context, EntityKind.MS, name) >= count, timeout_s
         )
 
     def matched_publishers(self, topic: str) -> int:
@@ -73,19 +73,19 @@ class GraphView(abc.ABC):
 
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has."""
-        return len(self.graph().publishers(_asked(self.resolve_topic_name, topic_name)))
+        return _count(self._context, EntityKind.MP, _asked(self.resolve_topic_name, topic_name))
 
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has."""
-        return len(self.graph().subscriptions(_asked(self.resolve_topic_name, topic_name)))
+        return _count(self._context, EntityKind.MS, _asked(self.resolve_topic_name, topic_name))
 
     def count_services(self, service_name: str) -> int:
         """Return how many servers a service has."""
-        return len(self.graph().servers(_asked(self.resolve_service_name, service_name)))
+        return _count(self._context, EntityKind.SS, _asked(self.resolve_service_name, service_name))
 
     def count_clients(self, service_name: str) -> int:
         """Return how many clients a service has."""
-        return len(self.graph().clients(_asked(self.resolve_service_name, service_name)))
+        return _count(self._context, EntityKind.SC, _asked(self.resolve_service_name, service_name))
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
@@ -187,17 +187,11 @@ def _asked(resolve: Callable[[str], str], name: str) -> str:
         raise ValueError(f"name '{name}' is invalid: {error.error_msg}") from error
 
 
+def _count(context: Context, kind: EntityKind, name: str) -> int:
+    return len(context.watcher.matching(kind, name))
+
+
 def _infos(tokens: list[EndpointToken]) -> list[TopicEndpointInfo]:
     from teleopctl.node.values.endpoint_info import TopicEndpointInfo
 
     return [TopicEndpointInfo.of(token) for token in tokens]
-
-
-def _matched(graph: Graph, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:
-    of_kind = {
-        EntityKind.MP: graph.publishers,
-        EntityKind.MS: graph.subscriptions,
-        EntityKind.SS: graph.servers,
-        EntityKind.SC: graph.clients,
-    }[kind]
-    return of_kind(name, type_name)

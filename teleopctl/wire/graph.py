@@ -224,6 +224,8 @@ class GraphWatcher:
 
         self._changed = threading.Condition()
         self._tokens: dict[str, NodeToken | EndpointToken] = {}
+        # The endpoints among them, so that one more or less is not a matter of all others.
+        self._by_name: dict[tuple[EntityKind, str], dict[str, EndpointToken]] = {}
         self._graph: Graph | None = None
         self._closed = False
         self._on_change = on_change
@@ -249,6 +251,17 @@ class GraphWatcher:
         """The graph as far as this session has heard of it."""
         with self._changed:
             return self._snapshot()
+
+    def matching(
+        self, kind: EntityKind, name: str, type_name: str | None = None
+    ) -> list[EndpointToken]:
+        """The endpoints of a kind and name, of one type or of all, as in `snapshot`.
+
+        Takes as long in a large graph as in a small one, after each change, too.
+        """
+        with self._changed:
+            found = self._by_name.get((kind, name), {}).values()
+            return [e for e in found if type_name is None or e.type_name == type_name]
 
     def wait_for(
         self, predicate: Callable[[Graph], object], timeout_s: float | None = None
@@ -307,8 +320,10 @@ class GraphWatcher:
         with self._changed:
             if sample.kind == zenoh.SampleKind.PUT:
                 self._tokens[text] = token
+                if isinstance(token, EndpointToken):
+                    self._by_name.setdefault((token.kind, token.name), {})[text] = token
             else:
-                self._tokens.pop(text, None)
+                self._forget(text)
                 if isinstance(token, NodeToken):
                     self._drop_endpoints(token)
             self._graph = None
@@ -320,7 +335,15 @@ class GraphWatcher:
         """A node takes its endpoints along; their own tokens may go later."""
         key = _node_key(node)
         for text in [t for t, token in self._tokens.items() if _node_key(token) == key]:
-            del self._tokens[text]
+            self._forget(text)
+
+    def _forget(self, text: str) -> None:
+        token = self._tokens.pop(text, None)
+        if isinstance(token, EndpointToken):
+            named = self._by_name[token.kind, token.name]
+            del named[text]
+            if not named:
+                del self._by_name[token.kind, token.name]
 
 
 def _in_daemon_thread(

@@ -5,6 +5,7 @@ duration is ``seconds,nanoseconds`` and every number that equals rmw_zenoh's def
 Policies are the plain integers of ``rmw/types.h``; names for them belong to the client library.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
@@ -72,6 +73,7 @@ def format_qos(qos: EndpointQos) -> str:
     )
 
 
+@lru_cache(maxsize=1000)  # a graph has thousands of endpoints, and few texts of QoS
 def parse_qos(text: str) -> EndpointQos | None:
     """Read the QoS of a token, or return None for a text that does not follow the form."""
     parts = text.split(":")

@@ -1,6 +1,9 @@
 import threading
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import zenoh
 from hypothesis import given, settings, strategies as st
 
 from teleopctl.testing import LONGEST_WAIT_S
@@ -266,6 +269,36 @@ def test_what_a_session_declares_itself_is_known_at_once(world):
     token.undeclare()
     assert watcher.snapshot().nodes == ()
     watcher.close()
+
+
+CHANGES = [
+    (kind, token)
+    for owner in (node(), node("other", nid=2))
+    for kind in (zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE)
+    for token in (
+        owner,
+        endpoint("MP", "/a", of=owner, eid=3),
+        endpoint("MP", "/a", "std_msgs/msg/Bool", of=owner, eid=4),
+        endpoint("SS", "/a", of=owner, eid=5),
+    )
+]
+
+
+@settings(max_examples=50)
+@given(st.lists(st.sampled_from(CHANGES), max_size=20))
+def test_what_matches_is_what_the_snapshot_says_after_any_changes(changes):
+    hearing = SimpleNamespace(declare_subscriber=lambda *_, **__: None)
+    silent: Any = SimpleNamespace(zid=lambda: "own", liveliness=lambda: hearing)
+    watcher = GraphWatcher(silent, DOMAIN)
+    for kind, token in changes:
+        sample: Any = SimpleNamespace(key_expr=format_token(token), kind=kind)
+        watcher._hear(sample)
+        graph = watcher.snapshot()
+        assert watcher.matching(EntityKind.MP, "/a") == graph.publishers("/a")
+        assert watcher.matching(EntityKind.SS, "/a", "std_msgs/msg/Bool") == []
+        of_type = graph.publishers("/a", "std_msgs/msg/Bool")
+        assert watcher.matching(EntityKind.MP, "/a", "std_msgs/msg/Bool") == of_type
+        assert watcher.matching(EntityKind.SS, "/a") == graph.servers("/a")
 
 
 def test_closing_wakes_whoever_waits(world):
