@@ -40,6 +40,7 @@ _OF_SENSORS = _words(
 _INSIDE = {
     "camera": _words("horizontal_fov vertical_fov clip"),
     "image": _words("width height"),
+    "force_torque": _words("frame measure_direction"),
 } | dict.fromkeys(
     ("distortion", "imu", "angular_velocity", "linear_acceleration", "x", "y", "z"),
     frozenset[str](),

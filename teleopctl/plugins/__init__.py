@@ -126,6 +126,10 @@ CONTROLLERS = Kind(
             "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
             "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
             "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
+            "sensor_broadcasters": (
+                "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
+                "imu_sensor_broadcaster/IMUSensorBroadcaster"
+            ),
         }.items()
         for name in names.split()
     }
@@ -258,7 +262,10 @@ LAUNCH_SUBSTITUTIONS = Kind(
 SENSORS = Kind(
     "sensor type",
     "teleopctl.sensors",
-    {"imu": "teleopctl.sim.sensors.imu:Imu"},
+    {
+        "force_torque": "teleopctl.sim.sensors.force_torque:ForceTorque",
+        "imu": "teleopctl.sim.sensors.imu:Imu",
+    },
     bases=("teleopctl.sim.sensors.base:Sensor",),
 )
 """Simulated sensors, by the names that ``<sensor type="…">`` has."""

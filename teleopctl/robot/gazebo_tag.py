@@ -15,6 +15,10 @@ Default = TypeVar("Default", bound=float | None)
 
 # Where a sensor's frame stands: in Gazebo, in Gazebo while its name was Ignition, in SDF.
 _FRAME_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
+_FORCE_TORQUE = {
+    "frame": ("child", "parent", "sensor"),
+    "measure_direction": ("child_to_parent", "parent_to_child"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +63,23 @@ class Camera:
 
 
 @dataclass(frozen=True, slots=True)
+class ForceTorque:
+    """How a force-torque sensor tells its wrench.
+
+    ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``. ``measure_direction`` is
+    which of the two links acts on the other: ``child_to_parent`` or ``parent_to_child``.
+    """
+
+    frame: str = "child"
+    measure_direction: str = "child_to_parent"
+
+
+@dataclass(frozen=True, slots=True)
 class Sensor:
     """A sensor on a link, its axes those of the link (x forward) displaced by ``pose``.
 
-    ``line`` is where the tag stands in the URDF; 0 where that is not known.
+    A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``line`` is
+    where the tag stands in the URDF; 0 where that is not known.
     """
 
     name: str
@@ -75,6 +92,7 @@ class Sensor:
     frame: str = ""
     pose: Pose = field(default_factory=Pose)
     camera: Camera | None = None
+    force_torque: ForceTorque = ForceTorque()
     plugins: tuple[Plugin, ...] = ()
     line: int = 0
 
@@ -120,13 +138,16 @@ def read_gazebo(robot: Element) -> GazeboTag:
     links: dict[str, LinkPhysics] = {}
     sensors: list[Sensor] = []
     plugins: list[Plugin] = []
+    children = _children_of_joints(robot)
     for element in robot.findall("gazebo"):
         link = element.get("reference")
         if not link:
             plugins.extend(_read_plugin(child) for child in element.findall("plugin"))
             continue
         links[link] = _read_physics(element, links.get(link, LinkPhysics()))
-        sensors.extend(_read_sensor(child, link) for child in element.findall("sensor"))
+        for child in element.findall("sensor"):
+            on_joint = child.get("type") == "force_torque"
+            sensors.append(_read_sensor(child, children.get(link, link) if on_joint else link))
     return GazeboTag(links, tuple(sensors), tuple(plugins))
 
 
@@ -161,9 +182,37 @@ def _read_sensor(element: Element, link: str) -> Sensor:
         frame=next(filter(None, (child_text(element, tag) for tag in _FRAME_TAGS)), ""),
         pose=_read_pose(element),
         camera=None if camera is None else _read_camera(camera),
+        force_torque=_read_force_torque(element.find("force_torque")),
         plugins=tuple(_read_plugin(child) for child in element.findall("plugin")),
         line=element.sourceline or 0,
     )
+
+
+def _children_of_joints(robot: Element) -> dict[str, str]:
+    """The child link of each joint, but of those that have the name of a link."""
+    children = {
+        joint.get("name") or "": child.get("link") or ""
+        for joint in robot.findall("joint")
+        for child in joint.findall("child")
+    }
+    for link in robot.findall("link"):
+        children.pop(link.get("name") or "", None)
+    return children
+
+
+def _read_force_torque(element: Element | None) -> ForceTorque:
+    if element is None:
+        return ForceTorque()
+    values = {
+        "frame": child_text(element, "frame", "child"),
+        "measure_direction": child_text(element, "measure_direction", "child_to_parent"),
+    }
+    for name, allowed in _FORCE_TORQUE.items():
+        if values[name] not in allowed:
+            raise InvalidDescriptionError(
+                f"{describe(element)}: <{name}> is '{values[name]}': one of {', '.join(allowed)}"
+            )
+    return ForceTorque(**values)
 
 
 def _read_camera(element: Element) -> Camera:

@@ -9,6 +9,7 @@ from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
 
@@ -20,13 +21,15 @@ class SimulatedRobot(NamedTuple):
         description: The robot, as its URDF says.
         model: The robot and the world, as MuJoCo has them.
         simulation: At its start.
-        sensors: What measures in it.
+        sensors: What measures in it, for topics.
+        interfaces: What measures in it, for controllers.
     """
 
     description: RobotDescription
     model: RobotModel
     simulation: Simulation
     sensors: list[Sensor]
+    interfaces: SensorInterfaces
 
 
 def simulate(
@@ -52,11 +55,14 @@ def simulate(
     """
     description = RobotDescription.from_urdf(urdf)
     sensors = make_sensors(description.gazebo.sensors, warn)
+    interfaces = sensor_interfaces(description, sensors, warn)
+    measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
     surroundings = read_world(resolve_uri(world)) if world else None
-    model = build_model(description, lambda spec: add_sensors(spec, sensors, warn), surroundings)
+    model = build_model(description, lambda spec: add_sensors(spec, measuring, warn), surroundings)
+    sensors = [sensor for sensor in sensors if sensor in measuring]
     for warning in model.warnings:
         warn(warning)
     for first, second in model.excluded:
         warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
     simulation = Simulation(model, control_period_ns=control_period_ns, timestep_ns=timestep_ns)
-    return SimulatedRobot(description, model, simulation, sensors)
+    return SimulatedRobot(description, model, simulation, sensors, interfaces.kept(measuring))

@@ -143,7 +143,7 @@ class MujocoSim(Node):
         progress.tell(progress.STARTING)
         logger.info("Received the robot description, parsing...")
         self._urdf = urdf
-        description, model, simulation, sensors = simulate(
+        description, model, simulation, sensors, interfaces = simulate(
             urdf,
             world=str(self.get_parameter("world").value),
             control_period_ns=round(1e9 / int(self._number("update_rate"))),
@@ -158,7 +158,8 @@ class MujocoSim(Node):
                 f"Desired controller update period ({period_s:g} s) is slower than the simulation "
                 f"period ({step_s:g} s)."
             )
-        ports = TopicPorts(self, simulation, str(self.get_parameter("joint_states_topic").value))
+        states_topic = str(self.get_parameter("joint_states_topic").value)
+        ports = TopicPorts(self, simulation, states_topic, interfaces)
         self._sensors = SensorPublisher(self, simulation, sensors)
         self._loop = LockstepLoop(
             simulation,

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from teleopctl.interfaces import get_message, set_stamp, to_seconds
 from teleopctl.mujoco_model import RobotModel
+from teleopctl.sim.sensors.interfaces import SensorInterfaces
 from teleopctl.sim.simulation import Simulation
 from teleopctl.tf import TransformBroadcaster
 
@@ -44,13 +45,26 @@ class TopicPorts:
         node: Who publishes.
         simulation: What is published, as of its last `Simulation.read`.
         states_topic: Where the controller listens.
+        interfaces: What sensors measure for the controller. Their values are positions under the
+            full names of their interfaces, behind those of the joints.
     """
 
-    def __init__(self, node: Node, simulation: Simulation, states_topic: str) -> None:
+    def __init__(
+        self,
+        node: Node,
+        simulation: Simulation,
+        states_topic: str,
+        interfaces: SensorInterfaces | None = None,
+    ) -> None:
         self._simulation = simulation
+        self._interfaces = interfaces if interfaces is not None and interfaces.names else None
         self._logger = node.get_logger()
         self._reported = reported_joints(simulation.model)
         names = [simulation.joint_names[index] for index in self._reported]
+        if self._interfaces is not None:
+            names += self._interfaces.names
+            # JointState wants as many velocities and efforts as names.
+            self._unknown = np.full(len(self._interfaces.names), np.nan)
         self._state = _JointState(name=names)
         self._view = _JointState(name=list(simulation.joint_names))
         self._time = _Clock()
@@ -83,6 +97,11 @@ class TopicPorts:
         message.position = simulation.positions[self._reported]
         message.velocity = simulation.velocities[self._reported]
         message.effort = simulation.efforts[self._reported]
+        if self._interfaces is not None:
+            measured = self._interfaces.read(*simulation.observe())
+            message.position = np.concatenate((message.position, measured))
+            message.velocity = np.concatenate((message.velocity, self._unknown))
+            message.effort = np.concatenate((message.effort, self._unknown))
         self._state_publisher.publish(message)
 
     def publish_view(self, time_ns: int) -> None:

@@ -138,7 +138,7 @@ def test_a_type_that_nothing_simulates_is_told_once_for_each_sensor() -> None:
         "Sensor 'a' on link 'base' (line 1) is left out",
         "Sensor 'b' on link 'base' (line 1) is left out",
     ]
-    assert "'sonar', only camera, imu" in measured.warnings[0]
+    assert "'sonar', only camera, force_torque, imu" in measured.warnings[0]
 
 
 def test_a_sensor_on_a_link_that_the_robot_lacks_is_left_out() -> None:

@@ -1,5 +1,7 @@
 """Hardware behind two topics: states come in, commands go out, both as sensor_msgs/JointState.
 
+Values of sensors come as positions under their interfaces' full names, ``imu/orientation.x`` say.
+
 This is how simulators (ours and others) and many robots are driven. In lockstep, every state is
 answered by one command with the very same stamp.
 """
@@ -137,12 +139,16 @@ class JointStateTopicSystem(HardwareComponentInterface):
         """Note where each state interface stands in messages with these joint names."""
         self._layout = names
         index = {name: position for position, name in enumerate(names)}
-        self._readers = [
-            (state, state.interface_name, index[state.prefix_name])
-            for state in self.state_interfaces.values()
-            if state.interface_name in _FIELDS and state.prefix_name in index
-        ]
-        missing = {state.prefix_name for state in self.state_interfaces.values()} - set(names)
+        self._readers, missing = [], set()
+        for state in self.state_interfaces.values():
+            if state.interface_name in _FIELDS and state.prefix_name in index:
+                reader = (state, state.interface_name, index[state.prefix_name])
+                self._readers.append(reader)
+            elif state.name in index:
+                # What a sensor measures stands as a position under its interface's full name.
+                self._readers.append((state, POSITION, index[state.name]))
+            elif state.prefix_name not in index:
+                missing.add(state.prefix_name)
         if missing:
             self.logger.warning(
                 f"No state on {self._states_topic} for: {', '.join(sorted(missing))}"

@@ -66,6 +66,18 @@ def test_states_are_found_by_name(simulator):
     assert values == [1, 2, 3]
 
 
+def test_values_of_sensors_come_under_the_full_names_of_their_interfaces():
+    names = ("force.x", "torque.z")
+    states = "".join(f'<state_interface name="{name}"/>' for name in names)
+    simulator = Simulator(joints=1, extra_control=f'<sensor name="wrist">{states}</sensor>')
+    simulator.tick(PERIOD_NS, [1, 2, 3], ["joint1", "wrist/torque.z", "wrist/force.x"])
+    assert [simulator.state(f"wrist/{name}") for name in names] == [3.0, 2.0]
+    assert simulator.log.texts("warning") == []
+    simulator.tick(2 * PERIOD_NS, [1], ["joint1"])
+    (warning,) = simulator.log.texts("warning")
+    assert warning == "No state on /robot_joint_states for: wrist"
+
+
 def test_commands_go_out_with_the_state_that_they_answer(simulator):
     simulator.load_controller(
         "forward", FORWARD, {"joints": ["joint1", "joint3"], "interface_name": "position"}

@@ -1,0 +1,228 @@
+"""Publish what sensors measure: inertial measurement units and force-torque sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from teleopctl.control.controllers.base import (
+    ControllerInterface,
+    InterfaceConfiguration,
+    InterfaceConfigurationType,
+)
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.interfaces import get_message, set_stamp
+
+_COVARIANCE_LENGTH = 9
+_AXES = "xyz"
+_WRENCH = tuple((part, axis) for part in ("force", "torque") for axis in _AXES)
+
+
+class _SensorBroadcaster(ControllerInterface):
+    """Reads state interfaces and publishes them as one message with each update."""
+
+    message_type: ClassVar[str]
+    topic: ClassVar[str]
+
+    def on_init(self) -> None:
+        """Declare the parameters."""
+        self.auto_declare("sensor_name", "")
+        self.auto_declare("frame_id", "")
+
+    def open(self) -> None:
+        """Make the message and its publisher."""
+        # Any: message classes are made at run time. Made once and filled anew each time.
+        kind: Any = get_message(self.message_type)
+        self._message: Any = kind()
+        self._message.header.frame_id = self.auto_declare("frame_id", "")
+        self._publisher = self.get_node().create_publisher(kind, self.topic, 10)
+        self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
+
+    def on_cleanup(self) -> None:
+        """Remove the publisher."""
+        self.get_node().destroy_publisher(self._publisher)
+
+    def names(self) -> Sequence[str]:
+        """Full names of the state interfaces."""
+        raise NotImplementedError
+
+    def fill(self, values: Sequence[float]) -> None:
+        """Fill the message with the values of the interfaces."""
+        raise NotImplementedError
+
+    def state_interface_configuration(self) -> InterfaceConfiguration:
+        """What the sensor measures."""
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self.names())
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """Publish the measured values."""
+        del period
+        self._realtime_publisher.try_publish(
+            (time_ns, [state.value for state in self.state_interfaces])
+        )
+        return None
+
+    def _publish(self, value: tuple[int, Sequence[float]]) -> None:
+        time_ns, values = value
+        set_stamp(self._message.header.stamp, time_ns)
+        self.fill(values)
+        self._publisher.publish(self._message)
+
+
+class IMUSensorBroadcaster(_SensorBroadcaster):
+    """``imu_sensor_broadcaster/IMUSensorBroadcaster``.
+
+    Its parameters ``rotation_offset.roll``, ``pitch`` and ``yaw`` turn what is measured: they are
+    the sensor's mounting in the frame of ``frame_id``.
+    """
+
+    message_type = "sensor_msgs/msg/Imu"
+    topic = "~/imu"
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters."""
+        self._sensor = self.auto_declare("sensor_name", "")
+        for name in ("sensor_name", "frame_id"):
+            if not self.auto_declare(name, ""):
+                self.logger.error(f"Parameter '{name}' cannot be empty")
+                return CallbackReturn.ERROR
+        covariances: dict[str, list[float]] = {}
+        for part in ("orientation", "angular_velocity", "linear_acceleration"):
+            name = f"static_covariance_{part}"
+            covariances[part] = self.auto_declare(name, [0.0] * _COVARIANCE_LENGTH)
+            if len(covariances[part]) != _COVARIANCE_LENGTH:
+                self.logger.error(f"Parameter '{name}' must have {_COVARIANCE_LENGTH} values")
+                return CallbackReturn.ERROR
+        roll, pitch, yaw = (
+            self.auto_declare(f"rotation_offset.{name}", 0.0) for name in ("roll", "pitch", "yaw")
+        )
+        self._mounting = _quaternion(roll, pitch, yaw)
+        self.open()
+        for part, values in covariances.items():
+            # The orientation is measured against the world: its mounting changes nothing there.
+            turned = values if part == "orientation" else _turned_matrix(values, self._mounting)
+            setattr(self._message, f"{part}_covariance", [float(value) for value in turned])
+        return None
+
+    def names(self) -> Sequence[str]:
+        """Orientation, turn rate, acceleration."""
+        return [
+            f"{self._sensor}/{part}.{axis}"
+            for part, axes in (
+                ("orientation", "xyzw"),
+                ("angular_velocity", _AXES),
+                ("linear_acceleration", _AXES),
+            )
+            for axis in axes
+        ]
+
+    def fill(self, values: Sequence[float]) -> None:
+        """Fill the message, turned by the mounting."""
+        orientation, rate, acceleration = values[:4], values[4:7], values[7:]
+        x, y, z, w = self._mounting
+        if w != 1.0:
+            # The frame's orientation: that of the sensor, turned back by its mounting.
+            orientation = _product(orientation, (-x, -y, -z, w))
+            rate, acceleration = (_turned(v, self._mounting) for v in (rate, acceleration))
+        message = self._message
+        for part, axes, numbers in (
+            (message.orientation, "xyzw", orientation),
+            (message.angular_velocity, _AXES, rate),
+            (message.linear_acceleration, _AXES, acceleration),
+        ):
+            for axis, number in zip(axes, numbers, strict=True):
+                setattr(part, axis, number)
+
+
+class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
+    """``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``.
+
+    Published is ``(measured + offset) * multiplier`` for each axis; one without an interface is
+    not a number.
+    """
+
+    message_type = "geometry_msgs/msg/WrenchStamped"
+    topic = "~/wrench"
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters."""
+        sensor = self.auto_declare("sensor_name", "")
+        given = [self.auto_declare(f"interface_names.{p}.{a}", "") for p, a in _WRENCH]
+        if not sensor and not any(given):
+            self.logger.error(
+                "'sensor_name' or at least one 'interface_names.[force|torque].[x|y|z]' parameter "
+                "has to be specified."
+            )
+            return CallbackReturn.ERROR
+        if sensor and any(given):
+            self.logger.error(
+                "both 'sensor_name' and 'interface_names.[force|torque].[x|y|z]' parameters can "
+                "not be specified together."
+            )
+            return CallbackReturn.ERROR
+        if not self.auto_declare("frame_id", ""):
+            self.logger.error("Parameter 'frame_id' cannot be empty")
+            return CallbackReturn.ERROR
+        self._names = [f"{sensor}/{p}.{a}" for p, a in _WRENCH] if sensor else given
+        self._offsets = [self.auto_declare(f"offset.{p}.{a}", 0.0) for p, a in _WRENCH]
+        self._factors = [self.auto_declare(f"multiplier.{p}.{a}", 1.0) for p, a in _WRENCH]
+        if any(self.get_node().has_parameter(f"sensor_filter_chain.filter{n}.type") for n in "12"):
+            self.logger.warning(
+                "Parameter 'sensor_filter_chain' has no effect: there is no ~/wrench_filtered"
+            )
+        self.open()
+        return None
+
+    def names(self) -> Sequence[str]:
+        """Forces and torques that have an interface."""
+        return [name for name in self._names if name]
+
+    def fill(self, values: Sequence[float]) -> None:
+        """Fill the message."""
+        measured = iter(values)
+        for (part, axis), name, offset, factor in zip(
+            _WRENCH, self._names, self._offsets, self._factors, strict=True
+        ):
+            value = next(measured) if name else math.nan
+            setattr(getattr(self._message.wrench, part), axis, (value + offset) * factor)
+
+
+def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """The rotation about x, then y, then z of a fixed frame; x y z w."""
+    (sr, cr), (sp, cp), (sy, cy) = (
+        (math.sin(angle / 2.0), math.cos(angle / 2.0)) for angle in (roll, pitch, yaw)
+    )
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def _product(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float, float]:
+    """The rotation b followed by a; x y z w."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def _turned(vector: Sequence[float], rotation: Sequence[float]) -> Sequence[float]:
+    x, y, z, w = rotation
+    return _product(_product(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
+
+
+def _turned_matrix(matrix: Sequence[float], rotation: Sequence[float]) -> Sequence[float]:
+    """``R M R^T`` of a 3 by 3 matrix, row by row."""
+    columns = [
+        _turned([matrix[3 * row + column] for row in range(3)], rotation) for column in range(3)
+    ]
+    rows = [_turned([columns[column][row] for column in range(3)], rotation) for row in range(3)]
+    return [value for row in rows for value in row]

@@ -1,0 +1,57 @@
+"""``force_torque``: the wrench between a link and the one that carries it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.sim.sensors.base import Sensor
+
+
+class ForceTorque(Sensor):
+    """Force (N) and torque (N m) at the origin of a joint's child link.
+
+    By default the wrench is that of the child on its parent, along the child's axes, as in Gazebo:
+    a link of mass m that hangs at rest gives ``m g`` downwards. The torque is about the origin of
+    the child link, which is the joint's.
+    """
+
+    message_type = "geometry_msgs/msg/WrenchStamped"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the two sensors of MuJoCo at the joint's origin."""
+        body = spec.body(self.description.link)
+        if body is None:
+            raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
+        rotation = np.array([1.0, 0.0, 0.0, 0.0])
+        if self.description.force_torque.frame == "sensor":
+            mujoco.mju_euler2Quat(rotation, np.array(self.description.pose.rpy), "XYZ")
+        site = body.add_site(name=self.name, quat=rotation)
+        for suffix, kind in (
+            ("force", mujoco.mjtSensor.mjSENS_FORCE),
+            ("torque", mujoco.mjtSensor.mjSENS_TORQUE),
+        ):
+            spec.add_sensor(
+                name=f"{self.name}/{suffix}",
+                type=kind,
+                objtype=mujoco.mjtObj.mjOBJ_SITE,
+                objname=site.name,
+            )
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Copy what both measure, with the sign and along the axes that are wanted."""
+        settings = self.description.force_torque
+        # MuJoCo's is what the parent does to the child.
+        sign = 1.0 if settings.measure_direction == "parent_to_child" else -1.0
+        for suffix in ("force", "torque"):
+            vector = sign * np.array(data.sensor(f"{self.name}/{suffix}").data)
+            if settings.frame == "parent":
+                parent = model.body_parentid[model.site(self.name).bodyid[0]]
+                to_world = data.site(self.name).xmat.reshape(3, 3)
+                vector = data.xmat[parent].reshape(3, 3).T @ to_world @ vector
+            part = getattr(message.wrench, suffix)
+            part.x, part.y, part.z = map(float, vector)

@@ -1,0 +1,150 @@
+"""State interfaces of the ``<sensor>`` tags in ``<ros2_control>``, fed by simulated sensors.
+
+The sensor is the one of the same name in ``<gazebo>``, as in gz_ros2_control. Where there is none,
+what it measures follows from its interfaces, and its place from its parameter ``frame_id``, or else
+from a link of its own name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import get_message
+from teleopctl.robot import RobotDescription, Sensor as Description
+from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.publishing import make_sensors
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from teleopctl.robot import ComponentInfo
+
+# First part of an interface's name to the type of sensor that measures it.
+_TYPES = {
+    "orientation": "imu",
+    "angular_velocity": "imu",
+    "linear_acceleration": "imu",
+    "force": "force_torque",
+    "torque": "force_torque",
+}
+
+
+@dataclass(frozen=True)
+class _Read:
+    """How the values of one sensor come out of its message.
+
+    Attributes:
+        sensor: What measures.
+        message: Filled anew each time. Any: its class is made at run time.
+        paths: Attributes of the message, for each value.
+        names: Full names of the state interfaces that the values are for.
+    """
+
+    sensor: Sensor
+    message: Any
+    paths: tuple[tuple[str, ...], ...]
+    names: tuple[str, ...]
+
+
+class SensorInterfaces:
+    """The values of a robot's sensors for its controllers.
+
+    Args:
+        reads: Where they come from.
+
+    Attributes:
+        names: Full names of the interfaces, ``imu/orientation.x`` say, in the order of the values.
+    """
+
+    def __init__(self, reads: Sequence[_Read] = ()) -> None:
+        self._reads = reads
+        self.names = tuple(name for read in reads for name in read.names)
+
+    @property
+    def sensors(self) -> list[Sensor]:
+        """What measures, each once."""
+        return [read.sensor for read in self._reads]
+
+    def kept(self, sensors: Sequence[Sensor]) -> SensorInterfaces:
+        """The same without those that are not among these sensors."""
+        return SensorInterfaces([read for read in self._reads if read.sensor in sensors])
+
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
+        """Measure."""
+        values = []
+        for read in self._reads:
+            read.sensor.read(model, data, read.message)
+            values += [float(_value(read.message, path)) for path in read.paths]
+        return values
+
+
+def sensor_interfaces(
+    description: RobotDescription, published: Sequence[Sensor], warn: Callable[[str], object]
+) -> SensorInterfaces:
+    """Find what measures the state interfaces of a robot's sensors.
+
+    Args:
+        description: The robot.
+        published: Sensors that are made already, for topics.
+        warn: Takes one sentence for each sensor that nothing measures.
+    """
+    made = {sensor.description.name: sensor for sensor in published}
+    reads = []
+    for component in description.ros2_control:
+        for tag in component.sensors:
+            sensor = made.get(tag.name) or _make(tag, description, warn)
+            if sensor is None:
+                continue
+            message = get_message(sensor.message_type)()
+            paths = {i.name: _path(message, i.name) for i in tag.state_interfaces}
+            unknown = [name for name, path in paths.items() if path is None]
+            if unknown:
+                warn(f"Nothing measures {', '.join(f'{tag.name}/{name}' for name in unknown)}")
+            found = {name: path for name, path in paths.items() if path is not None}
+            names = tuple(f"{tag.name}/{name}" for name in found)
+            reads.append(_Read(sensor, message, tuple(found.values()), names))
+    return SensorInterfaces(reads)
+
+
+def _make(
+    tag: ComponentInfo, description: RobotDescription, warn: Callable[[str], object]
+) -> Sensor | None:
+    """A sensor that no ``<gazebo>`` describes."""
+    kinds = {_TYPES.get(i.name.partition(".")[0], "") for i in tag.state_interfaces}
+    frame = tag.parameters.get("frame_id", "").strip() or tag.name
+    if len(kinds) != 1 or "" in kinds or frame not in description.links:
+        warn(
+            f"Sensor '{tag.name}' of <ros2_control> measures nothing: it needs a <gazebo> sensor "
+            "of its name, or the interfaces of an IMU or a force-torque sensor and a parameter "
+            "frame_id that names a link"
+        )
+        return None
+    made = make_sensors((Description(name=tag.name, type=kinds.pop(), link=frame),), warn)
+    return made[0] if made else None
+
+
+def _path(message: object, name: str) -> tuple[str, ...] | None:
+    """The attributes that lead to a number of a message, ``orientation.x`` say, or None.
+
+    Where the measurement is a part of its message, as a wrench is, the part's name is left out.
+    """
+    wanted = tuple(name.split("."))
+    parts = [part for part in getattr(message, "__slots__", ()) if part.strip("_") != "header"]
+    for prefix in ((), *((part.lstrip("_"),) for part in parts)):
+        try:
+            value = _value(message, (*prefix, *wanted))
+        except AttributeError:
+            continue
+        if isinstance(value, float):
+            return (*prefix, *wanted)
+    return None
+
+
+# Any: a message's attribute.
+def _value(message: object, path: Sequence[str]) -> Any:
+    value = message
+    for name in path:
+        value = getattr(value, name)
+    return value
