@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import pytest
 import typer
 
-from teleopctl.cli.typer_app import command_tree, spread_lists
+from teleopctl.cli.typer_app import command_tree
+from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.packages import NewPackage, create_package
@@ -121,7 +122,7 @@ def check(words):
     if words[0].startswith("-"):
         return
     # As the program reads it: lists of values, and options that may stand without theirs.
-    command, rest = command_named(spread_lists(command_tree(words), words))
+    command, rest = command_named(typer_line(command_tree(words), words))
     try:
         command.make_context(words[0], list(rest))
     except typer.TyperException as wrong:

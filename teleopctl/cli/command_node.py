@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def command_node(
-    *, session_mode: Literal["peer", "client"] = "peer", name: str | None = None
+    *,
+    session_mode: Literal["peer", "client"] = "peer",
+    name: str | None = None,
+    use_sim_time: bool = False,
 ) -> Iterator[Node]:
     """A node named as those of ROS 2's command line, in a session of its own.
 
@@ -25,16 +28,21 @@ def command_node(
         session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
             which then goes straight from process to process.
         name: Another name.
+        use_sim_time: Let its clock follow ``/clock``.
 
     Raises:
         RouterNotRunning: A client finds no router.
     """
-    from teleopctl.node import Node
+    from teleopctl.node import Node, Parameter
 
     with (
         _command_context(session_mode) as context,
         Node(
-            name or _name(), context=context, enable_rosout=False, start_parameter_services=False
+            name or _name(),
+            context=context,
+            enable_rosout=False,
+            start_parameter_services=False,
+            parameter_overrides=([Parameter("use_sim_time", value=True)] if use_sim_time else None),
         ) as node,
     ):
         yield node

@@ -59,6 +59,11 @@ def out_text(text: str) -> None:
     sys.stdout.write(printable_text(text) + "\n")
 
 
+def clear_terminal() -> None:
+    """Clear the terminal that stdout is, and begin at its top."""
+    sys.stdout.write("\x1b[H\x1b[2J")
+
+
 def flush() -> None:
     """Hand what was written to the reader now; a streaming verb does so after each message."""
     sys.stdout.flush()

@@ -64,11 +64,12 @@ def run(arguments: Sequence[str], before_verb: Callable[[], None] | None = None)
     """
     words = list(arguments)
     debug = bool(os.environ.get("TELEOPCTL_DEBUG"))
-    while words and words[0] in ("--debug", "--version"):
-        if words.pop(0) == "--version":
+    while words and words[0] in ("--debug", "--version", ros2_options.BUFFERING):
+        first = words.pop(0)
+        if first == "--version":
             words = ["--version"]
             break
-        debug = True
+        debug = debug or first == "--debug"
     console.replace_missing_streams()
     console.tolerate_narrow_encodings()
     try:
@@ -102,7 +103,7 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
         from teleopctl.cli import typer_app
 
         typer_app.answer_shell(typer_app.typed_words())
-    words = ros2_options.dropped(words)
+    words = ros2_options.plain_line(words)
     if _asks_for_help(words) and _show_help(words):
         return 0
     if before_verb is not None:

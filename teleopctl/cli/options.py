@@ -21,3 +21,6 @@ HiddenServices = Annotated[
     Option("--include-hidden-services", help="List names with a part that starts with _, too."),
 ]
 AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
+UseSimTime = Annotated[
+    bool, Option("-s", "--use-sim-time", help="Follow /clock instead of this machine's clock.")
+]

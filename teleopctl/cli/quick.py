@@ -8,6 +8,7 @@ Typer reads the same declarations and answers. What it accepts, Typer would have
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from teleopctl.cli.verb import Argument, Option, Parameter, Verb, parameters
 
@@ -52,12 +53,16 @@ def parse(
 
 
 def _take_option(
-    options: dict[str, Parameter], word: str, following: Iterator[str], values: dict[str, object]
+    options: dict[str, Parameter],
+    word: str,
+    following: Iterator[str],
+    # Any: whatever type each one has.
+    values: dict[str, Any],
 ) -> bool:
     """Read one option, and its value from ``following``; False when Typer has to look."""
     flag, equals, text = word.partition("=")
     parameter = options.get(flag)
-    if parameter is None or parameter.type is bool or parameter.many:
+    if parameter is None or parameter.type is bool or _takes_many(parameter):
         flags = [parameter] if parameter else [options.get(f"-{letter}") for letter in word[1:]]
         for one in flags:
             if one is None or one.type is not bool:
@@ -67,8 +72,15 @@ def _take_option(
     if equals and not flag.startswith("--"):
         return False
     value = _convert(parameter, text if equals else next(following, "-"))
-    values[parameter.name] = value
+    before = values.get(parameter.name)
+    values[parameter.name] = [*(before or ()), value] if parameter.many else value
     return value is not None
+
+
+def _takes_many(parameter: Parameter) -> bool:
+    """Whether more than the next word may belong to an option."""
+    declaration = parameter.declaration
+    return parameter.many and isinstance(declaration, Option) and not declaration.repeated
 
 
 def _take_arguments(declared: list[Parameter], words: list[str], values: dict[str, object]) -> bool:

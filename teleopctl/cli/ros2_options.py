@@ -1,7 +1,8 @@
-"""ROS 2's options that have nothing to change here, and that scripts give all the same.
+"""ROS 2's options that change nothing here, or stand elsewhere there, and that scripts give.
 
 There, ``--no-daemon`` passes by a cache of the graph and ``--spin-time`` waits for the graph to
-become known. Here no cache exists, and the graph is known at once.
+become known. Here no cache exists, and the graph is known at once. ``--use-sim-time`` means
+something to verbs that stamp or measure, and nothing to those that only read the graph.
 """
 
 from __future__ import annotations
@@ -20,19 +21,52 @@ EXPLANATION = (
     "stands between a command and the graph."
 )
 
+BUFFERING = "--use-python-default-buffering"
+"""Undoes ROS 2's buffering by lines; a verb that goes on hands each message over at once here."""
+
 _FLAG = "--no-daemon"
 _WITH_VALUE = "--spin-time"
+_SIMULATED = ("-s", "--use-sim-time")
+_READ_THE_GRAPH = {
+    "topic": frozenset({"list", "info", "type", "find"}),
+    "node": frozenset({"list", "info"}),
+    "service": frozenset({"list", "info", "type", "find"}),
+    "param": frozenset({"list", "get", "set", "describe", "dump", "load", "delete"}),
+}
+_HIDDEN = {
+    "topic": "--include-hidden-topics",
+    "service": "--include-hidden-services",
+}
+_LIST_NAMES = frozenset({"list", "find"})
 
 
-def dropped(words: Sequence[str]) -> list[str]:
-    """Return a command line without these options."""
+def plain_line(words: Sequence[str]) -> list[str]:
+    """Return a command line without the options that change nothing, the others behind the verb."""
     if not words or words[0] not in GROUPS:
         return list(words)
-    kept: list[str] = []
-    remaining = iter(words)
+    group, *rest = _behind_the_verb(words)
+    verb = rest[0] if rest else ""
+    dropped = {_FLAG}
+    if verb in _READ_THE_GRAPH.get(group, ()):
+        dropped.update(_SIMULATED)
+    kept = [group]
+    remaining = iter(rest)
     for word in remaining:
         if word == _WITH_VALUE:
             next(remaining, None)
-        elif word != _FLAG and not word.startswith(f"{_WITH_VALUE}="):
+        elif word not in dropped and not word.startswith(f"{_WITH_VALUE}="):
             kept.append(word)
     return kept
+
+
+def _behind_the_verb(words: Sequence[str]) -> list[str]:
+    """The line with ``topic --include-hidden-topics list`` in the order of the others.
+
+    Verbs that look one name up look among the hidden ones anyway.
+    """
+    group, *rest = words
+    hidden = _HIDDEN.get(group)
+    if hidden is None or rest[:1] != [hidden] or len(rest) < 2:
+        return list(words)
+    _, verb, *others = rest
+    return [group, verb, *([hidden] if verb in _LIST_NAMES else []), *others]

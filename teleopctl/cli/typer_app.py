@@ -22,6 +22,7 @@ from teleopctl import plugins
 from teleopctl.cli import declared, help_page, ros2_verbs
 from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
+from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 from teleopctl.printable import printable_line
 
@@ -40,7 +41,7 @@ def run(words: Sequence[str]) -> int:
     """
     tree = command_tree(words)
     _refuse_missing(tree, words)
-    line = spread_lists(tree, words)
+    line = typer_line(tree, words)
     try:
         with tree.make_context(PROGRAM, line) as context:
             status = tree.invoke(context)
@@ -141,45 +142,6 @@ def _group_command(group: Group, words: Sequence[str]) -> TyperGroup:
         function = _typer_function(verb) if verb_name == chosen else _placeholder
         _add_verb(app, verb_name, verb, function)
     return get_group(app)
-
-
-def spread_lists(tree: TyperGroup, words: Sequence[str]) -> list[str]:
-    """Turn ``--activate a b``, as `argparse` reads it, into ``--activate a --activate b``.
-
-    An option that may stand without its value gets the one that it then has.
-    """
-    command: Any = tree
-    spread: list[str] = []
-    flag: str | None = None
-    for position, word in enumerate(words):
-        if isinstance(command, TyperGroup) and word in command.commands:
-            command = command.commands[word]
-        elif word.startswith("-"):
-            lists = {name for option in command.params if option.multiple for name in option.opts}
-            flag = word if word in lists else None
-            if flag:
-                continue
-            alone = _value_alone(command, word)
-            if alone is not None and not _has_value(words[position + 1 :]):
-                word = f"{word}={alone}"
-        elif flag:
-            spread.append(flag)
-        spread.append(word)
-    return spread
-
-
-def _value_alone(command: Any, word: str) -> str | None:
-    """The value that an option has where none stands behind it."""
-    if not isinstance(command, TyperCommand) or command.callback is None:
-        return None
-    listed = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
-    return next(
-        (each.alone for each in listed if isinstance(each, Option) and word in each.flags), None
-    )
-
-
-def _has_value(words: Sequence[str]) -> bool:
-    return bool(words) and not words[0].startswith("-")
 
 
 def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., int | None]) -> None:

@@ -55,20 +55,24 @@ class Option(Declaration):
     Args:
         flags: Its spellings, such as ``"-t", "--show-types"``.
         alone: Its value where none stands behind it; None where one has to.
+        repeated: For one of type ``list[str]``: each value has the name before it, and the next
+            word is another thing's. Otherwise all words up to the next option are its values.
         declaration: The keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
     """
 
-    __slots__ = ("alone", "flags")
+    __slots__ = ("alone", "flags", "repeated")
 
     def __init__(
         self,
         *flags: str,
         alone: str | None = None,
+        repeated: bool = False,
         **declaration: Any,  # Any: Declaration checks its own
     ) -> None:
         super().__init__(**declaration)
         self.flags = flags
         self.alone = alone
+        self.repeated = repeated
 
 
 class Verb:

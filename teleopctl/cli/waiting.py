@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
+
+if TYPE_CHECKING:
+    from teleopctl.node import BareNode, Node
 
 _PATIENCE_S = 1.0
 
@@ -28,3 +33,15 @@ def wait_aloud(
         return True
     console.note(explain())
     return wait(None if longest_s is None else longest_s - _PATIENCE_S)
+
+
+def wait_for_clock(node: Node | BareNode) -> None:
+    """Wait until a node that follows ``/clock`` knows the time; before, it would be 0."""
+    clock = node.get_clock()
+    has_come = threading.Event()
+    clock.on_jump(has_come.set)
+    try:
+        if clock.nanoseconds() == 0:
+            wait_aloud(has_come.wait, None, lambda: "Nobody publishes the time on /clock yet.")
+    finally:
+        clock.forget_on_jump(has_come.set)

@@ -99,6 +99,7 @@ if TYPE_CHECKING:
         to_dds as to_dds,
     )
     from teleopctl.interfaces.yaml import (
+        documents_from_yaml as documents_from_yaml,
         message_from_yaml as message_from_yaml,
         message_to_csv as message_to_csv,
         message_to_dict as message_to_dict,
@@ -134,7 +135,7 @@ else:
             "type_description type_hash",
             "stubs": "write_stubs",
             "typenames": "from_dds module_name normalize snake_case to_dds",
-            "yaml": "message_from_yaml message_to_csv message_to_dict message_to_yaml "
-            "message_values",
+            "yaml": "documents_from_yaml message_from_yaml message_to_csv message_to_dict "
+            "message_to_yaml message_values",
         },
     )

@@ -8,7 +8,9 @@ import pytest
 
 from teleopctl import __version__, plugins
 from teleopctl.cli import main, ros2_options
+from teleopctl.cli.typer_app import command_tree
 from teleopctl.cli.verb import Argument, Group, Verb
+from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UsageError
 
 
@@ -127,13 +129,58 @@ def test_a_reader_that_goes_away_is_no_error():
 
 @pytest.mark.parametrize(
     "line",
-    ["topic list --no-daemon", "node list --spin-time 3", "topic list --spin-time=3 --no-daemon"],
+    [
+        "topic list --no-daemon",
+        "node list --spin-time 3",
+        "topic list --spin-time=3 --no-daemon",
+        "topic list -s",
+        "param list --use-sim-time",
+        "--use-python-default-buffering topic list",
+    ],
 )
 def test_options_of_ros2_without_a_meaning_here_are_accepted(ros, line):
     del ros
     assert main.run(line.split()) == 0
 
 
+@pytest.mark.parametrize(
+    ("line", "plain"),
+    [
+        ("topic --include-hidden-topics list -t", "topic list --include-hidden-topics -t"),
+        ("topic --include-hidden-topics type /x", "topic type /x"),
+        (
+            "service --include-hidden-services find a/b",
+            "service find --include-hidden-services a/b",
+        ),
+        ("topic --include-hidden-topics", "topic --include-hidden-topics"),
+        ("topic echo -s /x", "topic echo -s /x"),
+        ("param set /n p -s", "param set /n p"),
+    ],
+)
+def test_hidden_names_may_be_asked_for_before_the_verb(line, plain):
+    assert ros2_options.plain_line(line.split()) == plain.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "whole"),
+    [
+        ("topic list --show-t", "topic list --show-types"),
+        ("topic echo --trunc=1 /x", "topic echo --truncate-length=1 /x"),
+        ("topic echo --qos-d 1 /x", "topic echo --qos-d 1 /x"),
+        ("topic pub -w5 /x a/B", "topic pub -w5 /x a/B"),
+        ("topic hz -- --al", "topic hz -- --al"),
+        ("run --det pkg prog --det", "run --detach pkg prog --det"),
+        (
+            "control switch_controllers --deac a b",
+            "control switch_controllers --deactivate a --deactivate b",
+        ),
+    ],
+)
+def test_options_may_be_shortened_while_it_is_clear_which_is_meant(line, whole):
+    words = line.split()
+    assert typer_line(command_tree(words), words) == whole.split()
+
+
 def test_other_verbs_keep_such_words_for_their_programs():
     line = ["run", "pkg", "program", "--no-daemon"]
-    assert ros2_options.dropped(line) == line
+    assert ros2_options.plain_line(line) == line

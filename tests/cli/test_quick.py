@@ -47,6 +47,13 @@ def writing(
     seen.append(dict(locals()))
 
 
+def fields(
+    topic: Annotated[str, Argument(help="A name.")],
+    field: Annotated[list[str] | None, Option("--field", help="Texts.", repeated=True)] = None,
+) -> None:
+    seen.append(dict(locals()))
+
+
 def program(
     words: Annotated[list[str], Argument(help="A program and its arguments.")],
     detach: Annotated[bool, Option("-d", help="A flag.")] = False,
@@ -150,6 +157,12 @@ def test_a_list_may_be_left_out_where_its_default_is_none():
 def test_an_argument_with_choices_takes_no_other():
     assert quick_reading(chosen, ["on"]) == {"state": "on"} == typer_reading(chosen, ["on"])
     assert quick_reading(chosen, ["of"]) is None is typer_reading(chosen, ["of"])
+
+
+def test_each_value_of_a_repeated_option_has_its_name():
+    words = ["--field", "a", "/topic", "--field=b"]
+    expected = {"topic": "/topic", "field": ["a", "b"]}
+    assert quick_reading(fields, words) == expected == typer_reading(fields, words)
 
 
 def test_negative_numbers_are_values_where_the_verb_says_so():

@@ -37,8 +37,8 @@ def two_talkers(ros):
 def test_bw_of_many_topics_is_a_table(ros):
     two_talkers(ros)
     meter = ros.spawn("topic bw --all")
-    meter.wait_for_line(r"^ *topic +bandwidth +mean +min +max +window$")
-    meter.wait_for_line(r"^ */fast +\d+ B/s +14 B +14 B +14 B +\d+$")
+    meter.wait_for_line(r"^topic +bandwidth +window +mean +min +max *$")
+    meter.wait_for_line(r"^/fast +\d+ B/s +\d+ +14 B +14 B +14 B *$")
 
 
 def test_bw_of_many_topics_as_json(ros):
@@ -111,6 +111,13 @@ def test_a_topic_that_says_nothing_is_told(ros):
     done = ros.run("topic echo /parameter_events --plot stamp.sec --timeout 0.3")
     assert done.returncode == 1
     assert "No message on '/parameter_events'" in done.stderr
+
+
+def test_an_interrupt_before_the_first_message_of_a_plot_is_one(ros):
+    plot = ros.spawn(f"topic echo --plot data /unheard {STRING}")
+    ros.wait_for_nodes(f"/_ros2cli_{plot.pid}")
+    plot.interrupt()
+    assert plot.wait() == 130
 
 
 def test_a_rate_is_of_what_comes_and_not_of_what_was_kept(ros):

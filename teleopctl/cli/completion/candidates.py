@@ -34,7 +34,7 @@ def nodes(incomplete: str) -> list[str]:
 
 
 def message_types(ctx: Line, incomplete: str) -> list[str]:
-    """Types of the topic that stands on the line, else all that are known."""
+    """Types of the topic that stands on the line, else all that are known; or one more topic."""
     from teleopctl.cli.live import absolute_name, live_graph
     from teleopctl.interfaces import list_types
 
@@ -42,6 +42,8 @@ def message_types(ctx: Line, incomplete: str) -> list[str]:
         topics = dict(live_graph().topic_names_and_types())
     except TeleopctlError:
         topics = {}
+    if incomplete.startswith("/"):
+        return [name for name in topics if name.startswith(incomplete)]
     live = topics.get(absolute_name(ctx.params.get("topic_name") or ""))
     return [name for name in live or list_types("msg") if name.startswith(incomplete)]
 

@@ -102,6 +102,8 @@ def _of_verb(verb: Verb, words: list[str], incomplete: str) -> list[str] | None:
             positional.append(word)
         elif option.many:
             values[option.name] = [*(values[option.name] or ()), word]
+            if getattr(option.declaration, "repeated", False):
+                option = None
         else:
             values[option.name] = word
             option = None

@@ -1,4 +1,7 @@
-"""One field of a message by its path, as ROS tools write it: ``pose.position``, ``name[0]``."""
+"""One field of a message by its path: ``pose.position``, ``name[0]``, ``ranges[:10]``.
+
+An element may also be written with a dot before it, ``name.[0]``, as newer ROS tools have it.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,9 @@ from typing import Any
 
 from teleopctl.errors import InvalidMessageError, UsageError
 
-_STEP = re.compile(r"\.?(?P<name>[A-Za-z_]\w*)|\[(?P<index>-?\d+)\]")
+_STEP = re.compile(
+    r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?P<end>-?\d*))\]"
+)
 
 
 # Any: a message's class is made from its definition, and the path decides on the value.
@@ -16,13 +21,13 @@ def field_reader(path: str) -> Callable[[Any], Any]:
     """A function that reads one field of a message.
 
     Args:
-        path: Such as ``pose.position`` or ``transforms[0].header``.
+        path: Such as ``pose.position``, ``transforms[0].header`` or ``ranges[:10]``.
 
     Raises:
         TeleopctlError: The path is malformed. The returned function raises it as well, when a
             message has no such field.
     """
-    steps: list[str | int] = []
+    steps: list[str | int | slice] = []
     position = 0
     while position < len(path):
         match = _STEP.match(path, position)
@@ -32,9 +37,9 @@ def field_reader(path: str) -> Callable[[Any], Any]:
                 hint="Write it as in Python, such as pose.position or transforms[0].header.",
             )
         position = match.end()
-        steps.append(match["name"] or int(match["index"]))
+        steps.append(_step(match))
     if not steps:
-        raise UsageError("An empty field name picks nothing")
+        raise UsageError(f"Invalid field value '{path}'")
 
     def read(message: Any) -> Any:
         value = message
@@ -50,7 +55,16 @@ def field_reader(path: str) -> Callable[[Any], Any]:
     return read
 
 
-def _reason(value: object, step: str | int) -> str:
+def _step(match: re.Match[str]) -> str | int | slice:
+    if match["name"]:
+        return match["name"]
+    if match["index"]:
+        return int(match["index"])
+    first, end = (int(match[bound]) if match[bound] else None for bound in ("first", "end"))
+    return slice(first, end)
+
+
+def _reason(value: object, step: str | int | slice) -> str:
     kind = getattr(value, "TYPE_NAME", type(value).__name__)
     if isinstance(step, str):
         return f"{kind} has no field '{step}'"

@@ -42,8 +42,9 @@ def message_from_yaml(
 ) -> MessageType:
     """Make a message from YAML.
 
-    Fields that are not mentioned keep their defaults. A ``std_msgs/msg/Header`` or a
-    ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``.
+    Fields that are not mentioned, or null, keep their defaults. A ``std_msgs/msg/Header`` or a
+    ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2 a value is
+    converted where nothing is lost: 1 is a true, and '5' and 5.0 are the integer 5.
 
     Args:
         message_class: The class of the message.
@@ -66,6 +67,31 @@ def message_from_yaml(
     return message
 
 
+def documents_from_yaml(text: str) -> list[object]:
+    """Return what each document of a YAML stream, or each line of JSON lines, stands for.
+
+    So what ``topic echo`` printed, and ``topic echo --json``, is read. Empty documents are left
+    out.
+
+    Raises:
+        UsageError: The text is neither.
+    """
+    return _json_lines(text) or [each for each in _load_all(text) if each is not None]
+
+
+def _json_lines(text: str) -> list[object]:
+    """The values of JSON lines, at least two; empty where the text is something else."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    if len(lines) < 2 or not all(line.startswith("{") for line in lines):
+        return []
+    import json
+
+    try:
+        return [json.loads(line) for line in lines]
+    except ValueError:
+        return []
+
+
 def _nanoseconds(now: int | Stamp | None) -> int:
     if now is None:
         return time.time_ns()
@@ -73,9 +99,16 @@ def _nanoseconds(now: int | Stamp | None) -> int:
 
 
 def _load(text: str) -> object:
+    documents = [each for each in _load_all(text) if each is not None]
+    if len(documents) > 1:
+        raise UsageError(f"This is not YAML of one document but of {len(documents)}")
+    return documents[0] if documents else None
+
+
+def _load_all(text: str) -> list[object]:
     try:
         check_size(text)
-        return yaml.load(text, _LOADER)  # noqa: S506 - one of the two safe loaders
+        return list(yaml.load_all(text, _LOADER))
     except UnicodeEncodeError:
         raise  # bytes that are no text: the command line names the word
     except (yaml.YAMLError, ValueError) as error:  # an integer of too many digits
@@ -110,6 +143,8 @@ def _message(message_class: type[Message], values: object, path: str, now: int) 
             fields = ", ".join(f.name for f in message_class.__definition__.fields) or "none"
             unknown = f"unknown field {str(name)!r} of {message_class.TYPE_NAME} (fields: {fields})"
             raise _BadValueError(_located(path, unknown))
+        if value is None:
+            continue
         where = f"{path}.{name}" if path else str(name)
         setattr(message, field.attribute, _field(field, value, where, now))
     return message
@@ -162,11 +197,25 @@ def _as_meant(kind: FieldType, value: object) -> object:
             return value
     if kind.base in STRINGS and isinstance(value, int | float):
         return str(value)
+    if kind.base == "bool" and isinstance(value, int) and value in (0, 1):
+        return bool(value)
+    if kind.base in INTEGER_RANGES:
+        value = _whole(value)
     if (kind.base in INTEGER_RANGES or kind.base in FLOATS) and isinstance(value, bool):
         raise TypeError(expected(kind, value))
     if kind.base == "byte" and isinstance(value, str) and len(value) == 1:
         return ord(value)
     return value
+
+
+def _whole(value: object) -> object:
+    """An integer that was written as a text or as a float, 5.0; anything else as it is."""
+    if isinstance(value, str):
+        try:
+            return int(value)
+        except ValueError:
+            return value
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _located(path: str, text: str) -> str:

@@ -56,12 +56,13 @@ def live_plot(
     ends_s = float("inf") if timeout_s is None else started_s + timeout_s
     with command_node() as node, _canvas(traces) as draw:
         node.create_subscription(source.message_class, source.topic, receive, qos, immediate=True)
-        with contextlib.suppress(KeyboardInterrupt):
+        try:
             while node.context.ok() and not failures and (now_s := time.monotonic()) < ends_s:
                 time.sleep(min(_DRAW_EVERY_S, ends_s - now_s))
                 draw(is_last=False)
-        if not failures and traces.count:
-            draw(is_last=True)
+        finally:  # after Ctrl-C as well
+            if not failures and traces.count:
+                draw(is_last=True)
     if failures:
         raise failures[0]
     if not traces.count:

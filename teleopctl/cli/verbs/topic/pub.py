@@ -9,20 +9,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
-from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
-from teleopctl.cli.options import TopicName
+from teleopctl.cli.options import TopicName, UseSimTime
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.topic.qos_options import (
     Depth,
     DurabilityName,
     HistoryName,
+    LeaseDuration,
+    LivelinessName,
     ProfileName,
     QosWishes,
     ReliabilityName,
 )
-from teleopctl.cli.waiting import wait_aloud
-from teleopctl.errors import InvalidFileError, UnavailableError, UsageError, what_there_is
+from teleopctl.cli.waiting import wait_aloud, wait_for_clock
+from teleopctl.cli.words.messages import documents_of, message_class_named, message_with
+from teleopctl.cli.words.numbers import check_not_negative, check_positive
+from teleopctl.errors import (
+    InvalidFileError,
+    RefusedError,
+    UnavailableError,
+    UsageError,
+    what_there_is,
+)
 from teleopctl.wire import EntityKind, ensure_router, query_graph, router_has_all
 
 if TYPE_CHECKING:
@@ -40,8 +49,8 @@ def publish(
         str, Argument(help="Its type, such as std_msgs/msg/String.", complete="message_types")
     ],
     values: Annotated[
-        str, Argument(help="The message as YAML; fields left out have their defaults.")
-    ] = "{}",
+        str | None, Argument(help="The message as YAML; fields left out have their defaults.")
+    ] = None,
     rate: Annotated[float, Option("-r", "--rate", help="Messages per second.", metavar="HZ")] = 1.0,
     once: Annotated[bool, Option("-1", "--once", help="Publish one message and end.")] = False,
     times: Annotated[
@@ -72,79 +81,139 @@ def publish(
     node_name: Annotated[
         str | None, Option("-n", "--node-name", help="Name of the publishing node.")
     ] = None,
-    stdin: Annotated[bool, Option("--stdin", help="Read the message from standard input.")] = False,
+    stdin: Annotated[
+        bool, Option("--stdin", help="Read the message, or several, from standard input.")
+    ] = False,
     yaml_file: Annotated[
         str | None,
-        Option("--yaml-file", help="Read the message from this file; - for standard input."),
+        Option(
+            "--yaml-file",
+            help="Publish each document of this file and end; - for standard input.",
+        ),
     ] = None,
+    use_sim_time: UseSimTime = False,
     qos_profile: ProfileName = None,
     qos_reliability: ReliabilityName = None,
     qos_durability: DurabilityName = None,
     qos_history: HistoryName = None,
     qos_depth: Depth = None,
+    qos_liveliness: LivelinessName = None,
+    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
     """Publish messages to a topic.
 
     A std_msgs/msg/Header or a builtin_interfaces/msg/Time may be given as auto or now: it is the
-    time of each publication.
+    time of each publication. What topic echo printed, as YAML or as JSON lines, is published
+    message by message.
     """
-    from teleopctl.interfaces import get_message, message_from_yaml, normalize
     from teleopctl.node import QoSProfile
 
-    if rate <= 0:
-        raise UsageError("The rate must be greater than zero")
-    count = 1 if once else times
-    if wait_matching_subscriptions is not None and wait_matching_subscriptions < 0:
-        raise UsageError("There cannot be less than 0 subscriptions")
-    file = "-" if stdin else yaml_file
-    text = _read(file) if file else values
-    learn_type(normalize(message_type))
-    message_class = get_message(message_type)
-    message = message_from_yaml(message_class, text)  # a mistake is reported before anything starts
-    is_stamped = any(word in text for word in _PRESENT_TIME)
-    wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
+    check_positive(rate=rate, max_wait_time_secs=max_wait_time)
+    check_not_negative(
+        times=times,
+        print=print_every,
+        keep_alive=keep_alive,
+        wait_matching_subscriptions=wait_matching_subscriptions,
+    )
+    if once and times:
+        raise UsageError("--once and --times contradict each other; leave one of them out")
+    if sum((stdin, yaml_file is not None, values is not None)) > 1:
+        raise UsageError("The message is given more than once: leave --stdin or the others out")
+    wishes = QosWishes(
+        *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
+        *(qos_liveliness, qos_liveliness_lease_duration_seconds),
+    )
     qos = wishes.applied_to(QoSProfile(depth=_DEPTH))
+    file = "-" if stdin else yaml_file
+    documents = documents_of(_read(file) if file else "{}" if values is None else values)
+    message_class = message_class_named(message_type)
+    messages = _Messages(message_class, documents)
+    count = 1 if once else times
     subscribers = wait_matching_subscriptions
     if subscribers is None:
         subscribers = 1 if count else 0
-    if count != 1:
+    if not subscribers and max_wait_time is not None:
+        raise RefusedError(
+            "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, "
+            "--once or --times"
+        )
+    is_played = yaml_file is not None or len(documents) > 1
+    if is_played:
+        count = min(count or len(documents), len(documents))
+    is_brief = count == 1 and not use_sim_time
+    if not is_brief:
         ensure_router()
     # What a peer publishes while it still meets the others is lost; a client's goes through the
     # router, which knows them all.
     with (
         brief_node(name=node_name, starts_router=True)
-        if count == 1
-        else command_node(name=node_name)
+        if is_brief
+        else command_node(
+            session_mode="client" if count == 1 or is_played else "peer",
+            name=node_name,
+            use_sim_time=use_sim_time,
+        )
     ) as node:
         publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
         if subscribers:
             _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
         console.out("publisher: beginning loop")
         console.flush()
-        for number in _paced(rate, count):
-            if is_stamped:
-                now = node.get_clock().now().to_msg()
-                message = message_from_yaml(message_class, text, now=now)
+        if use_sim_time:
+            wait_for_clock(node)
+        for number in _paced(node, rate, count):
+            message = messages.at(number, node)
             if print_every and number % print_every == 0:
                 console.out_text(f"publishing #{number}: {message!r}\n")
                 console.flush()
             publisher.publish(message)
         if keep_alive is not None:
-            time.sleep(max(0.0, keep_alive))
+            time.sleep(keep_alive)
         elif not router_has_all(node.context.session):
             time.sleep(_KEEP_ALIVE_S)
 
 
-def _paced(rate: float, count: int) -> Iterator[int]:
+class _Messages:
+    """The messages that are published in turn.
+
+    Args:
+        message_class: Their class.
+        documents: What each is made from.
+
+    Raises:
+        InvalidMessageError: One does not fit, which is told before anything starts.
+    """
+
+    # Any, here and below: messages of any type.
+    def __init__(self, message_class: type[Any], documents: list[object]) -> None:
+        self._class = message_class
+        self._messages = [(each, message_with(message_class, each)) for each in documents]
+
+    def at(self, number: int, node: "Node | BareNode") -> Any:
+        """Return the message of a turn, counted from 1, stamped anew where it asks for it."""
+        document, message = self._messages[(number - 1) % len(self._messages)]
+        if any(word in str(document) for word in _PRESENT_TIME):
+            return message_with(self._class, document, node.get_clock().now().to_msg())
+        return message
+
+
+def _paced(node: "Node | BareNode", rate: float, count: int) -> Iterator[int]:
     """Count from 1 to ``count``, or without end where it is 0, at a rate in Hz.
 
     Each number is due against the start, so that the lateness of one does not delay all others.
+    The time is that of the node's clock where this follows ``/clock``.
     """
-    start = time.monotonic()
+    from teleopctl.node import Duration
+
+    clock = node.get_clock()
+    start, start_s = clock.now(), time.monotonic()
     for number in itertools.count():
         if count and number == count:
             return
-        time.sleep(max(0.0, start + number / rate - time.monotonic()))
+        if clock.ros_time_is_active:
+            clock.sleep_until(start + Duration(seconds=number / rate), node.context)
+        else:
+            time.sleep(max(0.0, start_s + number / rate - time.monotonic()))
         yield number + 1
 
 
@@ -175,7 +244,9 @@ def _wait_for_subscribers(
     ):
         came = publisher.get_subscription_count()
         raise UnavailableError(
-            f"Only {came} of {count} subscribers came to '{topic}' within {longest_wait_s:g} s",
+            # ROS 2 spells it so.
+            f"Timed out waiting for subscribers: Expected {count} subcribers but only got {came} "
+            "subscribers",
             hint="-w 0 publishes without a subscriber.",
         )
 

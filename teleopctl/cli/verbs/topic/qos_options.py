@@ -1,8 +1,9 @@
-"""The QoS flags that ``topic echo`` and ``topic pub`` share."""
+"""The QoS flags of the verbs that publish, subscribe and call."""
 
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli.verb import Option
+from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSProfile
@@ -43,12 +44,36 @@ HistoryName = Annotated[
     ),
 ]
 Depth = Annotated[int | None, Option("--qos-depth", help="Messages kept with keep_last.")]
+LivelinessName = Annotated[
+    str | None,
+    Option(
+        "--qos-liveliness",
+        help="How a publisher shows that it is alive.",
+        choices=("system_default", "automatic", "manual_by_topic", "best_available"),
+    ),
+]
+LeaseDuration = Annotated[
+    float | None,
+    Option(
+        "--qos-liveliness-lease-duration-seconds",
+        help="How long it may be silent.",
+        metavar="SECONDS",
+    ),
+]
 
 
 class QosWishes:
     """What a person asked for; None where nothing was said."""
 
-    __slots__ = ("depth", "durability", "history", "profile", "reliability")
+    __slots__ = (
+        "depth",
+        "durability",
+        "history",
+        "lease_s",
+        "liveliness",
+        "profile",
+        "reliability",
+    )
 
     def __init__(
         self,
@@ -57,12 +82,22 @@ class QosWishes:
         durability: str | None,
         history: str | None,
         depth: int | None,
+        liveliness: str | None = None,
+        lease_s: float | None = None,
     ) -> None:
+        for flag, value in (
+            ("--qos-depth", depth),
+            ("--qos-liveliness-lease-duration-seconds", lease_s),
+        ):
+            if value is not None and value < 0:
+                raise UsageError(f"{flag} must not be negative, got {value:g}")
         self.profile = profile
         self.reliability = reliability
         self.durability = durability
         self.history = history
         self.depth = depth
+        self.liveliness = liveliness
+        self.lease_s = lease_s
 
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
         """A new profile: the preset, or else ``base``, with the single policies on top."""
@@ -70,7 +105,9 @@ class QosWishes:
 
         from teleopctl.node import (
             DurabilityPolicy,
+            Duration,
             HistoryPolicy,
+            LivelinessPolicy,
             QoSPresetProfiles,
             ReliabilityPolicy,
         )
@@ -85,4 +122,8 @@ class QosWishes:
             qos.history = HistoryPolicy.get_from_short_key(self.history)
         if self.depth is not None:
             qos.depth = self.depth
+        if self.liveliness:
+            qos.liveliness = LivelinessPolicy.get_from_short_key(self.liveliness)
+        if self.lease_s is not None:
+            qos.liveliness_lease_duration = Duration(nanoseconds=round(self.lease_s * 1e9))
         return qos

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import live_graph
+from teleopctl.cli.words.messages import message_class_named
 from teleopctl.errors import (
     NotFoundError,
     RefusedError,
@@ -37,43 +38,69 @@ class TopicSource:
         self.publishers = publishers
 
     def suited_qos(self, depth: int) -> QoSProfile:
-        """The profile that gets the most out of the topic's publishers."""
+        """The profile that gets the most out of the topic's publishers.
+
+        Where they differ, a line on stderr says what that costs.
+        """
         from teleopctl.node import suited_to
 
-        return suited_to([publisher.qos for publisher in self.publishers], depth)
+        offers = [publisher.qos for publisher in self.publishers]
+        _note_fallback([each.is_reliable for each in offers], "Reliability", "BEST_EFFORT")
+        _note_fallback([each.is_transient_local for each in offers], "Durability", "VOLATILE")
+        return suited_to(offers, depth)
+
+
+_BETTER = {"Reliability": "RELIABLE", "Durability": "TRANSIENT_LOCAL"}
+
+
+def _note_fallback(have_it: Sequence[bool], policy: str, lesser: str) -> None:
+    if any(have_it) and not all(have_it):
+        kind = f"QoS{policy}Policy"
+        console.note(
+            f"Some, but not all, publishers are offering {kind}.{_BETTER[policy]}. Falling back to "
+            f"{kind}.{lesser} as it will connect to all publishers"
+        )
+
+
+def graph_or_router() -> Graph:
+    """The graph; an empty one, and a router that is started, where none runs yet."""
+    try:
+        return live_graph()
+    except RouterNotRunning:
+        ensure_router()
+        return Graph()
 
 
 def find_source(
     topic: str,
     type_name: str | None = None,
     *,
+    graph: Graph | None = None,
     takes_type: bool = False,
     raw: bool = False,
-    graph: Graph | None = None,
 ) -> TopicSource:
     """Look a topic up.
 
     Args:
         topic: Its full name.
         type_name: Its type, where the person gave one; the topic need not exist then.
+        graph: The graph, where the caller has it.
         takes_type: Whether the verb has an argument for the type, to be named in an error.
         raw: The verb takes bytes, so that the type may be unknown here.
-        graph: The graph, where the caller has it.
 
     Raises:
         TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
         RouterNotRunning: Likewise, because no router answers.
     """
-    from teleopctl.interfaces import get_message, normalize
+    from teleopctl.interfaces import get_message
 
-    try:
-        graph = graph or live_graph()
-    except RouterNotRunning:
-        if type_name is None:
-            raise
-        ensure_router()
-        graph = Graph()
-    message_type = normalize(type_name) if type_name else _only_type(graph, topic, takes_type)
+    if graph is None:
+        graph = live_graph() if type_name is None else graph_or_router()
+    message_type = (
+        message_class_named(type_name, graph).TYPE_NAME
+        if type_name
+        else _only_type(graph, topic, takes_type)
+    )
     _warn_of_other_types(topic, message_type, graph)
     publishers = graph.publishers(topic, message_type)
     if raw and publishers:
@@ -87,37 +114,42 @@ def find_source(
     return TopicSource(topic, message_class, publishers)
 
 
-def find_sources(topics: Sequence[str], *, raw: bool = False) -> list[TopicSource]:
+def find_sources(
+    topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
+) -> list[TopicSource]:
     """Look several topics up; those whose type cannot be told are reported and left out.
 
     Args:
-        topics: Their full names.
+        topics: Their full names, and their types where the person gave them.
+        graph: The graph.
         raw: The verb takes bytes, so that their types may be unknown here.
 
     Raises:
         UnavailableError: None is left.
-        RouterNotRunning: No router answers.
     """
     found = []
-    for topic in topics:
+    for topic, type_name in topics:
         try:
-            found.append(find_source(topic, raw=raw))
-        except RouterNotRunning:
-            raise
+            found.append(find_source(topic, type_name, graph=graph, takes_type=True, raw=raw))
         except TeleopctlError as failure:
             if len(topics) == 1:
                 raise
             console.warn(f"{topic}: {failure.message}")
     if not found:
-        raise UnavailableError("None of these topics can be measured")
+        raise UnavailableError("None of these topics can be listened to")
     return found
+
+
+def warn_unpublished(topic: str) -> None:
+    """Say of a topic that nobody has it, in the words of ROS 2."""
+    console.warn(f"topic [{topic}] does not appear to be published yet")
 
 
 def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
     topics = dict(graph.topic_names_and_types(include_hidden=True))
     types = topics.get(topic, [])
     if not types:
-        console.warn(f"topic [{topic}] does not appear to be published yet")
+        warn_unpublished(topic)
         way_out = (
             "Give the type to wait for the first publisher."
             if takes_type
@@ -129,7 +161,7 @@ def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
         )
     if len(types) > 1:
         raise RefusedError(
-            f"Topic '{topic}' has more than one type: {', '.join(types)}",
+            f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]",
             hint="Name the one that is meant." if takes_type else None,
         )
     return types[0]

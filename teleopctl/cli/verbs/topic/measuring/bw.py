@@ -4,19 +4,29 @@ import threading
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.measuring.listening import listen
+from teleopctl.cli.verbs.topic.measuring.listening import Listener
 from teleopctl.cli.verbs.topic.measuring.statistics import (
     Bandwidth,
     BandwidthWindow,
     bandwidth_cells,
     bandwidth_text,
 )
-from teleopctl.cli.verbs.topic.measuring.table import Rows, chosen_sources, table_of_topics
+from teleopctl.cli.verbs.topic.measuring.table import Rows, table_of_topics
+from teleopctl.cli.verbs.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    LeaseDuration,
+    LivelinessName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+)
 from teleopctl.cli.verbs.topic.source import TopicSource
 
-_COLUMNS = ("bandwidth", "mean", "min", "max", "window")
+_COLUMNS = ("bandwidth", "window", "mean", "min", "max")
 
 
 def measure_bandwidth(
@@ -28,24 +38,44 @@ def measure_bandwidth(
     ] = 100,
     all_topics: Annotated[bool, Option("-a", "--all", help="Measure every topic.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
+    use_sim_time: UseSimTime = False,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+    qos_liveliness: LivelinessName = None,
+    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
     """Measure the bandwidth of topics."""
-    names = [absolute_name(name) for name in topic_names or []]
-    sources = chosen_sources(names, every=all_topics, raw=True)
-    sizes = {source.topic: BandwidthWindow(window) for source in sources}
+    listener = Listener(
+        topic_names or (),
+        every=all_topics,
+        raw=True,
+        wishes=QosWishes(
+            *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
+            *(qos_liveliness, qos_liveliness_lease_duration_seconds),
+        ),
+        use_sim_time=use_sim_time,
+    )
+    sizes = {topic: BandwidthWindow(window) for topic in listener.topics}
+    are_several = len(listener.topics) > 1
     lock = threading.Lock()
 
-    def arrive(source: TopicSource, payload: Any, time_s: float) -> None:
+    def arrive(source: TopicSource, payload: Any, time_ns: int) -> None:
+        # Before the first message of /clock there is no time.
+        if not time_ns:
+            return
         with lock:
-            sizes[source.topic].arrive(time_s, len(payload))
+            sizes[source.topic].arrive(time_ns, len(payload))
 
-    def report(now_s: float) -> None:
+    def report(now_ns: int) -> None:
         with lock:
-            found = {topic: window.summary(now_s) for topic, window in sizes.items()}
+            found = {topic: window.summary(now_ns) for topic, window in sizes.items()}
         known = {topic: bandwidth for topic, bandwidth in found.items() if bandwidth}
-        if len(sources) > 1 and not as_json:
+        if are_several and not as_json:
             show(_table(known))
-        elif as_json and len(sources) > 1:
+        elif as_json and are_several:
             console.out_json({t: b._asdict() for t, b in known.items()}, compact=True)
         else:
             for bandwidth in known.values():
@@ -54,10 +84,12 @@ def measure_bandwidth(
                 else:
                     console.out_text(bandwidth_text(bandwidth))
 
-    if not as_json and len(sources) == 1:
-        console.out(f"Subscribed to [{sources[0].topic}]")
-    with table_of_topics(sources, as_json=as_json) as show:
-        listen(sources, arrive, report, raw=True)
+    def subscribed(topic: str) -> None:
+        if not as_json:
+            console.out(f"Subscribed to [{topic}]")
+
+    with table_of_topics(listener.topics, as_json=as_json) as show:
+        listener.run(arrive, report, subscribed)
 
 
 def _table(bandwidths: dict[str, Bandwidth]) -> Rows:

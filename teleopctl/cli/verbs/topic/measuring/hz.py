@@ -4,11 +4,21 @@ import threading
 from typing import Annotated, Any
 
 from teleopctl.cli import console
-from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.measuring.listening import listen
+from teleopctl.cli.verbs.topic.measuring.listening import Listener
 from teleopctl.cli.verbs.topic.measuring.statistics import RateWindow, Summary, rate, rate_text
-from teleopctl.cli.verbs.topic.measuring.table import Rows, chosen_sources, table_of_topics
+from teleopctl.cli.verbs.topic.measuring.table import Rows, table_of_topics
+from teleopctl.cli.verbs.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    LeaseDuration,
+    LivelinessName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+)
 from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import TopicSource
 
@@ -28,50 +38,70 @@ def measure_rate(
     ] = None,
     wall_time: Annotated[
         bool,
-        Option("--wall-time", help="Accepted for ROS 2's sake: messages are always timed so here."),
+        Option("--wall-time", help="Do not measure the time of /clock, in spite of -s."),
     ] = False,
     all_topics: Annotated[bool, Option("-a", "--all", help="Measure every topic.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a report.")] = False,
+    use_sim_time: UseSimTime = False,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+    qos_liveliness: LivelinessName = None,
+    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
     """Measure the rate of topics."""
-    del wall_time
-    names = [absolute_name(name) for name in topic_names or []]
-    sources = chosen_sources(names, every=all_topics, raw=filter_expression is None)
-    rates = _Rates(sources, window)
+    listener = Listener(
+        topic_names or (),
+        every=all_topics,
+        raw=filter_expression is None,
+        wishes=QosWishes(
+            *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
+            *(qos_liveliness, qos_liveliness_lease_duration_seconds),
+        ),
+        use_sim_time=use_sim_time and not wall_time,
+    )
+    rates = _Rates(listener.topics, window)
     wanted = filter_predicate(filter_expression) if filter_expression else None
 
-    def arrive(source: TopicSource, message: Any, time_s: float) -> None:
-        if wanted is None or wanted(message):
-            rates.arrive(source.topic, time_s)
+    def arrive(source: TopicSource, message: Any, time_ns: int) -> None:
+        # Before the first message of /clock there is no time.
+        if time_ns and (wanted is None or wanted(message)):
+            rates.arrive(source.topic, time_ns)
 
-    def report(_: float) -> None:
+    def report(_: int) -> None:
         summaries = rates.news()
         if as_json:
             console.out_json(
                 {topic: {"rate": rate(s), **s._asdict()} for topic, s in summaries.items()},
                 compact=True,
             )
-        elif len(sources) > 1:
+        elif len(listener.topics) > 1:
             show(_table(summaries))
         else:
             for summary in summaries.values():
                 console.out_text(rate_text(summary))
 
-    with table_of_topics(sources, as_json=as_json) as show:
-        listen(sources, arrive, report, raw=wanted is None)
+    def subscribed(topic: str) -> None:
+        if len(listener.topics) > 1 and not as_json:
+            console.out(f"Subscribed to [{topic}]")
+
+    with table_of_topics(listener.topics, as_json=as_json) as show:
+        listener.run(arrive, report, subscribed)
 
 
 class _Rates:
     """A window for each topic, filled by one thread and read by another."""
 
-    def __init__(self, sources: list[TopicSource], window: int) -> None:
+    def __init__(self, topics: list[str], window: int) -> None:
         self._lock = threading.Lock()
-        self._windows = {source.topic: RateWindow(window) for source in sources}
+        self._windows = {topic: RateWindow(window) for topic in topics}
         self._reported = dict.fromkeys(self._windows, 0)
 
-    def arrive(self, topic: str, time_s: float) -> None:
+    def arrive(self, topic: str, time_ns: int) -> None:
         with self._lock:
-            self._windows[topic].arrive(time_s)
+            self._windows[topic].arrive(time_ns)
 
     def news(self) -> dict[str, Summary]:
         """The summaries of the topics that had a message since the last question."""

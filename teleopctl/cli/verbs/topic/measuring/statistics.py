@@ -50,28 +50,58 @@ class RateWindow:
     """The intervals between the last arrivals of a stream.
 
     Args:
-        size: How many arrivals are looked at.
+        size: How many are looked at.
 
     Raises:
         TeleopctlError: The size is less than 1.
     """
 
     def __init__(self, size: int) -> None:
-        self._intervals = Window(max(1, _checked(size) - 1))
-        self._last_s: float | None = None
+        self._size = size
+        self._intervals = Window(size)
+        self._last_ns: int | None = None
         self.arrivals = 0
 
-    def arrive(self, time_s: float) -> None:
-        """Note an arrival at a time in seconds of any steady clock."""
-        if self._last_s is not None:
-            self._intervals.add(time_s - self._last_s)
-        self._last_s = time_s
+    def arrive(self, time_ns: int) -> None:
+        """Note an arrival at a time in nanoseconds; one that goes back begins anew."""
+        if self._last_ns is not None and time_ns < self._last_ns:
+            self._intervals = Window(self._size)
+        elif self._last_ns is not None:
+            self._intervals.add((time_ns - self._last_ns) * 1e-9)
+        self._last_ns = time_ns
         self.arrivals += 1
 
     def summary(self) -> Summary | None:
-        """Of the intervals in seconds; ``window`` counts the arrivals in the window."""
-        found = self._intervals.summary()
-        return found and found._replace(window=found.window + 1)
+        """Of the intervals in seconds; ``window`` counts them."""
+        return self._intervals.summary()
+
+
+class DelayWindow:
+    """The ages of the last messages of a stream.
+
+    Args:
+        size: How many messages are looked at.
+
+    Raises:
+        TeleopctlError: The size is less than 1.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._ages = Window(size)
+        self._reported = 0
+        self.arrivals = 0
+
+    def add(self, age_s: float) -> None:
+        """Take the age of one more message, in seconds."""
+        self._ages.add(age_s)
+        self.arrivals += 1
+
+    def news(self) -> Summary | None:
+        """Return what the ages have in common; None where no message came since the last call."""
+        if self.arrivals == self._reported:
+            return None
+        self._reported = self.arrivals
+        return self._ages.summary()
 
 
 class Bandwidth(NamedTuple):
@@ -95,21 +125,27 @@ class BandwidthWindow:
     """
 
     def __init__(self, size: int) -> None:
-        self._messages: deque[tuple[float, int]] = deque(maxlen=_checked(size))
+        self._messages: deque[tuple[int, int]] = deque(maxlen=_checked(size))
 
-    def arrive(self, time_s: float, size: int) -> None:
-        """Note a message of ``size`` bytes at a time in seconds of any steady clock."""
-        self._messages.append((time_s, size))
+    def arrive(self, time_ns: int, size: int) -> None:
+        """Note a message's bytes at a time in nanoseconds; one that goes back begins anew."""
+        if self._messages and time_ns < self._messages[-1][0]:
+            self._messages.clear()
+        self._messages.append((time_ns, size))
 
-    def summary(self, now_s: float) -> Bandwidth | None:
+    def summary(self, now_ns: int) -> Bandwidth | None:
         """Bytes since the oldest message, over the time since then; None before the second."""
         messages = list(self._messages)
-        if len(messages) < 2 or now_s <= messages[0][0]:
+        if len(messages) < 2 or now_ns <= messages[0][0]:
             return None
         sizes = [size for _, size in messages]
         total = sum(sizes)
         return Bandwidth(
-            total / (now_s - messages[0][0]), total / len(sizes), min(sizes), max(sizes), len(sizes)
+            total / ((now_ns - messages[0][0]) * 1e-9),
+            total / len(sizes),
+            min(sizes),
+            max(sizes),
+            len(sizes),
         )
 
 
@@ -139,10 +175,13 @@ def bandwidth_text(bandwidth: Bandwidth) -> str:
 
 
 def bandwidth_cells(bandwidth: Bandwidth) -> tuple[str, ...]:
-    """The same as cells of a table, each number in the unit that suits it."""
+    """The same as cells of a table, in the order of ROS 2's, each number in the unit that suits it.
+
+    They are the bandwidth, the window, and the mean, least and greatest size.
+    """
     sizes = (bandwidth.bytes_per_s, bandwidth.mean, bandwidth.minimum, bandwidth.maximum)
     per_s, *others = (_with_unit((size,))[0] for size in sizes)
-    return f"{per_s}/s", *others, str(bandwidth.window)
+    return f"{per_s}/s", str(bandwidth.window), *others
 
 
 def _spread(summary: Summary) -> str:

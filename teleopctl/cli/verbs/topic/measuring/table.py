@@ -8,9 +8,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
-from teleopctl.cli.live import live_graph
-from teleopctl.cli.verbs.topic.source import TopicSource, find_sources
-from teleopctl.errors import UsageError
 from teleopctl.printable import printable_line
 
 if TYPE_CHECKING:
@@ -20,33 +17,17 @@ Rows = Sequence[tuple[str, ...]]
 """The header and a row for each topic; the topic's name is the first cell."""
 
 
-def chosen_sources(names: Sequence[str], *, every: bool, raw: bool) -> list[TopicSource]:
-    """The topics that a person named, or all.
-
-    Raises:
-        UsageError: None was named.
-        TeleopctlError: None of them can be measured.
-    """
-    if every:
-        names = [name for name, _ in live_graph().topic_names_and_types()]
-    if not names:
-        raise UsageError("Name a topic, or measure all of them with --all")
-    return find_sources(list(names), raw=raw)
-
-
 @contextmanager
-def table_of_topics(
-    sources: Sequence[TopicSource], *, as_json: bool
-) -> Iterator[Callable[[Rows], None]]:
+def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callable[[Rows], None]]:
     """Return a function that shows a table of the topics that have news.
 
     On a terminal it takes the place of the one before, and the others stand in it without figures.
 
     Args:
-        sources: The topics.
+        topics: Their names.
         as_json: Nothing is shown here.
     """
-    if as_json or len(sources) == 1 or not sys.stdout.isatty():
+    if as_json or len(topics) == 1 or not sys.stdout.isatty():
         yield lambda rows: console.out_lines(_lines(rows))
         return
     from rich.console import Console
@@ -55,20 +36,23 @@ def table_of_topics(
     with Live(console=Console(), auto_refresh=False) as live:
 
         def show(rows: Rows) -> None:
-            live.update(_rich_table(rows, [source.topic for source in sources]), refresh=True)
+            live.update(_rich_table(rows, topics), refresh=True)
 
         yield show
 
 
 def _lines(rows: Rows) -> list[str]:
+    """The table as ROS 2 prints it: titles in the middle of their columns, the rest on the left."""
     if len(rows) < 2:
         return []
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    header, *others = rows
+    titles = "   ".join(title.center(width) for title, width in zip(header, widths, strict=True))
     lines = [
-        "   ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
+        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in others
     ]
-    return [lines[0], "=" * len(lines[0]), *lines[1:], ""]
+    return [titles, "=" * len(titles), *lines, ""]
 
 
 def _rich_table(rows: Rows, topics: Sequence[str]) -> Table:

@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 from teleopctl.cli.verbs.topic.measuring.statistics import (
     Bandwidth,
     BandwidthWindow,
+    DelayWindow,
     RateWindow,
     Summary,
     Window,
@@ -16,6 +17,8 @@ from teleopctl.cli.verbs.topic.measuring.statistics import (
     rate,
     rate_text,
 )
+
+S = 1_000_000_000
 
 
 def test_rate_text_is_that_of_ros2():
@@ -52,30 +55,47 @@ def test_bandwidth_text_is_that_of_ros2(bandwidth, text):
 def test_a_rate_needs_two_arrivals():
     window = RateWindow(100)
     assert window.summary() is None
-    window.arrive(1.0)
+    window.arrive(1 * S)
     assert window.summary() is None
-    window.arrive(1.5)
-    assert window.summary() == Summary(0.5, 0.5, 0.5, 0.0, 2)
+    window.arrive(S + S // 2)
+    assert window.summary() == Summary(0.5, 0.5, 0.5, 0.0, 1)
     summary = window.summary()
     assert summary is not None
     assert rate(summary) == 2.0
 
 
 def test_only_the_window_counts():
-    window = RateWindow(3)
-    for time_s in (0.0, 100.0, 101.0, 102.0):
-        window.arrive(time_s)
-    assert window.summary() == Summary(1.0, 1.0, 1.0, 0.0, 3)
+    window = RateWindow(2)
+    for time_s in (0, 100, 101, 102):
+        window.arrive(time_s * S)
+    assert window.summary() == Summary(1.0, 1.0, 1.0, 0.0, 2)
     assert window.arrivals == 4
+
+
+def test_a_clock_that_goes_back_begins_anew():
+    intervals, sizes = RateWindow(100), BandwidthWindow(100)
+    for time_s in (5, 6, 1, 2):
+        intervals.arrive(time_s * S)
+        sizes.arrive(time_s * S, 10)
+    assert intervals.summary() == Summary(1.0, 1.0, 1.0, 0.0, 1)
+    assert sizes.summary(3 * S) == Bandwidth(10.0, 10.0, 10, 10, 2)
+
+
+def test_delays_are_reported_where_a_message_came():
+    window = DelayWindow(10)
+    assert window.news() is None
+    window.add(0.5)
+    assert window.news() == Summary(0.5, 0.5, 0.5, 0.0, 1)
+    assert window.news() is None
 
 
 def test_bandwidth_falls_when_nothing_comes_any_more():
     window = BandwidthWindow(100)
-    window.arrive(0.0, 10)
-    assert window.summary(1.0) is None
-    window.arrive(1.0, 30)
-    assert window.summary(2.0) == Bandwidth(20.0, 20.0, 10, 30, 2)
-    later = window.summary(4.0)
+    window.arrive(0, 10)
+    assert window.summary(S) is None
+    window.arrive(S, 30)
+    assert window.summary(2 * S) == Bandwidth(20.0, 20.0, 10, 30, 2)
+    later = window.summary(4 * S)
     assert later is not None
     assert later.bytes_per_s == 10.0
 

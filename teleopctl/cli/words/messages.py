@@ -1,0 +1,109 @@
+"""Messages and types that a person names on the command line, and ROS 2's words where they fail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.cli.learning import learn_type
+from teleopctl.errors import InvalidMessageError, UsageError
+
+if TYPE_CHECKING:
+    from teleopctl.wire import Graph
+
+_PRESENT_TIME = ("auto", "now")
+
+
+# Any, here and below: a class made from its definition.
+def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]:
+    """Return the class of a message type.
+
+    Args:
+        type_name: ``package/msg/Name`` or ``package/Name``.
+        graph: The graph, where the caller has it, for types that only a node explains.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_message, normalize
+
+    with _told_of("message"):
+        learn_type(normalize(type_name), graph)
+        return get_message(type_name)
+
+
+def service_class_named(type_name: str) -> Any:
+    """Return the class of a service type, likewise.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_service, normalize
+
+    with _told_of("service"):
+        name = normalize(type_name, "srv")
+        if "/srv/" not in name:
+            raise InvalidMessageError(f"The passed type is not a service: {name}")
+        learn_type(name)
+        return get_service(name)
+
+
+def message_with(
+    message_class: type[Any],
+    values: object,
+    now: Any = None,  # Any: a time, as message_from_yaml takes it
+) -> Any:
+    """Make a message of what stood on the command line or in a file.
+
+    Args:
+        message_class: Its class.
+        values: One document of YAML.
+        now: What ``auto`` and ``now`` stand for.
+
+    Raises:
+        InvalidMessageError: The values do not fit.
+    """
+    from teleopctl.interfaces import message_from_yaml
+
+    if not (values is None or isinstance(values, Mapping) or values in _PRESENT_TIME):
+        blank = "; a blank must follow each colon" if ":" in str(values) else ""
+        raise InvalidMessageError(
+            f"The passed value needs to be a dictionary in YAML format, got {values!r}{blank}"
+        )
+    try:
+        # Any: message_from_yaml says itself what it does not take.
+        content: Any = values
+        return message_from_yaml(message_class, content, now)
+    except UsageError as error:
+        text = f"Failed to populate field: {error.message}"
+        raise InvalidMessageError(text, hint=error.hint) from error
+
+
+def documents_of(text: str) -> list[object]:
+    """Return the documents of a YAML text; one of nothing where it is empty.
+
+    Raises:
+        InvalidMessageError: It is not YAML.
+    """
+    from teleopctl.interfaces import documents_from_yaml
+
+    try:
+        return documents_from_yaml(text) or [None]
+    except UsageError as error:
+        raise InvalidMessageError(
+            f"The passed value needs to be in YAML string or a dictionary: {error.message}",
+            hint=error.hint,
+        ) from error
+
+
+@contextmanager
+def _told_of(kind: str) -> Iterator[None]:
+    try:
+        yield
+    except (InvalidMessageError, UsageError) as error:
+        if error.message.startswith("The passed type"):
+            raise
+        raise InvalidMessageError(
+            f"The passed {kind} type is invalid: {error.message}", hint=error.hint
+        ) from error

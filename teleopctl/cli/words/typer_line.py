@@ -1,0 +1,85 @@
+"""A command line as `argparse` and so ROS 2 reads it, in the spelling that Typer takes.
+
+``--activate a b`` becomes ``--activate a --activate b``, an option that may stand without its value
+gets the one that it then has, and a shortened one, ``--show-t``, its whole name.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+from teleopctl.cli.verb import Option, parameters
+
+
+def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
+    """Return a command line as Typer has to be given it.
+
+    Args:
+        tree: The root command.
+        words: The line behind the program's name.
+    """
+    command: Any = tree
+    spread: list[str] = []
+    flag: str | None = None
+    for position, word in enumerate(words):
+        if isinstance(command, TyperGroup) and word in command.commands:
+            command = command.commands[word]
+        elif word == "--" or (not word.startswith("-") and flag is None and _ends_options(command)):
+            return [*spread, *words[position:]]
+        elif word.startswith("-"):
+            word = _in_full(command, word)
+            flag = word if word in _lists(command) else None
+            if flag:
+                continue
+            alone = _value_alone(command, word)
+            if alone is not None and not _has_value(words[position + 1 :]):
+                word = f"{word}={alone}"
+        elif flag:
+            spread.append(flag)
+        spread.append(word)
+    return spread
+
+
+def _ends_options(command: Any) -> bool:
+    """Whether all that follows an argument of this command is another program's."""
+    return not command.context_settings.get("allow_interspersed_args", True)
+
+
+def _in_full(command: Any, word: str) -> str:
+    """An option by its whole name, where the beginning that stands there fits no other one."""
+    name, equals, value = word.partition("=")
+    known = {flag for option in command.params for flag in option.opts} | {"--help"}
+    if not name.startswith("--") or name in known:
+        return word
+    meant = [flag for flag in known if flag.startswith(name)]
+    return f"{meant[0]}{equals}{value}" if len(meant) == 1 else word
+
+
+def _lists(command: Any) -> set[str]:
+    """The options behind which more than one value may stand."""
+    if not isinstance(command, TyperCommand) or command.callback is None:
+        return set()
+    return {
+        flag
+        for each in parameters(inspect.unwrap(command.callback))
+        if each.many and isinstance(each.declaration, Option) and not each.declaration.repeated
+        for flag in each.declaration.flags
+    }
+
+
+def _value_alone(command: Any, word: str) -> str | None:
+    """The value that an option has where none stands behind it."""
+    if not isinstance(command, TyperCommand) or command.callback is None:
+        return None
+    declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
+    return next(
+        (each.alone for each in declared if isinstance(each, Option) and word in each.flags), None
+    )
+
+
+def _has_value(words: Sequence[str]) -> bool:
+    return bool(words) and not words[0].startswith("-")
