@@ -194,6 +194,7 @@ if TYPE_CHECKING:
         validate_node_name as validate_node_name,
     )
     from teleopctl.node.values.qos import (
+        BEST_AVAILABLE_NS as BEST_AVAILABLE_NS,
         DurabilityPolicy as DurabilityPolicy,
         HistoryPolicy as HistoryPolicy,
         InvalidQoSProfileException as InvalidQoSProfileException,
@@ -300,7 +301,8 @@ else:
             "parameter_value_from_yaml parameter_value_to_python",
             "parameters.parameter_file": "ParameterFile parameter_document parameter_messages "
             "plain_parameter_value read_parameter_file",
-            "values.qos": "DurabilityPolicy HistoryPolicy InvalidQoSProfileException "
+            "values.qos": "BEST_AVAILABLE_NS DurabilityPolicy HistoryPolicy "
+            "InvalidQoSProfileException "
             "LivelinessPolicy QoSPresetProfiles QoSProfile ReliabilityPolicy "
             "qos_profile_action_status_default qos_profile_best_available qos_profile_latched "
             "qos_profile_parameter_events qos_profile_parameters qos_profile_rosout_default "

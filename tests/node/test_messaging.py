@@ -157,6 +157,21 @@ def test_a_coroutine_may_serve_and_await_another_service(make_node, executor):
     assert future.result().sum == 30
 
 
+def test_a_program_may_send_the_response_of_a_service_itself(make_node, executor):
+    node = make_node()
+    service = node.create_service(ADD, "add", lambda _, response: response)
+    send = service.send_response
+
+    def send_more(response, header):
+        response.sum += 40
+        send(response, header)
+
+    service.send_response = send_more
+    future = node.create_client(ADD, "add").call_async(ADD.Request())
+    executor.spin_until_future_complete(future, 10)
+    assert future.result().sum == 40
+
+
 def test_a_service_may_be_called_inside_a_callback(make_node, spin_until, context):
     node = make_node()
     server = Node("server", context=context)

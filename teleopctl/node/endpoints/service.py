@@ -6,7 +6,7 @@ import contextlib
 import functools
 import time
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, cast
 
 import zenoh
 
@@ -136,7 +136,9 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             return None
         if self._introspection is not None:
             self._introspection.request_received(meta.gid, meta.sequence, request)
-        return self._serve(request, functools.partial(self._reply, query, meta))
+        header = RequestHeader(query, meta)
+        # Looked up when it is called: programs put their own in its place.
+        return self._serve(request, lambda response: self.send_response(response, header))
 
     def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
         outcome = self.callback(request, self.srv_type.Response())
@@ -145,7 +147,17 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         reply(outcome)  # type: ignore[arg-type] # it is no coroutine, and the reply checks it
         return None
 
-    def _reply(self, query: zenoh.Query, request: Attachment, response: Any) -> None:
+    def send_response(self, response: ResponseT, header: RequestHeader) -> None:
+        """Answer a request.
+
+        Args:
+            response: The answer.
+            header: Of the request that it answers.
+
+        Raises:
+            TypeError: It is no response of the service.
+        """
+        query, request = header
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"the callback of service '{self.name}' returned {type(response).__name__}, "
@@ -168,6 +180,13 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self._channel.undeclare()
         # Letting go of a request ends the wait of its client.
         self._queries.close()
+
+
+class RequestHeader(NamedTuple):
+    """What a response needs of its request."""
+
+    query: zenoh.Query
+    attachment: Attachment
 
 
 async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[ResponseT]) -> None:

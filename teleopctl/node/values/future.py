@@ -120,10 +120,13 @@ class Future(Generic[ResultT]):
             self._finished.set()
             callbacks, self._callbacks = self._callbacks, []
             listeners, self._listeners = self._listeners, []
-        for listener in listeners:
-            listener()
-        for callback in callbacks:
-            self._call(callback)
+        # What awaits it goes on after its callbacks, as with rclpy.
+        try:
+            for callback in callbacks:
+                self._call(callback)
+        finally:
+            for listener in listeners:
+                listener()
 
     def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
         if self._executor is None:

@@ -10,6 +10,8 @@ from teleopctl.node.values.time import Duration, Infinite
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42
+# Of rmw: a deadline or a lease that follows the other side's; as with rmw_zenoh there is none.
+BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
 class _Policy(enum.IntEnum):
@@ -218,7 +220,8 @@ class QoSProfile:
 
 
 def _wire_duration(duration: Duration) -> int:
-    return INFINITE_NS if duration in (Infinite, Duration()) else duration.nanoseconds
+    unbounded = duration == Duration() or duration.nanoseconds >= BEST_AVAILABLE_NS
+    return INFINITE_NS if unbounded else duration.nanoseconds
 
 
 def bound_ns(duration: Duration) -> int | None:

@@ -26,6 +26,26 @@ def test_an_exception_that_is_set_late_still_counts():
         future.result()
 
 
+def test_what_awaits_a_future_goes_on_after_its_callbacks(context):
+    executor, future, order = SingleThreadedExecutor(context=context), Future[None](), list[str]()
+
+    async def wait() -> None:
+        await future
+        order.append("awaited")
+
+    executor.create_task(wait)
+    executor.spin_once(0.0)
+
+    def called(_: object) -> None:
+        executor.spin_once(0.0)  # nothing is to come yet
+        order.append("called")
+
+    future.add_done_callback(called)
+    future.set_result(None)
+    executor.spin_once(0.0)
+    assert order == ["called", "awaited"]
+
+
 def test_an_executor_spins_in_one_thread_at_a_time(context):
     executor = SingleThreadedExecutor(context=context)
     inside, leave = threading.Event(), threading.Event()

@@ -1,7 +1,9 @@
 """``rclpy.qos``. Quality of service."""
 
 from teleopctl.node import (
+    BEST_AVAILABLE_NS,
     DurabilityPolicy,
+    Duration,
     HistoryPolicy,
     InvalidQoSProfileException,
     LivelinessPolicy,
@@ -41,6 +43,10 @@ __all__ = [
     "qos_profile_system_default",
     "qos_profile_unknown",
 ]
+
+DeadlineBestAvailable = Duration(nanoseconds=BEST_AVAILABLE_NS)
+LivelinessLeaseDurationeBestAvailable = DeadlineBestAvailable  # spelt so in rclpy
+__all__ += ["DeadlineBestAvailable", "LivelinessLeaseDurationeBestAvailable"]
 
 # The names of earlier distributions, which many nodes still use.
 QoSReliabilityPolicy = ReliabilityPolicy
