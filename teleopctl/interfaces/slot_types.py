@@ -27,6 +27,10 @@ class AbstractNestableType(AbstractType):
 class AbstractGenericString(AbstractNestableType):
     """Any text."""
 
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound."""
+        return False
+
 
 class AbstractString(AbstractGenericString):
     """Any text of 8-bit characters."""
@@ -40,6 +44,10 @@ class AbstractNestedType(AbstractType):
     """A type of several values."""
 
     value_type: AbstractNestableType
+
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound."""
+        return False
 
 
 class AbstractSequence(AbstractNestedType):
@@ -92,6 +100,10 @@ class BoundedString(AbstractString):
 
     maximum_size: int
 
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound: it has."""
+        return True
+
 
 @dataclass(frozen=True)
 class UnboundedWString(AbstractWString):
@@ -104,6 +116,10 @@ class BoundedWString(AbstractWString):
 
     maximum_size: int
 
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound: it has."""
+        return True
+
 
 @dataclass(frozen=True)
 class Array(AbstractNestedType):
@@ -112,6 +128,10 @@ class Array(AbstractNestedType):
     value_type: AbstractNestableType
     size: int
 
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound: it has."""
+        return True
+
 
 @dataclass(frozen=True)
 class BoundedSequence(AbstractSequence):
@@ -119,6 +139,10 @@ class BoundedSequence(AbstractSequence):
 
     value_type: AbstractNestableType
     maximum_size: int
+
+    def has_maximum_size(self) -> bool:
+        """Tell whether it has a bound: it has."""
+        return True
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.task import Task
 from rclpy.time import Time
 from rclpy.time_source import TimeSource
-from rosidl_parser.definition import NamespacedType, UnboundedString
+from rosidl_parser.definition import BoundedSequence, NamespacedType, UnboundedString
 from rosidl_runtime_py import (
     get_message_interfaces,
     message_to_ordereddict,
@@ -77,6 +77,26 @@ def subscribing(node):
     while not got:
         rclpy.spin_once(node)
     assert got[0].point.x == 5.0
+
+
+def borrowed():
+    """Names that modules have because they import them, which programs take from there."""
+    from rclpy.action.client import Future
+    from rclpy.clock import Duration as SameDuration
+    from rclpy.node import MsgType, MutuallyExclusiveCallbackGroup, SetParametersResult
+    from rclpy.parameter import ParameterType
+    from tf2_geometry_msgs import PointStamped as SamePoint
+
+    assert SameDuration is Duration
+    assert SamePoint is PointStamped
+    assert SetParametersResult(successful=True).successful
+    assert ParameterType.PARAMETER_STRING == 4
+    assert isinstance(MutuallyExclusiveCallbackGroup, type)
+    assert MsgType is not None
+    assert not Future().done()
+    assert not hasattr(rclpy.node, "Nodes")
+    assert BoundedSequence(UnboundedString(), 3).has_maximum_size()
+    assert not UnboundedString().has_maximum_size()
 
 
 def reflecting():
@@ -159,6 +179,7 @@ def main():
     node = rclpy.create_node("programs")
     synchronizing()
     subscribing(node)
+    borrowed()
     reflecting()
     clouds()
     entities(node)

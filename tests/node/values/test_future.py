@@ -29,7 +29,7 @@ def test_an_exception_that_is_set_late_still_counts():
 def test_what_awaits_a_future_goes_on_after_its_callbacks(context):
     executor, future, order = SingleThreadedExecutor(context=context), Future[None](), list[str]()
 
-    async def wait() -> None:
+    async def wait():
         await future
         order.append("awaited")
 

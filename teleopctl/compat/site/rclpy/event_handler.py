@@ -1,7 +1,9 @@
 """``rclpy.event_handler``. Callbacks for events of publishers and subscriptions."""
 
 import enum
+from typing import TYPE_CHECKING
 
+from rclpy._imported import imported
 from teleopctl.node import (
     DeadlineMissedInfo,
     IncompatibleQoSInfo,
@@ -64,3 +66,6 @@ __all__ = [
     "SubscriptionEventCallbacks",
     "UnsupportedEventTypeError",
 ]
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = imported(__name__)

@@ -1,5 +1,8 @@
 """``rclpy.executors``. Executors."""
 
+from typing import TYPE_CHECKING
+
+from rclpy._imported import imported
 from teleopctl.node import (
     ConditionReachedException,
     Executor,
@@ -19,3 +22,6 @@ __all__ = [
     "SingleThreadedExecutor",
     "TimeoutException",
 ]
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = imported(__name__)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rclpy._imported import imported
 from teleopctl import node
 from teleopctl.errors import InvalidFileError
 from teleopctl.node import Parameter, parameter_messages, parameter_value_from_yaml
@@ -57,3 +58,7 @@ def parameter_dict_from_yaml_file(
         return parameter_messages(parameter_file, use_wildcard, target_nodes, namespace)
     except InvalidFileError as error:
         raise RuntimeError(error.message) from error
+
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = imported(__name__)

@@ -1,5 +1,7 @@
 """``tf2_geometry_msgs``: points, vectors and poses in another frame."""
 
+from typing import TYPE_CHECKING
+
 from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_point,
     do_transform_polygon_stamped,
@@ -7,6 +9,7 @@ from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_pose_stamped,
     do_transform_pose_with_covariance_stamped,
     do_transform_vector3,
+    message_class,
     transform_covariance,
 )
 
@@ -19,3 +22,6 @@ __all__ = [
     "do_transform_vector3",
     "transform_covariance",
 ]
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = message_class

@@ -1,5 +1,8 @@
 """``rclpy.action.server``. Action servers."""
 
+from typing import TYPE_CHECKING
+
+from rclpy._imported import imported
 from teleopctl.node import (
     ActionServer,
     CancelResponse,
@@ -23,3 +26,6 @@ __all__ = [
     "default_goal_callback",
     "default_handle_accepted_callback",
 ]
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = imported(__name__)
