@@ -178,6 +178,10 @@ def _write(name: str, before: set[str], value: Any, *, is_ours: bool) -> None:
         return
 
 
+def _slots(declaration: Declaration) -> Sequence[str]:
+    return (*Declaration.__slots__, *type(declaration).__slots__)
+
+
 # Any: plain values in tuples.
 def _to_plain(found: DeclaredVerb | Group) -> Any:
     if isinstance(found, Group):
@@ -187,10 +191,8 @@ def _to_plain(found: DeclaredVerb | Group) -> Any:
     declared = tuple(
         (
             each.name,
-            (each.declaration.flags, each.declaration.alone)
-            if isinstance(each.declaration, Option)
-            else None,
-            tuple(getattr(each.declaration, name) for name in Declaration.__slots__),
+            isinstance(each.declaration, Option),
+            tuple(getattr(each.declaration, name) for name in _slots(each.declaration)),
             each.type.__name__,
             each.many,
             each.optional,
@@ -211,12 +213,10 @@ def _from_plain(plain: Any) -> DeclaredVerb | Group:
     _, target, values, declared, more = plain
     verb = Verb(target, **dict(zip(_OF_VERBS, values, strict=True)))
     found = []
-    for name, option, shared, type_name, many, optional, default in declared:
-        declaration = Declaration.__new__(Argument if option is None else Option)
-        for slot, value in zip(Declaration.__slots__, shared, strict=True):
+    for name, is_option, content, type_name, many, optional, default in declared:
+        declaration = Declaration.__new__(Option if is_option else Argument)
+        for slot, value in zip(_slots(declaration), content, strict=True):
             setattr(declaration, slot, value)
-        if isinstance(declaration, Option):
-            declaration.flags, declaration.alone = option
         found.append(
             Parameter(
                 name,

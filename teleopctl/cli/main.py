@@ -98,11 +98,8 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
     if COMPLETION_VARIABLE in os.environ:
         from teleopctl.cli.completion import completing
 
-        if completing.answer():
-            sys.exit(0)
-        from teleopctl.cli import typer_app
-
-        typer_app.answer_shell(typer_app.typed_words())
+        completing.answer(words)
+        return 0
     words = ros2_options.plain_line(words)
     if _asks_for_help(words) and _show_help(words):
         return 0

@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import inspect
 import math
-import os
-import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand, TyperGroup
-from typer.main import get_command, get_group, get_install_completion_arguments
+from typer.main import get_command, get_group
 
 from teleopctl import plugins
 from teleopctl.cli import declared, help_page, ros2_verbs
-from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
+from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
-from teleopctl.printable import printable_line
 
 
 def run(words: Sequence[str]) -> int:
@@ -52,27 +49,6 @@ def run(words: Sequence[str]) -> int:
     except typer.TyperException as wrong:
         raise _usage_error(wrong) from wrong
     return status if isinstance(status, int) else 0
-
-
-def typed_words() -> list[str]:
-    """What stands on the command line behind the program's name, as the script reports it."""
-    line = os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")
-    return line.split()[1:]
-
-
-def answer_shell(words: Sequence[str]) -> NoReturn:
-    """Do what the completion variable in the environment asks for, and end the process.
-
-    Args:
-        words: The command line so far, to know which verb to load.
-    """
-    get_install_completion_arguments()  # makes Typer's shells known, which it does not do alone
-    try:
-        tree = command_tree(words)
-    except TeleopctlError:  # a stranger's verb that cannot be loaded offers nothing
-        sys.exit(0)
-    tree.main(prog_name=PROGRAM, complete_var=COMPLETION_VARIABLE)
-    sys.exit(0)
 
 
 def command_tree(words: Sequence[str]) -> TyperGroup:
@@ -204,29 +180,12 @@ def _typer_annotation(parameter: Parameter) -> object:
         value_type = list[value_type]
     if parameter.optional and parameter.default is None:
         value_type = value_type | None
-    live = _candidates(declaration.complete) if declaration.complete else None
     if isinstance(declaration, Option):
-        read = typer.Option(*declaration.flags, autocompletion=live)
+        read = typer.Option(*declaration.flags)
     else:
         # What it is called where it is missing.
-        read = typer.Argument(
-            metavar=declaration.metavar or parameter.name.upper(), autocompletion=live
-        )
+        read = typer.Argument(metavar=declaration.metavar or parameter.name.upper())
     return Annotated[value_type, read]
-
-
-def _candidates(name: str) -> Callable[..., list[str]] | None:
-    """The function that completes a parameter; None where a stranger's cannot be loaded."""
-    try:
-        found: Callable[..., list[str]] = plugins.load(plugins.COMPLETIONS, name)
-    except TeleopctlError:
-        return None
-
-    @wraps(found)  # Typer reads from it what to hand over
-    def printable(*args: object, **options: object) -> list[str]:
-        return [printable_line(candidate) for candidate in found(*args, **options)]
-
-    return printable
 
 
 class _Command(TyperCommand):

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         serialize as serialize,
     )
     from teleopctl.interfaces.definition import (
+        Definition as Definition,
         Field as Field,
         FieldType as FieldType,
         Shape as Shape,
@@ -113,7 +114,7 @@ else:
         __name__,
         {
             "cdr": "as_numpy check_readable class_within deserialize serialize",
-            "definition": "Field FieldType Shape",
+            "definition": "Definition Field FieldType Shape",
             "reading": "DefinitionLine definition_lines",
             "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
             "fields.path": "field_reader",

@@ -65,7 +65,8 @@ VERBS = Kind(
 )
 """The words behind ``teleopctl``."""
 
-_CANDIDATES = "teleopctl.cli.completion.candidates"
+_COMPLETION = "teleopctl.cli.completion"
+_CANDIDATES = f"{_COMPLETION}.candidates"
 
 COMPLETIONS = Kind(
     "completion",
@@ -82,17 +83,22 @@ COMPLETIONS = Kind(
         "frames": "teleopctl.cli.verbs.tf.candidates:frames",
         "interface_packages": "teleopctl.cli.verbs.interface.candidates:interface_packages",
         "interface_types": "teleopctl.cli.verbs.interface.candidates:interface_types",
+        "fields": f"{_COMPLETION}.messages:fields",
+        "files": f"{_CANDIDATES}:files",
         "launch_words": f"{_CANDIDATES}:launch_words",
         "licenses": "teleopctl.cli.verbs.pkg.candidates:licenses",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
         "managed_nodes": "teleopctl.cli.verbs.lifecycle.candidates:managed_nodes",
         "manifest_tags": "teleopctl.cli.verbs.pkg.candidates:manifest_tags",
-        "message_types": f"{_CANDIDATES}:message_types",
+        "message_types": f"{_COMPLETION}.messages:message_types",
         "nodes": f"{_CANDIDATES}:nodes",
         "packages": f"{_CANDIDATES}:package_names",
         "parameter_names": "teleopctl.cli.verbs.param.candidates:parameter_names",
+        "parameter_values": "teleopctl.cli.verbs.param.candidates:parameter_values",
         "programs": f"{_CANDIDATES}:programs",
+        "prototypes": f"{_COMPLETION}.messages:prototypes",
         "running_processes": f"{_CANDIDATES}:running_processes",
+        "service_types": f"{_COMPLETION}.messages:service_types",
         "services": f"{_CANDIDATES}:services",
         "topics": f"{_CANDIDATES}:topics",
         "transitions": "teleopctl.cli.verbs.lifecycle.candidates:transitions",

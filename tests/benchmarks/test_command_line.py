@@ -37,12 +37,8 @@ def ours(command: str) -> tuple[list[str], dict[str, str]]:
     words = command.split(" ", 5 if "topic pub" in command else -1)
     if words[-1] != "<Tab>":
         return [sys.executable, "-m", "teleopctl", *words], {}
-    line = " ".join(["teleopctl", *words[:-1], ""])
-    return [sys.executable, "-m", "teleopctl"], {
-        "_TELEOPCTL_COMPLETE": "complete_bash",
-        "COMP_WORDS": line,
-        "COMP_CWORD": str(len(words)),
-    }
+    asked = [sys.executable, "-m", "teleopctl", "--", *words[:-1], ""]
+    return asked, {"_TELEOPCTL_COMPLETE": "zsh"}
 
 
 def bare(told: str | None, domain: int, definition: Path) -> list[str]:

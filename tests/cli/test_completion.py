@@ -1,4 +1,4 @@
-"""Completion: scripts for the shells, and candidates."""
+"""Completion: what Tab offers, and how it is written for bash."""
 
 import os
 import shlex
@@ -8,47 +8,25 @@ import sys
 from functools import partial
 
 import pytest
+from hypothesis import given, strategies as st
 
-from teleopctl import plugins
 from teleopctl.cli import main
-from teleopctl.cli.completion import completing
+from teleopctl.cli.completion import completing, shells
 from teleopctl.cli.console import COMPLETION_VARIABLE
-from teleopctl.cli.verb import Group, Option, parameters
+from teleopctl.cli.verb import Option, parameters
+from teleopctl.interfaces import get_message, list_types, message_from_yaml
 from teleopctl.testing import eventually
+from tests.cli.verb_paths import verbs
 from tests.packages.prefix import write
 
-
-@pytest.mark.parametrize(
-    ("shell", "mark"),
-    [
-        ("bash", "complete -o default"),
-        ("zsh", "#compdef teleopctl"),
-        ("fish", "complete --command teleopctl"),
-        ("powershell", "Register-ArgumentCompleter"),
-    ],
-)
-def test_each_shell_has_a_script(capsys, monkeypatch, shell, mark):
-    monkeypatch.setenv(COMPLETION_VARIABLE, "")
-    monkeypatch.delenv(COMPLETION_VARIABLE)
-    status: object
-    try:
-        status = main.run(["completion", shell])
-    except SystemExit as end:
-        status = end.code
-    assert not status
-    script = capsys.readouterr().out
-    assert mark in script
-    assert COMPLETION_VARIABLE in script
+WORD_BREAKS = " \t\n\"'><=;|&(:"
+TF = "tf2_msgs/msg/TFMessage"
 
 
 def candidates(monkeypatch, capsys, line: str) -> list[str]:
-    words = line.split(" ")
-    monkeypatch.setenv(COMPLETION_VARIABLE, "complete_bash")
-    monkeypatch.setenv("COMP_WORDS", line)
-    monkeypatch.setenv("COMP_CWORD", str(len(words) - 1))
-    with pytest.raises(SystemExit):
-        main.run([])
-    return str(capsys.readouterr().out).split()
+    monkeypatch.setenv(COMPLETION_VARIABLE, "bash")
+    assert main.run(["--", line, WORD_BREAKS]) == 0
+    return str(capsys.readouterr().out).splitlines()
 
 
 def test_verbs_and_options_are_completed(monkeypatch, capsys):
@@ -108,8 +86,7 @@ def test_launch_files_their_packages_and_their_arguments_are_completed(
     line = "teleopctl launch my_pkg again.launch.xml "
     assert candidates(monkeypatch, capsys, line) == ["what:="]
     assert candidates(monkeypatch, capsys, "teleopctl launch my_pkg up.yaml ") == ["who:="]
-    # Bash takes the value of an argument for a word of its own.
-    line = "teleopctl launch -d sim.yaml paused := true ca"
+    line = "teleopctl launch -d sim.yaml paused:=true ca"
     assert candidates(monkeypatch, capsys, line) == ["camera:="]
     assert candidates(monkeypatch, capsys, "teleopctl launch broken.yaml ") == []
 
@@ -124,61 +101,133 @@ def test_bags_are_completed(monkeypatch, capsys, tmp_path):
     assert candidates(monkeypatch, capsys, "teleopctl bag info none/") == []
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
-def test_in_bash_the_value_of_an_argument_follows_at_once(capsys):
-    main.run(["completion", "bash"])
-    script = capsys.readouterr().out
-    program = (
-        'compopt() { echo compopt "$@"; }\n'
-        f"teleopctl() {{ {shlex.quote(sys.executable)} -m teleopctl; }}\n"
-        f"{script}\n"
-        "COMP_WORDS=(teleopctl launch sim.yaml cam); COMP_CWORD=3\n"
-        '_teleopctl_completion teleopctl; echo "${COMPREPLY[@]}"\n'
-    )
-    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, timeout=60)
-    assert done.stdout == "compopt -o nospace\ncamera:=\n", done.stderr
-
-
 def test_without_a_router_nothing_is_offered(monkeypatch, capsys):
     monkeypatch.setenv("TELEOPCTL_ROUTER", "tcp/127.0.0.1:1")
     assert candidates(monkeypatch, capsys, "teleopctl topic info /") == []
 
 
-def verbs() -> list[tuple[str, ...]]:
-    """The beginnings of all command lines: nouns, and nouns with their verbs."""
-    found: list[tuple[str, ...]] = [()]
-    for name in plugins.VERBS.ours:
-        verb = plugins.load(plugins.VERBS, name)
-        found.append((name,))
-        found += [(name, one) for one in verb.verbs] if isinstance(verb, Group) else []
-    return found
-
-
-def typers_candidates(monkeypatch, capsys, words: tuple[str, ...], incomplete: str) -> list[str]:
-    with monkeypatch.context() as patch:
-        patch.setattr(completing, "answer", lambda: False)
-        return candidates(patch, capsys, " ".join(["teleopctl", *words, incomplete]))
-
-
-@pytest.mark.parametrize("words", verbs(), ids=" ".join)
-def test_what_is_offered_without_typer_is_what_typer_offers(monkeypatch, capsys, tmp_path, words):
-    monkeypatch.chdir(tmp_path)
-    lines = [(words, ""), (words, "t"), ((*words, "x"), ""), ((*words, "x", "y"), "")]
-    verb = plugins.load(plugins.VERBS, words[0]) if words else None
-    if isinstance(verb, Group):
-        verb = verb.verbs[words[1]] if len(words) > 1 else None
-    for parameter in parameters(verb.load()) if verb else ():
+@pytest.mark.parametrize("path", verbs(), ids=" ".join)
+def test_every_option_is_offered_and_every_choice(path):
+    for parameter in parameters(verbs()[path].load()):
         declaration = parameter.declaration
-        is_known = bool(declaration.complete or declaration.choices)
-        if isinstance(declaration, Option) and not declaration.alone and is_known:
-            flag = declaration.flags[-1]
-            # Typer takes the second value of a list for an argument.
-            lines += [((*words, flag), ""), ((*words, flag, "1"), "")][: 1 if parameter.many else 2]
-    for before, incomplete in lines:
-        quick = completing.candidates(list(before), incomplete)
-        if quick is not None:
-            typers = typers_candidates(monkeypatch, capsys, before, incomplete)
-            assert sorted(quick) == sorted(typers), (before, incomplete)
+        if isinstance(declaration, Option):
+            for flag in declaration.flags:
+                assert flag in completing.candidates(path, flag)
+            if parameter.takes_value and declaration.choices:
+                flag = declaration.flags[-1]
+                offered = completing.candidates([*path, flag], "")
+                assert set(declaration.choices) <= set(offered)
+                spelt = completing.candidates(path, f"{flag}={declaration.choices[0]}")
+                assert f"{flag}={declaration.choices[0]}" in spelt
+
+
+def test_a_program_has_the_options_behind_its_name_to_itself():
+    assert completing.candidates(["run"], "--pre") == ["--prefix"]
+    assert completing.candidates(["run", "pkg", "program"], "--pre") == []
+
+
+@given(st.lists(st.text(alphabet="ab'\"\\ $!:={}/*"), min_size=1))
+def test_a_line_is_split_as_a_shell_splits_it(words):
+    line = " ".join(map(shlex.quote, words))
+    asked = shells.split(f"{line} ")
+    assert (asked.words, asked.incomplete, asked.quote) == (words, "", "")
+    assert shells.split(line).incomplete == words[-1]
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
+@given(st.lists(st.text(alphabet="ab'\"\\ $`!:={}/*", min_size=1), min_size=9))
+def test_a_candidate_is_quoted_so_that_bash_reads_it_as_it_is(names):
+    asked = {quote: shells.split(f"teleopctl {quote}", WORD_BREAKS) for quote in ("", "'", '"')}
+    words = [
+        quote + shells.written("bash", line, name) + quote
+        for name in names
+        for quote, line in asked.items()
+    ]
+    program = f"printf '%s\\n' {' '.join(words)}"
+    read = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=True)
+    assert read.stdout.splitlines() == [name for name in names for _ in range(3)]
+
+
+def test_what_bash_leaves_as_it_is_is_not_repeated():
+    asked = shells.split("teleopctl launch world:=/a", WORD_BREAKS)
+    assert shells.written("bash", asked, "world:=/a b") == "/a\\ b"
+
+
+def test_a_whole_message_request_or_goal_is_offered(monkeypatch, capsys):
+    monkeypatch.setenv("TELEOPCTL_ROUTER", "tcp/127.0.0.1:1")
+    offered = partial(completing.candidates, incomplete="")
+    point = "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}, point: {x: 0.0, y: 0.0, z: 0.0}}"
+    assert offered(["topic", "pub", "/p", "geometry_msgs/msg/PointStamped"]) == [point]
+    assert offered(["service", "call", "/s", "std_srvs/srv/SetBool"]) == ["{data: false}"]
+    assert offered(["action", "send_goal", "/a", "example_interfaces/action/Fibonacci"]) == [
+        "{order: 0}"
+    ]
+    assert offered(["topic", "pub", "/p", "no_msgs/msg/Such"]) == []
+    assert "std_srvs/srv/SetBool" in offered(["service", "call", "/s"])
+
+
+@given(st.sampled_from(list_types("msg")))
+def test_a_prototype_is_the_message_itself(type_name):
+    (text,) = completing.candidates(["topic", "pub", "/x", type_name], "")
+    assert message_from_yaml(get_message(type_name), text) == get_message(type_name)()
+
+
+def test_fields_are_offered_down_to_the_one_that_is_typed(monkeypatch):
+    def offered(incomplete):
+        return completing.candidates(["topic", "echo", "/tf", TF, "--field"], incomplete)
+
+    assert offered("tr") == ["transforms", "transforms[0]", "transforms[0]."]
+    assert offered("transforms[0].header.st") == [
+        "transforms[0].header.stamp",
+        "transforms[0].header.stamp.",
+    ]
+    assert offered("transforms[0].transform.rotation.") == [
+        f"transforms[0].transform.rotation.{axis}" for axis in "xyzw"
+    ]
+    assert offered("nothing.") == []
+
+
+def test_files_are_offered_where_a_file_is_meant(monkeypatch, tmp_path):
+    (tmp_path / "folder" / "inner").mkdir(parents=True)
+    (tmp_path / "folder" / "a file.yaml").touch()
+    (tmp_path / ".hidden").touch()
+    monkeypatch.chdir(tmp_path)
+    offered = partial(completing.candidates, ["graph", "--svg"])
+    assert offered("") == ["folder/"]
+    assert offered(".h") == [".hidden"]
+    assert offered("folder/") == ["folder/a file.yaml", "folder/inner/"]
+    assert offered(f"{tmp_path}/fo") == [f"{tmp_path}/folder/"]
+    assert completing.candidates(["run", "./node.py"], "folder/a") == ["folder/a file.yaml"]
+
+
+PARAMETERS = """
+import rclpy
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+rclpy.init()
+node = rclpy.create_node("tuned")
+few = ParameterDescriptor(integer_range=[IntegerRange(from_value=0, to_value=6, step=2)])
+node.declare_parameter("few", 4, few)
+node.declare_parameter("names", ["a", "b c"])
+node.declare_parameter("text", "1.0")
+node.get_logger().info("ready")
+rclpy.spin(node)
+"""
+
+
+def test_values_of_a_parameter_and_fields_of_a_live_topic_are_offered(ros, monkeypatch):
+    (ros.folder / "tuned.py").write_text(PARAMETERS)
+    ros.spawn("run ./tuned.py").wait_for_line("ready")
+
+    def offered(name):
+        return completing.candidates(["param", "set", "tuned", name], "")
+
+    assert offered("use_sim_time") == ["false", "true"]
+    assert offered("few") == ["4", "0", "2", "6"]
+    assert offered("names") == ["[a, b c]"]
+    assert offered("text") == ["'1.0'"]
+    assert offered("none") == []
+    fields = completing.candidates(["topic", "echo", "/rosout", "--field"], "sta")
+    assert fields == ["stamp", "stamp."]
 
 
 def test_packages_their_programs_and_their_tags_are_completed(monkeypatch, capsys, tmp_path):
@@ -198,13 +247,12 @@ def test_packages_their_programs_and_their_tags_are_completed(monkeypatch, capsy
 
 def test_a_plain_line_is_completed_without_typer_and_the_metadata_of_distributions():
     code = (
-        "import sys; from teleopctl.cli import main\ntry:\n    main.run([])\nfinally:\n"
+        "import sys; from teleopctl.cli import main\ntry:\n    main.run(sys.argv[1:])\nfinally:\n"
         "    print(sorted({'typer', 'rich', 'importlib.metadata'} & set(sys.modules)))"
     )
-    line = {"COMP_WORDS": "teleopctl pkg prefix teleop_d", "COMP_CWORD": "3"}
     done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, **line, COMPLETION_VARIABLE: "complete_bash"},
+        [sys.executable, "-c", code, "--", "pkg", "prefix", "teleop_d"],
+        env={**os.environ, COMPLETION_VARIABLE: "zsh"},
         capture_output=True,
         text=True,
         check=True,

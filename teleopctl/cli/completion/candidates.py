@@ -5,16 +5,17 @@ Completion never prints an error: without a router, or without an answer, it off
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from contextlib import suppress
-from pathlib import Path
-from typing import TYPE_CHECKING
+import os
 
-from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
 
-# The rest is imported where candidates are wanted: this module is loaded for every `--help`.
+# The rest is imported where candidates are wanted; typing takes as long as Python's own start.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from teleopctl.cli.completion.completing import Line
     from teleopctl.wire import Graph
 
 
@@ -33,19 +34,26 @@ def nodes(incomplete: str) -> list[str]:
     return _matching(incomplete, lambda graph: graph.node_names())
 
 
-def message_types(ctx: Line, incomplete: str) -> list[str]:
-    """Types of the topic that stands on the line, else all that are known; or one more topic."""
-    from teleopctl.cli.live import absolute_name, live_graph
-    from teleopctl.interfaces import list_types
-
+def files(incomplete: str) -> list[str]:
+    """Files, and the folders on the way to them."""
+    folder, _, beginning = incomplete.rpartition("/")
+    above = f"{folder}/" if "/" in incomplete else ""
     try:
-        topics = dict(live_graph().topic_names_and_types())
-    except TeleopctlError:
-        topics = {}
-    if incomplete.startswith("/"):
-        return [name for name in topics if name.startswith(incomplete)]
-    live = topics.get(absolute_name(ctx.params.get("topic_name") or ""))
-    return [name for name in live or list_types("msg") if name.startswith(incomplete)]
+        with os.scandir(os.path.expanduser(above) or ".") as found:  # noqa: PTH111
+            entries = sorted((each.name, each.is_dir()) for each in found)
+    except OSError:
+        return []
+    return [
+        f"{above}{name}{'/' if is_folder else ''}"
+        for name, is_folder in entries
+        if name.startswith(beginning) and (beginning or not name.startswith("."))
+    ]
+
+
+def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> list[str]:
+    """Files of a kind; folders once it is clear that a path is meant, and not a package."""
+    folders = "/" if incomplete.startswith((".", "~")) or "/" in incomplete else "\0"
+    return [name for name in files(incomplete) if is_wanted(name) or name.endswith(folders)]
 
 
 def programs(ctx: Line, incomplete: str) -> list[str]:
@@ -57,13 +65,17 @@ def programs(ctx: Line, incomplete: str) -> list[str]:
     if not words:
         # Which programs a package has stands in its scripts: only those that are meant are read.
         for name in package_names(incomplete):
-            with suppress(TeleopctlError):
+            try:
                 if packages.find_package(name).executables:
                     names.add(name)
-        names.update(str(path) for path in Path().glob("*.py"))
-    elif len(words) == 1:
+            except TeleopctlError:
+                continue
+        names.update(_files_and_folders(incomplete, lambda name: name.endswith(".py")))
+    elif len(words) == 1 and not packages.is_path(words[0]):
         package = packages.lookup_package(words[0])
         names.update(package.executables if package else ())
+    else:
+        names.update(files(incomplete))
     return sorted(name for name in names if name.startswith(incomplete))
 
 
@@ -111,10 +123,9 @@ def logged_processes(incomplete: str) -> list[str]:
 def _launch_files_and_packages(incomplete: str) -> list[str]:
     from teleopctl.launch import builtin_files, is_launch_file
 
-    files = (path for path in sorted(Path().iterdir()) if is_launch_file(path.name))
     return [
         *builtin_files(),
-        *map(str, files),
+        *_files_and_folders(incomplete, is_launch_file),
         *(package for package in package_names(incomplete) if _has_launch_files(package)),
     ]
 

@@ -1,27 +1,32 @@
-"""What Tab offers in bash, without Typer.
+"""What Tab offers at the end of a command line, from the declarations of the verbs.
 
-Typer alone takes longer to import than people wait for Tab, so that a plain line is answered from
-the declarations that Typer is given; the names of options, quotes, other shells and strangers'
-verbs are left to Typer. A test holds the two equal.
+Nothing is loaded for it but these and what knows the candidates: neither the verb nor Typer.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
-from typing import Any
 
-from teleopctl import plugins
+from teleopctl.cli import declared
+from teleopctl.cli.completion import shells
 from teleopctl.cli.console import COMPLETION_VARIABLE
-from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb, parameters
+from teleopctl.cli.declared import DeclaredVerb
+from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb
 from teleopctl.errors import TeleopctlError
+from teleopctl.printable import printable_line
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+_HELP_FLAGS = ("--help", "-h")
 
 
 class Line:
     """What stands on the line already, as functions that complete are given it.
-
-    Typer hands its own context over, which has the same attribute.
 
     Attributes:
         params: Values of the verb's parameters, by name.
@@ -31,96 +36,112 @@ class Line:
         self.params = params
 
 
-def answer() -> bool:
-    """Print what bash asks for; False when Typer has to look at it."""
-    line = os.environ.get("COMP_WORDS", "")
-    position = os.environ.get("COMP_CWORD", "")
-    if os.environ.get(COMPLETION_VARIABLE) != "complete_bash" or not position.isdecimal():
-        return False
-    if not {"'", '"', "\\"}.isdisjoint(line):
-        return False
-    words = line.split()
-    at = int(position)
-    offered = candidates(words[1:at], words[at] if at < len(words) else "")
-    if offered is None:
-        return False
-    from teleopctl.printable import printable_line
+def answer(words: Sequence[str]) -> None:
+    """Print what the shell asks for, one candidate a line.
 
-    sys.stdout.write("".join(f"{printable_line(candidate)}\n" for candidate in offered))
-    return True
+    Args:
+        words: The words behind the program's name, which hold the line; see `shells`.
+    """
+    shell = os.environ.get(COMPLETION_VARIABLE, "")
+    asked = shells.read(shell, words)
+    if asked is None:
+        return
+    try:
+        offered = candidates(asked.words, asked.incomplete)
+    except TeleopctlError:  # a stranger's verb that cannot be loaded offers nothing
+        return
+    lines = [shells.written(shell, asked, printable_line(each)) for each in offered]
+    sys.stdout.write("".join(f"{line}\n" for line in lines))
 
 
-def candidates(words: list[str], incomplete: str) -> list[str] | None:
-    """Return what may stand at the end of a line; None when Typer has to look at it.
+def candidates(words: Sequence[str], incomplete: str) -> list[str]:
+    """Return what may stand at the end of a line.
 
     Args:
         words: The words before the last one, without the program's name.
         incomplete: The beginning of the last one.
+
+    Raises:
+        BrokenPluginError: The verb is a stranger's and cannot be loaded.
     """
-    if incomplete.startswith("-") or (words and words[0] not in plugins.VERBS.ours):
-        return None
     if not words:
-        return _beginning(
-            {**plugins.VERBS.summaries, **plugins.available(plugins.VERBS)}, incomplete
-        )
-    first, *rest = words
-    verb: Verb | Group = plugins.load(plugins.VERBS, first)
-    if isinstance(verb, Group):
+        flags = (*_HELP_FLAGS, "--version", "--debug")
+        return _beginning(flags if incomplete.startswith("-") else declared.nouns(), incomplete)
+    found = declared.find(words[:1])
+    rest = list(words[1:])
+    if isinstance(found, Group):
+        if not rest and incomplete.startswith("-") and found.alone:
+            rest = [found.alone]
         if not rest:
-            return _beginning(verb.verbs, incomplete)
-        second, *rest = rest
-        if second not in verb.verbs:
-            return None
-        verb = verb.verbs[second]
-    if verb.passes_everything_on:
-        return None
-    return _of_verb(verb, rest, incomplete)
+            names = _HELP_FLAGS if incomplete.startswith("-") else found.verbs
+            return _beginning(names, incomplete)
+        found = declared.find([words[0], rest.pop(0)])
+    if not isinstance(found, DeclaredVerb):
+        return []
+    return _of_verb(found, rest, incomplete)
 
 
-def _of_verb(verb: Verb, words: list[str], incomplete: str) -> list[str] | None:
-    declared = parameters(verb.load())
+def _of_verb(found: DeclaredVerb, words: list[str], incomplete: str) -> list[str]:
     flags = {
         flag: parameter
-        for parameter in declared
+        for parameter in found.parameters
         if isinstance(parameter.declaration, Option)
         for flag in parameter.declaration.flags
     }
-    alone = {flag for flag, parameter in flags.items() if _may_stand_alone(parameter)}
-    values: dict[str, Any] = {parameter.name: parameter.default for parameter in declared}
+    # Any: whatever type each one has.
+    values: dict[str, Any] = {parameter.name: parameter.default for parameter in found.parameters}
+    positional, option, may_be_flag = _read(found.verb, flags, words, values)
+    wanted = _take_arguments(found.parameters, positional, values)
+    passes_on = found.verb.passes_everything_on or (found.verb.passes_on and bool(positional))
+    if may_be_flag and incomplete.startswith("-") and not passes_on:
+        flag, equals, text = incomplete.partition("=")
+        if equals and flag in flags:
+            offered = _of_parameter(flags[flag], values, text)
+            return [f"{flag}={value}" for value in offered]
+        return _beginning((*flags, *_HELP_FLAGS), incomplete)
+    return _of_parameter(option or wanted, values, incomplete)
+
+
+def _read(
+    verb: Verb, flags: dict[str, Parameter], words: Iterable[str], values: dict[str, Any]
+) -> tuple[list[str], Parameter | None, bool]:
+    """Take the options from a line.
+
+    Returns:
+        The other words; the option whose value comes next, if there is one; and whether another
+        option may stand there instead.
+    """
     positional: list[str] = []
-    option: Parameter | None = None  # whose value comes next
+    option: Parameter | None = None
     for word in words:
-        if word.startswith("-") and not (verb.passes_on and positional):
+        passes_on = verb.passes_everything_on or (verb.passes_on and bool(positional))
+        if word.startswith("-") and not passes_on and not _is_number(verb, word):
             flag, equals, text = word.partition("=")
             option = flags.get(flag)
-            if option is None or flag in alone:
-                return None
-            if option.type is bool or equals:
+            if option is not None and (equals or not option.takes_value):
                 values[option.name] = text or True
                 option = None
         elif option is None:
             positional.append(word)
         elif option.many:
             values[option.name] = [*(values[option.name] or ()), word]
-            if getattr(option.declaration, "repeated", False):
+            if isinstance(option.declaration, Option) and option.declaration.repeated:
                 option = None
         else:
             values[option.name] = word
             option = None
-    wanted = _take_arguments(declared, positional, values)
-    return _of_parameter(option or wanted, values, incomplete)
+    return positional, option, option is None or (option.many and bool(values[option.name]))
 
 
-def _may_stand_alone(parameter: Parameter) -> bool:
-    declaration = parameter.declaration
-    return isinstance(declaration, Option) and declaration.alone is not None
+def _is_number(verb: Verb, word: str) -> bool:
+    return verb.negative_numbers and word[1:2] in set("0123456789.")
 
 
 def _take_arguments(
-    declared: list[Parameter], words: list[str], values: dict[str, Any]
+    declared_parameters: Iterable[Parameter], words: list[str], values: dict[str, Any]
 ) -> Parameter | None:
     """Hand the words out to the arguments in order, and return the argument that comes next."""
-    for parameter in declared:
+    for parameter in declared_parameters:
         if isinstance(parameter.declaration, Argument):
             if parameter.many:
                 values[parameter.name] = list(words)
@@ -133,14 +154,21 @@ def _take_arguments(
 
 def _of_parameter(
     parameter: Parameter | None, values: dict[str, Any], incomplete: str
-) -> list[str] | None:
+) -> list[str]:
     if parameter is None:
         return []
     declaration = parameter.declaration
-    if declaration.complete is None:
+    name = declaration.complete
+    if name is None and declaration.choices:
         return _beginning(declaration.choices, incomplete)
+    if name is None and _is_file(declaration.metavar or ""):
+        name = "files"
+    if name is None:
+        return []
+    from teleopctl import plugins
+
     try:
-        complete = plugins.load(plugins.COMPLETIONS, declaration.complete)
+        complete = plugins.load(plugins.COMPLETIONS, name)
     except TeleopctlError:  # a stranger's that cannot be loaded
         return []
     code = getattr(complete, "__code__", None)
@@ -149,7 +177,11 @@ def _of_parameter(
             return list(complete(incomplete))
         case ("ctx", "incomplete"):
             return list(complete(Line(values), incomplete))
-    return None
+    return []
+
+
+def _is_file(metavar: str) -> bool:
+    return any(word in metavar for word in ("FILE", "FOLDER", "DIRECTORY", "PATH"))
 
 
 def _beginning(names: Iterable[str], incomplete: str) -> list[str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-
 from teleopctl.cli import console
-from teleopctl.cli.console import COMPLETION_VARIABLE, PROGRAM
+from teleopctl.cli.completion import shells
 from teleopctl.cli.verb import Group, Verb
 
 GROUP = Group(
@@ -22,40 +20,21 @@ GROUP = Group(
 )
 
 
-_BASH = """_teleopctl_completion() {{
-    local IFS=$'\\n'
-    COMPREPLY=( $( COMP_WORDS="${{COMP_WORDS[*]}}" COMP_CWORD=$COMP_CWORD \\
-        {variable}=complete_bash $1 ) )
-    # Behind NAME:= the value follows at once.
-    [[ ${{COMPREPLY[0]}} == *:= ]] && compopt -o nospace
-    return 0
-}}
-
-complete -o default -F _teleopctl_completion {program}"""
-
-
 def bash() -> None:
     """Print bash's script."""
-    console.out_text(_BASH.format(variable=COMPLETION_VARIABLE, program=PROGRAM))
+    console.out_text(shells.BASH)
 
 
 def zsh() -> None:
     """Print zsh's script."""
-    _print_script("zsh")
+    console.out_text(shells.ZSH)
 
 
 def fish() -> None:
     """Print fish's script."""
-    _print_script("fish")
+    console.out_text(shells.FISH)
 
 
 def powershell() -> None:
     """Print PowerShell's script."""
-    _print_script("powershell")
-
-
-def _print_script(shell: str) -> None:
-    from teleopctl.cli import typer_app
-
-    os.environ[COMPLETION_VARIABLE] = f"source_{shell}"
-    typer_app.answer_shell(["completion"])
+    console.out_text(shells.POWERSHELL)

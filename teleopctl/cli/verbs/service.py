@@ -56,7 +56,9 @@ def service_type(service_name: ServiceName, as_json: AsJson = False) -> None:
 
 
 def services_of_type(
-    type_name: Annotated[str, Argument(help="The service type.", metavar="TYPE")],
+    type_name: Annotated[
+        str, Argument(help="The service type.", metavar="TYPE", complete="service_types")
+    ],
     count_services: CountServices = False,
     include_hidden: HiddenServices = False,
     as_json: AsJson = False,

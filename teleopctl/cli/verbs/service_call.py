@@ -19,9 +19,14 @@ if TYPE_CHECKING:
 
 def call(
     service_name: ServiceName,
-    service_type: Annotated[str, Argument(help="Its type, such as std_srvs/srv/Trigger.")],
+    service_type: Annotated[
+        str, Argument(help="Its type, such as std_srvs/srv/Trigger.", complete="service_types")
+    ],
     values: Annotated[
-        str, Argument(help="The request as YAML; fields left out have their defaults.")
+        str,
+        Argument(
+            help="The request as YAML; fields left out have their defaults.", complete="prototypes"
+        ),
     ] = "{}",
     rate: Annotated[
         float | None,

@@ -42,7 +42,10 @@ def send_goal(
         ),
     ],
     values: Annotated[
-        str | None, Argument(help="The goal as YAML; fields left out have their defaults.")
+        str | None,
+        Argument(
+            help="The goal as YAML; fields left out have their defaults.", complete="prototypes"
+        ),
     ] = None,
     feedback: Annotated[bool, Option("-f", "--feedback", help="Print the feedback.")] = False,
     stdin: Annotated[bool, Option("--stdin", help="Read the goal from standard input.")] = False,

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
+
+# A longer list helps nobody to choose.
+_MOST_VALUES = 12
 
 
 def parameter_names(ctx: Line, incomplete: str) -> list[str]:
@@ -16,3 +21,54 @@ def parameter_names(ctx: Line, incomplete: str) -> list[str]:
     except TeleopctlError:
         return []
     return [name for name in names if name.startswith(incomplete)]
+
+
+def parameter_values(ctx: Line, incomplete: str) -> list[str]:
+    """What the parameter on the line may be set to: its value, true and false, its range."""
+    from teleopctl.cli.verbs.param.graph_parameters import open_parameters
+    from teleopctl.node import parameter_value_to_python
+
+    name = ctx.params.get("parameter_name") or ""
+    try:
+        with open_parameters() as client:
+            node = client.find(ctx.params.get("node_name") or "")
+            (value,) = client.ask(node, lambda remote: remote.get_parameters([name])).values
+            answer = client.ask(node, lambda remote: remote.describe_parameters([name]))
+    except (TeleopctlError, ValueError):  # no such node, or no such parameter
+        return []
+    present = parameter_value_to_python(value)
+    if isinstance(present, bool):
+        offered: list[object] = [present, not present]
+    else:
+        offered = [present] if present is not None else []
+        for descriptor in answer.descriptors:
+            offered += _range_of(descriptor)
+    texts = dict.fromkeys(_yaml(each) for each in offered)
+    return [text for text in texts if text.startswith(incomplete)]
+
+
+# Any: a rcl_interfaces/msg/ParameterDescriptor.
+def _range_of(descriptor: Any) -> list[object]:
+    """The values of a short range; the ends of any other one."""
+    if descriptor.integer_range:
+        found = descriptor.integer_range[0]
+        values = range(found.from_value, found.to_value + 1, found.step or 1)
+        return list(values) if len(values) <= _MOST_VALUES else [values[0], values[-1]]
+    if descriptor.floating_point_range:
+        found = descriptor.floating_point_range[0]
+        return [found.from_value, found.to_value]
+    return []
+
+
+def _yaml(value: object) -> str:
+    """A value as `param set` reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        from teleopctl.node import parameter_value_from_yaml, parameter_value_to_python
+
+        is_plain = parameter_value_to_python(parameter_value_from_yaml(value)) == value
+        return value if value and is_plain else "'" + value.replace("'", "''") + "'"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_yaml, value))}]"
+    return str(value)

@@ -40,7 +40,7 @@ def get_parameter(
 def set_parameter(
     node_name: NodeName,
     parameter_name: ParameterName,
-    value: Annotated[str, Argument(help="The new value, as YAML.")],
+    value: Annotated[str, Argument(help="The new value, as YAML.", complete="parameter_values")],
 ) -> None:
     """Change a parameter.
 

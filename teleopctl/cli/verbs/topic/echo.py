@@ -60,6 +60,7 @@ def echo(
             "--field",
             help="Print one field, such as transforms[0].header; may be repeated.",
             repeated=True,
+            complete="fields",
         ),
     ] = None,
     filter_expression: Annotated[

@@ -49,7 +49,11 @@ def publish(
         str, Argument(help="Its type, such as std_msgs/msg/String.", complete="message_types")
     ],
     values: Annotated[
-        str | None, Argument(help="The message as YAML; fields left out have their defaults.")
+        str | None,
+        Argument(
+            help="The message as YAML; fields left out have their defaults.",
+            complete="prototypes",
+        ),
     ] = None,
     rate: Annotated[float, Option("-r", "--rate", help="Messages per second.", metavar="HZ")] = 1.0,
     once: Annotated[bool, Option("-1", "--once", help="Publish one message and end.")] = False,

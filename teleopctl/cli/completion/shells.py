@@ -1,0 +1,179 @@
+"""How the shells ask what Tab offers, and in which form they want it.
+
+Each shell has a script, printed by ``teleopctl completion SHELL``, that runs teleopctl with
+``_TELEOPCTL_COMPLETE`` set to the shell's name and hands the line over behind a ``--``. Bash gives
+the line up to the cursor as it was typed, and its word breaks: there the quoting is ours to do. Zsh
+and fish give words without their quotes and quote candidates themselves. PowerShell cannot hand on
+words with quotes in them, so they stand in a variable.
+
+A candidate that ends with one of ``=/.`` is to be gone on with: no blank follows.
+"""
+
+from __future__ import annotations
+
+import os
+
+# Importing typing takes as long as starting Python does.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+BASH = """\
+_teleopctl_completion() {
+    local candidate
+    COMPREPLY=()
+    while IFS= read -r candidate; do
+        COMPREPLY+=("$candidate")
+    done < <(_TELEOPCTL_COMPLETE=bash "$1" -- "${COMP_LINE:0:$COMP_POINT}" "$COMP_WORDBREAKS")
+    [[ ${COMPREPLY[0]-} == *[=/.] ]] && compopt -o nospace 2>/dev/null
+    return 0
+}
+complete -F _teleopctl_completion teleopctl"""
+
+ZSH = """\
+#compdef teleopctl
+_teleopctl() {
+    local -a candidates
+    candidates=("${(@f)$(_TELEOPCTL_COMPLETE=zsh "${(Q)words[1]}" -- \\
+        "${(@Q)words[2,CURRENT-1]}" "${(Q)PREFIX}")}")
+    candidates=(${candidates:#})
+    compadd -- ${candidates:#*[=/.]}
+    compadd -S '' -- ${(M)candidates:#*[=/.]}
+}
+if [[ ${funcstack[1]-} == _teleopctl ]]; then
+    _teleopctl "$@"
+else
+    (( $+functions[compdef] )) || { autoload -Uz compinit && compinit }
+    compdef _teleopctl teleopctl
+fi"""
+
+FISH = """\
+function __teleopctl_complete
+    set -l words (commandline --current-process --tokenize --cut-at-cursor)
+    set -l current (commandline --current-token --cut-at-cursor)
+    _TELEOPCTL_COMPLETE=fish $words[1] -- $words[2..-1] "$current"
+end
+complete --command teleopctl --no-files --arguments "(__teleopctl_complete)\""""
+
+POWERSHELL = """\
+Register-ArgumentCompleter -Native -CommandName teleopctl -ScriptBlock {
+    param($wordToComplete, $commandAst, $cursorPosition)
+    $words = @($commandAst.CommandElements |
+        Select-Object -Skip 1 |
+        Where-Object { $_.Extent.EndOffset -lt $cursorPosition } |
+        ForEach-Object { if ($null -ne $_.Value) { $_.Value } else { $_.Extent.Text } })
+    $Env:_TELEOPCTL_COMPLETE = "powershell"
+    $Env:_TELEOPCTL_WORDS = (@($words) + @("$wordToComplete")) -join [char]31
+    & $commandAst.CommandElements[0].Extent.Text | ForEach-Object {
+        [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
+    }
+    Remove-Item Env:_TELEOPCTL_COMPLETE, Env:_TELEOPCTL_WORDS
+}"""
+
+_BLANKS = " \t\n"
+_SPECIAL = frozenset(" \t\"'\\$&()*;<>?[]^{|}~#!`")
+
+
+class Asked:
+    """A line up to the cursor.
+
+    Attributes:
+        words: The words before the last one, without the program's name and without quotes.
+        incomplete: The beginning of the last one, without quotes.
+        quote: The quote in which the cursor stands; "" for none.
+        kept: How much of ``incomplete`` the shell leaves as it is: it puts the rest of a candidate
+            behind that.
+    """
+
+    __slots__ = ("incomplete", "kept", "quote", "words")
+
+    def __init__(
+        self, words: Sequence[str], incomplete: str, quote: str = "", kept: int = 0
+    ) -> None:
+        self.words = words
+        self.incomplete = incomplete
+        self.quote = quote
+        self.kept = kept
+
+
+def read(shell: str, words: Sequence[str]) -> Asked | None:
+    """What a shell asks; None where it is none that we know, or has not said anything.
+
+    Args:
+        shell: Its name.
+        words: The words behind the program's name.
+    """
+    given = list(words[1:] if words[:1] == ["--"] else words)
+    if shell == "powershell":
+        given = os.environ.get("_TELEOPCTL_WORDS", "").split("\x1f")
+        given[-1] = split(given[-1]).incomplete
+    elif shell == "bash" and len(given) == 2:
+        asked = split(given[0], given[1])
+        return Asked(asked.words[1:], asked.incomplete, asked.quote, asked.kept)
+    elif shell == "fish" and given:
+        given[-1] = split(given[-1]).incomplete
+    elif shell != "zsh" or not given:
+        return None
+    return Asked(given[:-1], given[-1])
+
+
+def split(line: str, breaks: str = "") -> Asked:
+    """Split a line into words as a POSIX shell does; the last one may end in an open quote.
+
+    Args:
+        line: What was typed up to the cursor.
+        breaks: Characters at which the shell begins a new word in the middle of one.
+    """
+    words: list[str] = []
+    word: str | None = None  # None between two words
+    quote = ""
+    kept = 0
+    characters = iter(line)
+    for character in characters:
+        if quote:
+            if character == quote:
+                quote = ""
+            elif character == "\\" and quote == '"':
+                following = next(characters, "")
+                word = f"{word}{'' if following in _ESCAPED_IN_QUOTES else character}{following}"
+            else:
+                word = f"{word}{character}"
+        elif character in _BLANKS:
+            if word is not None:
+                words.append(word)
+            word, kept = None, 0
+        elif character in "\"'":
+            quote, word = character, word or ""
+            kept = len(word)
+        elif character == "\\":
+            word = (word or "") + next(characters, "")
+        else:
+            word = (word or "") + character
+            if character in breaks:
+                kept = len(word)
+    return Asked(words, word or "", quote, kept if breaks else 0)
+
+
+_ESCAPED_IN_QUOTES = frozenset('\\"$`')
+
+
+def written(shell: str, asked: Asked, candidate: str) -> str:
+    """A candidate as the shell's script wants it."""
+    if shell == "powershell":
+        is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
+        return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"
+    if shell != "bash":
+        return candidate
+    rest = candidate[asked.kept :]
+    if asked.quote == "'":
+        return rest.replace("'", "'\\''")
+    if asked.quote:
+        return "".join(f"\\{each}" if each in _ESCAPED_IN_QUOTES else each for each in rest)
+    if asked.incomplete or _SPECIAL.isdisjoint(rest):
+        return "".join(f"\\{each}" if each in _SPECIAL else each for each in rest)
+    # Nothing has been typed, so a whole word may have the quotes that are easiest to read.
+    if "'" not in rest:
+        return f"'{rest}'"
+    if not _ESCAPED_IN_QUOTES.intersection(rest) and "!" not in rest:
+        return f'"{rest}"'
+    return "'" + rest.replace("'", "'\\''") + "'"
