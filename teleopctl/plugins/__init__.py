@@ -132,6 +132,12 @@ CONTROLLERS = Kind(
             "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
             "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
             "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
+            "mobile_base.mecanum": "mecanum_drive_controller/MecanumDriveController",
+            "mobile_base.steering": (
+                "ackermann_steering_controller/AckermannSteeringController "
+                "bicycle_steering_controller/BicycleSteeringController "
+                "tricycle_steering_controller/TricycleSteeringController"
+            ),
             "sensor_broadcasters": (
                 "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
                 "imu_sensor_broadcaster/IMUSensorBroadcaster"

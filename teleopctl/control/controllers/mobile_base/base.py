@@ -34,6 +34,8 @@ class MobileBaseController(ControllerInterface):
     odometry_topic: ClassVar[str] = "~/odom"
     transform_topic: ClassVar[str] = "/tf"
     timeout_parameter: ClassVar[str] = "cmd_vel_timeout"
+    default_timeout: ClassVar[float] = 0.5
+    default_publish_rate: ClassVar[float] = 50.0
 
     # -- what a kind of base says ------------------------------------------------------------------
 
@@ -95,13 +97,13 @@ class MobileBaseController(ControllerInterface):
             self,
             self.command_topic,
             self.unstamped_topic,
-            self.auto_declare(self.timeout_parameter, 0.5),
+            self.auto_declare(self.timeout_parameter, self.default_timeout),
         )
         self._publisher = OdometryPublisher(
             self,
             self.odometry_topic,
             self.transform_topic,
-            self.auto_declare("publish_rate", 50.0),
+            self.auto_declare("publish_rate", self.default_publish_rate),
         )
         return None
 

@@ -1,0 +1,106 @@
+"""Bases on four wheels with rollers, which drive in every direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
+from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, read_limits
+from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
+from teleopctl.control.handles import VELOCITY
+
+_WHEELS = ("front_left", "front_right", "rear_right", "rear_left")
+# What sideways motion and turning add to each wheel.
+_SIDEWAYS = (-1.0, 1.0, -1.0, 1.0)
+_TURNING = (-1.0, 1.0, 1.0, -1.0)
+
+
+class MecanumDriveController(MobileBaseController):
+    """``mecanum_drive_controller/MecanumDriveController``.
+
+    Wheels of radius r turn with ``(x ∓ y ∓ s w) / r``, where s is the sum of the distances from the
+    centre to a wheel along x and along y.
+    """
+
+    command_topic = "~/reference"
+    unstamped_topic = "~/reference_unstamped"
+    odometry_topic = "~/odometry"
+    transform_topic = "~/tf_odometry"
+    timeout_parameter = "reference_timeout"
+    default_timeout = 0.0
+    default_publish_rate = 0.0
+
+    def read_parameters(self) -> None:
+        """Read what describes the base."""
+        read = self.auto_declare
+        self._joints = [read(f"{wheel}_wheel_command_joint_name", "") for wheel in _WHEELS]
+        for wheel, joint in zip(_WHEELS, self._joints, strict=True):
+            if not joint:
+                raise InvalidBaseError(
+                    f"Parameter '{wheel}_wheel_command_joint_name' must not be empty"
+                )
+        states = (read(f"{wheel}_wheel_state_joint_name", "") for wheel in _WHEELS)
+        self._states = [state or joint for state, joint in zip(states, self._joints, strict=True)]
+        self._radius = read("kinematics.wheels_radius", 0.0)
+        self._reach = read("kinematics.sum_of_robot_center_projection_on_X_Y_axis", 0.0)
+        for name, value in (
+            ("wheels_radius", self._radius),
+            ("sum_of_robot_center_projection_on_X_Y_axis", self._reach),
+        ):
+            if value <= 0.0:
+                raise InvalidBaseError(f"Parameter 'kinematics.{name}' must be above 0")
+        if any(read(f"kinematics.base_frame_offset.{name}", 0.0) for name in ("x", "y", "theta")):
+            raise InvalidBaseError(
+                "Parameter 'kinematics.base_frame_offset' is not supported: the base frame is in "
+                "the middle of the wheels"
+            )
+        try:
+            self._limiters = [
+                RateLimiter(read_limits(self, name))
+                for name in ("linear.x", "linear.y", "angular.z")
+            ]
+        except ValueError as error:
+            raise InvalidBaseError(str(error)) from None
+
+    def on_activate(self) -> None:
+        """Stand still."""
+        super().on_activate()
+        for limiter in self._limiters:
+            limiter.reset()
+
+    def command_names(self) -> Sequence[str]:
+        """Velocities: front left, front right, rear right, rear left."""
+        return [f"{joint}/{VELOCITY}" for joint in self._joints]
+
+    def feedback_names(self) -> Sequence[str]:
+        """The same order."""
+        return [f"{joint}/{VELOCITY}" for joint in self._states]
+
+    def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
+        """Each component within its limits."""
+        return BaseVelocity(
+            *(
+                limiter.limit(value, period)
+                for limiter, value in zip(self._limiters, velocity, strict=True)
+            )
+        )
+
+    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
+        """By the mean of what the wheels say."""
+        del last
+        step = self._radius * period / len(values)
+        return BaseVelocity(
+            sum(values) * step,
+            sum(sign * value for sign, value in zip(_SIDEWAYS, values, strict=True)) * step,
+            sum(sign * value for sign, value in zip(_TURNING, values, strict=True))
+            * step
+            / self._reach,
+        )
+
+    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Wheel speeds, rad/s."""
+        turn = velocity.angular * self._reach
+        return [
+            (velocity.x + sideways * velocity.y + turning * turn) / self._radius
+            for sideways, turning in zip(_SIDEWAYS, _TURNING, strict=True)
+        ]
