@@ -189,7 +189,7 @@ def test_publishers_control_mock_hardware_and_simulator_have_the_same_joints(joi
     description = describe(joints)
     independent = [one for one in joints if not one.follows]
     stack = ControlStack(description.urdf)
-    simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
 
     # where everything starts
     stack.step()
@@ -252,7 +252,7 @@ def arm(*, limits="", control="", extra_links="", extra_control=""):
 def sent_to(description, target):
     """Where control lets joint ``a`` go, and where the simulator without control lets it go."""
     stack = ControlStack(description.urdf)
-    simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
     for _ in range(25):
         command = stack.resources.command_interfaces["a/position"]
         command.owner, command.value = "test", target
@@ -273,7 +273,7 @@ def test_a_simulated_joint_that_is_sent_by_velocity_stops_at_the_same_limits():
         limits='<command_interface name="velocity"/>',
         control=parameter("min", -0.2) + parameter("max", 0.2),
     )
-    simulation = Simulation(build_model(narrow), control_period_ns=PERIOD_NS)
+    simulation = Simulation(build_model(narrow, fixed_base=True), control_period_ns=PERIOD_NS)
     for _ in range(25):
         simulation.apply(["a"], velocity=[1.0])
         simulation.step(simulation.steps_to_tick)
@@ -301,7 +301,7 @@ def test_a_chain_of_mimics_starts_together_and_stays_at_rest_in_simulation():
         f'<joint name="{name}"><state_interface name="position"/></joint>' for name in ("c", "b")
     )
     description = arm(extra_links=links, extra_control=states)
-    simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
     assert simulated(simulation) == {"a": 0.0, "b": 0.25, "c": 1.0}
     simulation.step_to(MILLISECOND_NS)
     simulation.read()
@@ -322,7 +322,7 @@ def test_a_joint_that_mimics_a_fixed_one_stands_at_its_offset():
         + joint("b", "base", "b_link", content='<mimic joint="tool" offset="0.25"/>')
     )
     description = arm(extra_links=links)
-    simulation = Simulation(build_model(description), control_period_ns=PERIOD_NS)
+    simulation = Simulation(build_model(description, fixed_base=True), control_period_ns=PERIOD_NS)
     simulation.step(simulation.steps_to_tick)
     assert simulated(simulation)["b"] == pytest.approx(0.25, abs=1e-3)
     assert JointSet(Joints.of(description)).positions() == [0.0, 0.25]

@@ -1,4 +1,4 @@
-"""Links that move freely: what a ``floating`` joint ties to the world."""
+"""Links that move freely: on a ``floating`` joint from the world, or as a robot's root link."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FreeBody:
-    """A link on a floating joint.
+    """A link that moves freely.
 
     Attributes:
         link: The link, whose pose is that of the joint.
         joint: The joint.
-        parent: The link that the joint starts at, which stands still at the world's origin.
+        parent: The frame that the joint starts at, which stands still at the world's origin.
     """
 
     link: str
@@ -29,7 +29,7 @@ class FreeBody:
 
 
 def free_bodies(description: RobotDescription) -> list[FreeBody]:
-    """The free bodies of a robot, in the order of the URDF.
+    """What a robot has on floating joints, in the order of the URDF.
 
     Raises:
         InvalidDescriptionError: If a floating joint starts at a link that is not ``world``.

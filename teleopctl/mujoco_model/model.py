@@ -11,6 +11,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.base import FreeBase, free_base, place_base, world_frame
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import exclude_adjacent, hold_by_friction, overlaps
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
@@ -24,7 +25,7 @@ from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 from teleopctl.mujoco_model.world import add_world, world_geoms
 
 if TYPE_CHECKING:
-    from teleopctl.robot import RobotDescription, World
+    from teleopctl.robot import Pose, RobotDescription, World
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class RobotModel:
         joints: The movable joints with one degree of freedom, in the order of the model.
         cameras: The camera sensors.
         free_bodies: What moves freely, of the robot and of its world.
+        base: The robot's root link where that is free; its body is the first of ``free_bodies``.
+        world_frame: The frame at the world's origin.
         world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
@@ -47,6 +50,8 @@ class RobotModel:
     joints: tuple[JointSpec, ...]
     cameras: tuple[CameraModel, ...]
     free_bodies: tuple[FreeBody, ...]
+    base: FreeBase | None
+    world_frame: str
     world_geoms: tuple[int, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
@@ -70,6 +75,9 @@ def build_model(
     description: RobotDescription,
     extend: Callable[[mujoco.MjSpec], None] | None = None,
     world: World | None = None,
+    *,
+    fixed_base: bool = False,
+    spawn_pose: Pose | None = None,
 ) -> RobotModel:
     """Build the model of a robot standing on a plane.
 
@@ -77,6 +85,9 @@ def build_model(
         description: The robot.
         extend: Adds to the ``mujoco.MjSpec`` what is not of the robot, such as sensors.
         world: What stands around it.
+        fixed_base: Whether its root link stands still although it is not named ``world``.
+        spawn_pose: Where its root link starts where that is free; at a height of 0, and by
+            default, the robot rests on the ground.
 
     Returns:
         The compiled model; two calls with the same descriptions give identical ones.
@@ -85,12 +96,15 @@ def build_model(
         InvalidDescriptionError: If MuJoCo cannot simulate the description, or the world.
     """
     try:
-        draft = _draft(description, world)
+        draft = _draft(description, world, fixed_base=fixed_base)
     except InvalidDescriptionError:
-        draft = _draft(description, world, try_each_mesh=True)
+        draft = _draft(description, world, fixed_base=fixed_base, try_each_mesh=True)
     spec, bare, joints, warnings = draft.spec, draft.bare, draft.joints, draft.warnings
     if extend is not None:
         extend(spec)
+    base = draft.base
+    if base is not None:
+        base = place_base(spec, bare, base, initial_positions(bare, joints), spawn_pose)
     overlapping = overlaps(bare, initial_positions(bare, joints))
     excluded = [(pair.first, pair.second) for pair in overlapping if pair.one_robot]
     for first, second in excluded:
@@ -109,6 +123,8 @@ def build_model(
         joints=tuple(joints),
         cameras=tuple(draft.cameras),
         free_bodies=tuple(draft.free_bodies),
+        base=base,
+        world_frame=world_frame(description, fixed_base=fixed_base),
         world_geoms=world_geoms(model),
         warnings=tuple(warnings),
         excluded=tuple(excluded),
@@ -125,6 +141,7 @@ class _Draft:
         joints: See `RobotModel`, as for ``cameras`` and ``free_bodies``.
         cameras: See there.
         free_bodies: See there.
+        base: See there, not yet in its place.
         warnings: What had to be repaired or left out so far.
     """
 
@@ -133,14 +150,22 @@ class _Draft:
     joints: list[JointSpec]
     cameras: list[CameraModel]
     free_bodies: list[FreeBody]
+    base: FreeBase | None
     warnings: list[str]
 
 
 def _draft(
-    description: RobotDescription, world: World | None, *, try_each_mesh: bool = False
+    description: RobotDescription,
+    world: World | None,
+    *,
+    fixed_base: bool,
+    try_each_mesh: bool = False,
 ) -> _Draft:
     bodies = free_bodies(description)
     spec = import_urdf(description.urdf)
+    base = free_base(spec, description, fixed_base=fixed_base)
+    if base is not None:
+        bodies.insert(0, base.body)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
     warnings = resolve_meshes(spec, try_each=try_each_mesh) + drop_impossible_shapes(spec)
@@ -154,11 +179,11 @@ def _draft(
     prepare_joints(spec, joints)
     exclude_adjacent(spec)
     if world is not None:
-        things, complaints = add_world(spec, world, description.root)
+        things, complaints = add_world(spec, world, world_frame(description, fixed_base=fixed_base))
         bodies += things
         warnings += complaints
     add_scene(spec)
-    return _Draft(spec, _compile(spec), joints, cameras, bodies, warnings)
+    return _Draft(spec, _compile(spec), joints, cameras, bodies, base, warnings)
 
 
 def initial_positions(

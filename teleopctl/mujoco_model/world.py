@@ -36,13 +36,13 @@ _LEFT_OUT = {
 _OF_ALL = ("option", "visual", "stat", "memory", "njmax", "nconmax", "nstack", "nuserdata")
 
 
-def add_world(spec: mujoco.MjSpec, world: World, root: str) -> tuple[list[FreeBody], list[str]]:
+def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeBody], list[str]]:
     """Add a world to a robot's spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
         world: What to add.
-        root: The robot's root link, which stands at the world's origin.
+        frame: The frame at the world's origin.
 
     Returns:
         What moves freely in the world, and a warning for each thing that was repaired or left out.
@@ -71,7 +71,7 @@ def add_world(spec: mujoco.MjSpec, world: World, root: str) -> tuple[list[FreeBo
     spec.attach(things, prefix=_PREFIX, frame=spec.worldbody.add_frame())
     for name in names:
         spec.body(f"{_PREFIX}{name}").name = name
-    bodies = [FreeBody(link, f"{_PREFIX}{joint}", root) for link, joint in free]
+    bodies = [FreeBody(link, f"{_PREFIX}{joint}", frame) for link, joint in free]
     if bodies:
         # What has come to rest costs nothing until something touches it or puts it elsewhere.
         spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP

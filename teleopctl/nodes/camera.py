@@ -5,8 +5,8 @@ stamped with the time of the state that they show; ``/tf_static`` with the optic
 ``/robot_description`` and the simulator's joint states, the latter only while somebody subscribes
 to one of the outputs. Nobody subscribed to the image: nothing is drawn.
 
-Parameters: ``robot_description``, ``world`` (the file of what stands around the robot, as for the
-simulator), ``camera`` (name of the sensor, by default the first one),
+Parameters: ``robot_description``, ``world`` (the file of what stands around the robot) and
+``fixed_base``, both as for the simulator, ``camera`` (name of the sensor, by default the first),
 ``quality`` (``auto``, ``fast`` or ``full``; can be set while running).
 """
 
@@ -68,6 +68,7 @@ class Camera(Node):
         at_start = _ParameterDescriptor(read_only=True)
         self.declare_parameter("robot_description", "", at_start)
         self.declare_parameter("world", "", at_start)
+        self.declare_parameter("fixed_base", False, at_start)
         self.declare_parameter("camera", "", at_start)
         self._quality = str(self.declare_parameter("quality", "auto").value)
         if self._quality not in _QUALITIES:
@@ -136,7 +137,11 @@ class Camera(Node):
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
         file = str(self.get_parameter("world").value)
-        model = build_model(description, world=read_world(resolve_uri(file)) if file else None)
+        model = build_model(
+            description,
+            world=read_world(resolve_uri(file)) if file else None,
+            fixed_base=bool(self.get_parameter("fixed_base").value),
+        )
         name = str(self.get_parameter("camera").value)
         if not name and not model.cameras:
             self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import RobotDescription, read_world
+from teleopctl.robot import Pose, RobotDescription, read_world
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
@@ -36,6 +36,8 @@ def simulate(
     urdf: str,
     *,
     world: str = "",
+    fixed_base: bool = False,
+    spawn_pose: Pose | None = None,
     control_period_ns: int,
     timestep_ns: int,
     warn: Callable[[str], object] = lambda _: None,
@@ -45,6 +47,8 @@ def simulate(
     Args:
         urdf: The robot description.
         world: File or URI of what stands around the robot; empty for nothing.
+        fixed_base: See `build_model`, as for ``spawn_pose``.
+        spawn_pose: See there.
         control_period_ns: Time between two control ticks, in nanoseconds.
         timestep_ns: Longest physics step, in nanoseconds.
         warn: Takes one sentence for each thing that is not as somebody wrote it.
@@ -58,7 +62,13 @@ def simulate(
     interfaces = sensor_interfaces(description, sensors, warn)
     measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
     surroundings = read_world(resolve_uri(world)) if world else None
-    model = build_model(description, lambda spec: add_sensors(spec, measuring, warn), surroundings)
+    model = build_model(
+        description,
+        lambda spec: add_sensors(spec, measuring, warn),
+        surroundings,
+        fixed_base=fixed_base,
+        spawn_pose=spawn_pose,
+    )
     sensors = [sensor for sensor in sensors if sensor in measuring]
     for warning in model.warnings:
         warn(warning)

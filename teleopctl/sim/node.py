@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import mujoco
@@ -16,7 +18,7 @@ from teleopctl.node import (
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import Pose, RobotDescription
 from teleopctl.sim.building import simulate
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
@@ -72,7 +74,11 @@ class MujocoSim(Node):
         # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
         number = _ParameterDescriptor(dynamic_typing=True)
         self.declare_parameter("robot_description", "")
-        self.declare_parameter("world", "", _ParameterDescriptor(read_only=True))
+        at_start = _ParameterDescriptor(read_only=True)
+        self.declare_parameter("world", "", at_start)
+        self.declare_parameter("fixed_base", False, at_start)
+        self.declare_parameter("spawn_pose", [0.0] * 6, at_start)
+        self.declare_parameter("publish_base_tf", False)
         self.declare_parameter("update_rate", 10)
         self.declare_parameter("timestep", 0.001, number)
         self.declare_parameter("real_time_factor", 1.0, number)
@@ -101,8 +107,19 @@ class MujocoSim(Node):
             raise InvalidParameterError(f"Parameter '{name}' is '{value}', expected a number")
         return float(value)
 
+    def _spawn_pose(self) -> Pose:
+        values = self.get_parameter("spawn_pose").value
+        if not isinstance(values, Sequence) or len(values) != 6 or not all(map(isfinite, values)):
+            raise InvalidParameterError(
+                f"Parameter 'spawn_pose' is {values}, expected x, y, z, roll, pitch and yaw"
+            )
+        x, y, z, roll, pitch, yaw = map(float, values)
+        return Pose((x, y, z), (roll, pitch, yaw))
+
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
+            if parameter.name == "publish_base_tf" and self._loop is not None:
+                self._ports.show_base(bool(parameter.value))
             if parameter.name != "real_time_factor":
                 if self._loop is not None and parameter.name in (
                     "update_rate",
@@ -146,6 +163,8 @@ class MujocoSim(Node):
         description, model, simulation, sensors, interfaces = simulate(
             urdf,
             world=str(self.get_parameter("world").value),
+            fixed_base=bool(self.get_parameter("fixed_base").value),
+            spawn_pose=self._spawn_pose(),
             control_period_ns=round(1e9 / int(self._number("update_rate"))),
             timestep_ns=round(self._number("timestep") * 1e9),
             warn=logger.warning,
@@ -160,6 +179,7 @@ class MujocoSim(Node):
             )
         states_topic = str(self.get_parameter("joint_states_topic").value)
         ports = TopicPorts(self, simulation, states_topic, interfaces)
+        ports.show_base(bool(self.get_parameter("publish_base_tf").value))
         self._sensors = SensorPublisher(self, simulation, sensors)
         self._loop = LockstepLoop(
             simulation,
@@ -179,7 +199,7 @@ class MujocoSim(Node):
             immediate=True,
         )
         self._ports = ports
-        self._markers = WorldMarkers(self, model, description.root)
+        self._markers = WorldMarkers(self, model)
         self.add_graph_callback(self._on_graph)
         self._on_graph()
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
@@ -215,13 +235,26 @@ class MujocoSim(Node):
             ):
                 logger.info(f"{step} hardware '{component.name}'")
                 logger.info(f"Successful {done} of hardware '{component.name}'")
-        if description.root != "world":
-            logger.info(
-                f"The root link '{description.root}' is fixed to the world; a joint of type "
-                "'floating' from a root link named 'world' would let it move"
-            )
+        self._report_base(description, model)
         if not description.ros2_control:
             logger.warning("No <ros2_control> in the robot description: nothing holds its joints")
+
+    def _report_base(self, description: RobotDescription, model: RobotModel) -> None:
+        """Say whether the robot's root link stands still."""
+        logger, link, base = self.get_logger(), description.root, model.base
+        if base is None:
+            if link != "world":
+                logger.info(f"The root link '{link}' is fixed to the world, as fixed_base asks")
+            return
+        start = (
+            "starts resting on the ground" if base.rests else f"starts at z = {base.height_m:g} m"
+        )
+        logger.info(
+            f"The root link '{link}' is free, as in Gazebo, and {start}; fixed_base:=true fixes it "
+            "to the world"
+        )
+        if not base.can_touch:
+            logger.warning("The robot has no collision shapes: it falls through the ground")
 
     def _run(self) -> None:
         assert self._loop is not None

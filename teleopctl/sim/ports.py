@@ -75,6 +75,11 @@ class TopicPorts:
         if simulation.free_bodies.bodies:
             self._bodies = FreeBodyPorts(node, simulation)
 
+    def show_base(self, shown: bool) -> None:
+        """Whether the robot's free root link is among the transforms, see `FreeBodyPorts`."""
+        if self._bodies is not None:
+            self._bodies.show_base(shown)
+
     def has_controller(self) -> bool:
         """Whether somebody listens to the states of the control ticks."""
         return self._state_publisher.get_subscription_count() > 0
@@ -146,6 +151,9 @@ class TopicPorts:
 class FreeBodyPorts:
     """Publishes where free bodies are, as messages and as transforms.
 
+    The robot's own root link is among the transforms only when that is asked for: mostly somebody
+    else says where it is, such as odometry, and a frame has one parent.
+
     Args:
         node: Who publishes.
         simulation: What is published.
@@ -159,12 +167,24 @@ class FreeBodyPorts:
         self._transforms = [_TransformStamped(child_frame_id=b.link) for b in bodies.bodies]
         for transform, body in zip(self._transforms, bodies.bodies, strict=True):
             transform.header.frame_id = body.parent
+        self._has_base = simulation.model.base is not None
         self._publisher = node.create_publisher(_FreeJointStateArray, FREE_BODIES_TOPIC, 10)
-        self._broadcaster = TransformBroadcaster(node)
+        self._node = node
+        self._broadcaster: TransformBroadcaster | None = None
+        self.show_base(False)
+
+    def show_base(self, shown: bool) -> None:
+        """Whether the robot's root link is among the transforms."""
+        # It is the first of the free bodies.
+        self._shown = self._transforms[1 if self._has_base and not shown else 0 :]
+        if self._shown and self._broadcaster is None:
+            self._broadcaster = TransformBroadcaster(self._node)
 
     def is_viewed(self) -> bool:
         """Whether somebody listens."""
-        publishers = (self._publisher, self._broadcaster.pub_tf)
+        publishers = [self._publisher]
+        if self._shown and self._broadcaster is not None:
+            publishers.append(self._broadcaster.pub_tf)
         return any(publisher.get_subscription_count() > 0 for publisher in publishers)
 
     def publish(self, time_ns: int) -> None:
@@ -183,4 +203,5 @@ class FreeBodyPorts:
             twist = map(float, self._bodies.twist(index))
             linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
         self._publisher.publish(self._states)
-        self._broadcaster.sendTransform(self._transforms)
+        if self._shown and self._broadcaster is not None:
+            self._broadcaster.sendTransform(self._shown)

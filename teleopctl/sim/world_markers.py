@@ -1,7 +1,7 @@
 """What the world around a robot looks like, as markers for RViz and the page.
 
-Sent once, and moved by ``/tf``: what stands still is locked to the robot's root link, which stands
-at the world's origin, and what moves to its own frame.
+Sent once, and moved by ``/tf``: what stands still is locked to the frame at the world's origin, and
+what moves to its own.
 """
 
 from __future__ import annotations
@@ -41,13 +41,12 @@ class WorldMarkers:
     Args:
         node: Who publishes.
         model: Robot and world.
-        root: The frame at the world's origin.
     """
 
-    def __init__(self, node: Node, model: RobotModel, root: str) -> None:
+    def __init__(self, node: Node, model: RobotModel) -> None:
         self._publisher = None
         self._readers = 0
-        markers = world_markers(model, root)
+        markers = world_markers(model)
         if markers:
             self._message = _MarkerArray(markers=markers)
             self._publisher = node.create_publisher(
@@ -64,12 +63,11 @@ class WorldMarkers:
             self._publisher.publish(self._message)
 
 
-def world_markers(model: RobotModel, root: str) -> list[Any]:
+def world_markers(model: RobotModel) -> list[Any]:
     """Markers of the shapes of a model's world, except its ground.
 
     Args:
         model: Robot and world.
-        root: The frame at the world's origin.
     """
     m = model.mj_model
     data = mujoco.MjData(m)
@@ -85,7 +83,7 @@ def world_markers(model: RobotModel, root: str) -> list[Any]:
         place = turn.T @ (data.geom_xpos[geom] - data.xpos[carrier])
         rotation = turn.T @ data.geom_xmat[geom].reshape(3, 3)
         for marker in _shapes(m, geom, place, rotation):
-            marker.header.frame_id = m.body(carrier).name if carrier else root
+            marker.header.frame_id = m.body(carrier).name if carrier else model.world_frame
             marker.frame_locked = True
             marker.ns, marker.id = m.body(body).name, len(markers)
             markers.append(marker)

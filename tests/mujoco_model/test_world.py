@@ -42,7 +42,7 @@ def rod(root: str = "base") -> Any:
 def build(tmp_path: Path, content: str, description: Any = None) -> RobotModel:
     file = tmp_path / "world.xml"
     file.write_text(content)
-    return build_model(description or rod(), world=read_world(file))
+    return build_model(description or rod(), world=read_world(file), fixed_base=True)
 
 
 def test_what_is_on_a_floating_joint_falls_and_what_is_on_a_fixed_one_holds_it(
@@ -96,7 +96,7 @@ def test_free_bodies_of_the_world_start_at_the_robots_root(tmp_path: Path) -> No
 
 def test_the_robots_joints_are_numbered_as_without_a_world(tmp_path: Path) -> None:
     with_world = build(tmp_path, world_urdf(wall("2 0 0"), cube())).mj_model
-    without = build_model(rod()).mj_model
+    without = build_model(rod(), fixed_base=True).mj_model
     assert with_world.joint("hinge").qposadr == without.joint("hinge").qposadr
     assert with_world.nbody == without.nbody + 2
 

@@ -48,7 +48,8 @@ def robot(*parts: str) -> RobotDescription:
 
 
 def model(*parts: str) -> RobotModel:
-    return build_model(robot(*parts))
+    """The model of a robot whose root link stands still."""
+    return build_model(robot(*parts), fixed_base=True)
 
 
 def pendulum(commands: str = "position", content: str = "", **options: str) -> RobotModel:

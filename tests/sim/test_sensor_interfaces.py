@@ -43,6 +43,7 @@ class Hand:
         )
         self.robot: SimulatedRobot = simulate(
             f'<robot name="hand">{tags}</robot>',
+            fixed_base=True,
             control_period_ns=10_000_000,
             timestep_ns=1_000_000,
             warn=self.warnings.append,

@@ -33,7 +33,9 @@ class Measured:
         description = robot(*parts)
         self.sensors = make_sensors(description.gazebo.sensors, self.warnings.append)
         model = build_model(
-            description, lambda spec: add_sensors(spec, self.sensors, self.warnings.append)
+            description,
+            lambda spec: add_sensors(spec, self.sensors, self.warnings.append),
+            fixed_base=True,
         )
         self.simulation = Simulation(model, control_period_ns=PERIOD_NS)
 

@@ -31,7 +31,7 @@ def markers(tmp_path: Path, root: str = "base") -> list[Any]:
     file = tmp_path / "scene.xml"
     file.write_text(SCENE)
     arm = robot(link(root, box("visual", "1 1 1")))
-    return world_markers(build_model(arm, world=read_world(file)), root)
+    return world_markers(build_model(arm, world=read_world(file), fixed_base=True))
 
 
 def values(place: Any, names: str = "xyz") -> list[float]:

@@ -90,11 +90,12 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "Passing on /robot_joint_states as /measured" in system.output
     assert "World x.sdf is not built" in system.output
     assert "where MuJoCo simulates: --seed 3\n" in system.output
-    assert "the simulator takes no other pose" in system.output
     assert "one world with one robot: -name arm, -allow_renaming, -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
     system.wait_for_line("create has ended")
     eventually(lambda: "active" in ros.run("control list_controllers").stdout)
+    pose = ros.run("param get /mujoco_sim spawn_pose").stdout
+    assert "[0.0, 0.0, 0.5, 0.0, 0.0, 0.0]" in pose
     assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
     assert (
         ros.run("param get /controller_manager use_sim_time").stdout == "Boolean value is: True\n"

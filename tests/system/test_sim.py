@@ -354,6 +354,35 @@ def test_a_free_body_is_published_and_can_be_put_elsewhere(ros: RosGraph, urdf: 
     partner.close()
 
 
+CRATE = """<robot name="crate"><link name="base_link"><inertial><mass value="1"/>
+  <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="1 1 1"/></geometry></collision></link></robot>"""
+
+
+def test_a_root_link_is_free_and_on_tf_only_when_that_is_asked_for(ros: RosGraph) -> None:
+    partner = Partner(CRATE)
+    sim = start(ros)
+    sim.wait_for_line(
+        "The root link 'base_link' is free, as in Gazebo, and starts resting on the ground; "
+        "fixed_base:=true fixes it to the world"
+    )
+    bodies: queue.Queue[Any] = queue.Queue()
+    frames: queue.Queue[Any] = queue.Queue()
+    array = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
+    partner.create_subscription(array, FREE_BODIES, bodies.put, 10, immediate=True)
+    tf = get_message("tf2_msgs/msg/TFMessage")
+    partner.create_subscription(tf, "/tf", frames.put, 10, immediate=True)
+    (body,) = bodies.get(timeout=LONGEST_WAIT_S).free_joints
+    assert body.name == "base_link"
+    assert body.pose.pose.position.z == pytest.approx(0.5, abs=1e-3)
+    assert frames.empty()
+    shown = ros.run("param set /mujoco_sim publish_base_tf true")
+    assert shown.stdout == "Set parameter successful\n"
+    (transform,) = frames.get(timeout=LONGEST_WAIT_S).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("world", "base_link")
+    partner.close()
+
+
 def xyz(message) -> tuple[float, float, float]:
     acceleration = message.linear_acceleration
     return acceleration.x, acceleration.y, acceleration.z

@@ -1,8 +1,8 @@
 """``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
 
 As with Gazebo there is nothing in the world before somebody spawns it: ``create`` and
-``spawn_entity.py`` set the parameter ``robot_description``, whose setting succeeds once the robot
-stands in the simulator. What simulates it are programs of ours, which end with this one.
+``spawn_entity.py`` set the parameters ``robot_description`` and ``robot_pose``, which succeeds once
+the robot stands in the simulator. What simulates it are programs of ours, which end with this one.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 from teleopctl import progress
@@ -35,6 +36,7 @@ from teleopctl.robot import RobotDescription
 
 NAME = "gazebo"
 PARAMETER = "robot_description"
+POSE_PARAMETER = "robot_pose"
 _TOPIC = f"/{PARAMETER}"
 _SIMULATOR = "mujoco_sim"
 # The end of a child, and what it says of itself, are looked for this often, in seconds.
@@ -66,6 +68,7 @@ class Host(Node):
         if request.has_window:
             logger.info(_PAGE)
         self.declare_parameter(PARAMETER, "")
+        self.declare_parameter(POSE_PARAMETER, [0.0] * 6)
         self.add_on_set_parameters_callback(self._on_set_parameters)
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
         if request.verbosity:
@@ -73,25 +76,29 @@ class Host(Node):
         progress.tell(progress.READY)
 
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
-        for parameter in parameters:
-            if parameter.name != PARAMETER:
-                continue
-            reason = self._spawn(str(parameter.value)) if parameter.value else self._remove()
+        values = {parameter.name: parameter.value for parameter in parameters}
+        if PARAMETER in values:
+            urdf, pose = str(values[PARAMETER] or ""), values.get(POSE_PARAMETER, ())
+            reason = self._spawn(urdf, pose) if urdf else self._remove()
             if reason:
                 self.get_logger().error(reason)
                 return _result(successful=False, reason=reason)
         return _result(successful=True)
 
-    def _spawn(self, urdf: str) -> str:
+    def _spawn(self, urdf: str, pose: Sequence[float]) -> str:
         """Simulate a robot, and return why that cannot be; empty when it stands there."""
         if self._has_robot:
             return "There is a robot already: this simulator takes one"
         try:
             description = RobotDescription.from_urdf(urdf)
-            programs = programs_for(description, paused=self._paused)
+            programs = programs_for(description, paused=self._paused, pose=pose)
         except TeleopctlError as error:
             return f"{error.message} ({error.hint})" if error.hint else error.message
         self._has_robot = True
+        if any(pose) and description.root == "world":
+            self.get_logger().warning(
+                "The robot stands where its description puts it: its root link is the world"
+            )
         if not self.get_publishers_info_by_topic(_TOPIC):
             # It was read from a file; the programs take it from where ROS has it.
             message = get_message("std_msgs/msg/String")

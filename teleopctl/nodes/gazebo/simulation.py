@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,8 +28,15 @@ class Program(NamedTuple):
     command: list[str]
 
 
-def programs_for(description: RobotDescription, *, paused: bool) -> list[Program]:
+def programs_for(
+    description: RobotDescription, *, paused: bool, pose: Sequence[float] = ()
+) -> list[Program]:
     """Return what simulates a robot, the simulator first.
+
+    Args:
+        description: The robot.
+        paused: Whether time is to stand still.
+        pose: Where it is to start: x, y, z, roll, pitch, yaw; empty for nowhere in particular.
 
     Raises:
         TeleopctlError: A file of parameters that the description names cannot be read.
@@ -37,6 +45,8 @@ def programs_for(description: RobotDescription, *, paused: bool) -> list[Program
     files = [] if control is None else _files(control)
     sensors = description.gazebo.sensors
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
+    if pose:
+        simulator.append(f"spawn_pose:={[float(value) for value in pose]}")
     programs = [_program("mujoco_sim", "mujoco_sim", parameters=simulator)]
     if control is not None:
         programs.append(_controller_manager(control, files))

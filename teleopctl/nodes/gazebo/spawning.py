@@ -29,7 +29,7 @@ from teleopctl.node import (
     spin_once,
     spin_until_future_complete,
 )
-from teleopctl.nodes.gazebo.host import NAME, PARAMETER
+from teleopctl.nodes.gazebo.host import NAME, PARAMETER, POSE_PARAMETER
 from teleopctl.text_file import read_text
 
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
@@ -84,8 +84,7 @@ def create() -> int:
                 *filter(None, [" ".join(unknown)]),
             ],
         )
-        _tell_pose(node, options)
-        reason = _hand_over(node, urdf)
+        reason = _hand_over(node, urdf, pose=_pose(options))
         if reason is None:
             node.get_logger().info("Entity creation successfull.")
             return 0
@@ -123,7 +122,6 @@ def spawn_entity() -> int:
         urdf = sys.stdin.read() if options.stdin else _description(node, options)
         unserved = _written(options, "reference_frame", "robot_namespace", "wait")
         _tell_unserved(node, [*unserved, *(["-b"] if options.b else [])])
-        _tell_pose(node, options)
         namespace = options.gazebo_namespace.rstrip("/")
         patience = options.timeout
         if options.spawn_service_timeout is not None:
@@ -131,12 +129,12 @@ def spawn_entity() -> int:
                 "'-spawn_service_timeout' is deprecated, use '-timeout' instead"
             )
             patience = options.spawn_service_timeout
-        reason = _hand_over(node, urdf or "", namespace, patience)
+        reason = _hand_over(node, urdf or "", namespace, patience, _pose(options))
         if reason is None:
             text = f"SpawnEntity: Successfully spawned entity [{options.entity}]"
             node.get_logger().info(f"Spawn status: {text}")
             if options.unpause:
-                _set(node, "/mujoco_sim", Parameter("paused", value=False))
+                _set(node, "/mujoco_sim", [Parameter("paused", value=False)])
             if options.b:
                 spin(node)
             return 0
@@ -224,33 +222,39 @@ def _written(options: argparse.Namespace, *names: str) -> list[str]:
     return [f"-{name} {value}" for name, value in values if value]
 
 
-def _tell_pose(node: Node, options: argparse.Namespace) -> None:
-    if any(getattr(options, name) for name in _NUMBERS):
-        node.get_logger().warning(
-            "The robot stands where its description puts it: the simulator takes no other pose"
-        )
+def _pose(options: argparse.Namespace) -> list[float]:
+    return [float(getattr(options, name)) for name in _NUMBERS]
 
 
 def _hand_over(
-    node: Node, urdf: str, namespace: str = "", patience_s: float = math.inf
+    node: Node,
+    urdf: str,
+    namespace: str = "",
+    patience_s: float = math.inf,
+    pose: Sequence[float] = (),
 ) -> str | None:
     """Hand a description to the simulator, an empty one to take the robot out.
 
     Returns:
         Why that was refused, or None.
     """
-    return _set(node, f"{namespace}/{NAME}", Parameter(PARAMETER, value=urdf), patience_s)
+    parameters = [Parameter(PARAMETER, value=urdf)]
+    if pose:
+        parameters.append(Parameter(POSE_PARAMETER, value=list(pose)))
+    return _set(node, f"{namespace}/{NAME}", parameters, patience_s)
 
 
-def _set(node: Node, target: str, parameter: Parameter, patience_s: float = math.inf) -> str | None:
-    """Set a parameter of a node; return why that was not done, or None."""
+def _set(
+    node: Node, target: str, parameters: list[Parameter], patience_s: float = math.inf
+) -> str | None:
+    """Set parameters of a node at once; return why that was not done, or None."""
     simulator = AsyncParameterClient(node, target)
     deadline = time.monotonic() + patience_s
     while not simulator.wait_for_services(min(_PATIENCE_S, patience_s)):
         if time.monotonic() >= deadline:
             return f"there is no simulator, node {target}, after {patience_s:g} s"
         node.get_logger().info(f"Waiting for the simulator, node {target}")
-    future = simulator.set_parameters([parameter])
+    future = simulator.set_parameters_atomically(parameters)
     while not future.ended():
         spin_until_future_complete(node, future, timeout_sec=_PATIENCE_S)
         if not future.ended() and target not in node.get_fully_qualified_node_names():
@@ -260,5 +264,4 @@ def _set(node: Node, target: str, parameter: Parameter, patience_s: float = math
     except TeleopctlError as error:
         return error.message
     assert response is not None
-    result = response.results[0]
-    return None if result.successful else str(result.reason)
+    return None if response.result.successful else str(response.result.reason)

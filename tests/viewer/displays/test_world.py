@@ -31,13 +31,13 @@ def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool)
 
 def test_the_cube_is_drawn_in_its_own_frame_and_the_table_in_the_robots(page: FakePage) -> None:
     table = read_world(package_share("teleopctl") / "worlds" / "table.urdf")
-    model = build_model(RobotDescription.from_urdf(POST), world=table)
+    model = build_model(RobotDescription.from_urdf(POST), world=table, fixed_base=True)
     picture = Picture(page.server, page, simulated=True)
     picture.begin()
     put_frame(page, "cube", "base", Transform((-0.15, 1.5, 0.17)))
     page.frames.fix("base")
     page.frames.update()
-    markers = world_markers(model, "base")
+    markers = world_markers(model)
     page.publish(
         WORLD_MARKERS_TOPIC, get_message("visualization_msgs/msg/MarkerArray")(markers=markers)
     )
