@@ -98,9 +98,13 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     plan, evaluation = evaluated(request, new_log_directory())
     prepare(plan)
     outlive_output()
-    with _findable_if_killed(plan.log_directory):
+    with _findable_if_killed(plan.log_directory, request.log_name):
         if not on_terminal:
-            return _run(Supervisor(plan, evaluation, debug=request.debug), evaluation, request)
+            return _run(
+                Supervisor(plan, evaluation, debug=request.debug, log_name=request.log_name),
+                evaluation,
+                request,
+            )
         return _run_on_terminal(plan, evaluation, request, coloured=coloured)
 
 
@@ -155,7 +159,9 @@ def _run_on_terminal(
     from teleopctl.launch.execution.readiness import NewNodes, tell_when_up
     from teleopctl.launch.execution.supervisor import Supervisor
 
-    supervisor = Supervisor(plan, evaluation, coloured=coloured, debug=request.debug)
+    supervisor = Supervisor(
+        plan, evaluation, coloured=coloured, debug=request.debug, log_name=request.log_name
+    )
     with NewNodes() as new_nodes, tell_when_up(new_nodes, supervisor):
         return _run(supervisor, evaluation, request)
 
@@ -212,7 +218,7 @@ def free_name(name: str) -> str:
 
 
 @contextlib.contextmanager
-def _findable_if_killed(log_directory: Path) -> Iterator[None]:
+def _findable_if_killed(log_directory: Path, log_name: str) -> Iterator[None]:
     """While the block runs, keep the record by which ``ps`` and ``stop`` find what it leaves."""
     record = None
     # Who cannot have one is only not found.
@@ -220,7 +226,7 @@ def _findable_if_killed(log_directory: Path) -> Iterator[None]:
         record = background.record_this_process(
             "launch",
             ["teleopctl", "launch", str(log_directory / status.REQUEST_FILE)],
-            log_directory / "launch.log",
+            log_directory / f"{log_name}.log",
             kind=background.FOREGROUND_LAUNCH,
         )
     try:

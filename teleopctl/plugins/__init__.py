@@ -51,6 +51,9 @@ _VERBS = {
     "doctor": ("doctor:GROUP", "Look for what is wrong."),
     "wtf": ("doctor:GROUP", "The same as doctor."),
     "multicast": ("multicast:GROUP", "Send and receive datagrams to many machines."),
+    "plugin": ("extensions:PLUGIN", "List plug-ins by their packages."),
+    "extensions": ("extensions:EXTENSIONS", "List plug-ins, ours and strangers'."),
+    "extension_points": ("extensions:EXTENSION_POINTS", "List the kinds of plug-ins."),
     "daemon": ("daemon:GROUP", "Manage the router that introduces nodes to each other."),
     "completion": ("completion:GROUP", "Print the completion script of a shell."),
 }
@@ -346,3 +349,9 @@ PANELS = Kind(
     bases=("teleopctl.viewer.panels.base:Panel",),
 )
 """The tabs of the viewer's page, in their order."""
+
+
+def kinds() -> list[Kind]:
+    """Every kind of plug-in, by its entry-point group."""
+    found = (value for value in globals().values() if isinstance(value, Kind))
+    return sorted(found, key=lambda kind: kind.group)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from teleopctl.wire.refusals import Refusals as Refusals
     from teleopctl.wire.roll_call import router_has_all as router_has_all
     from teleopctl.wire.router import (
+        be_router as be_router,
         daemon_address as daemon_address,
         ensure_router as ensure_router,
         find_router as find_router,
@@ -69,8 +70,8 @@ else:
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",
             "roll_call": "router_has_all",
-            "router": "daemon_address ensure_router find_router port_holder router_is_running "
-            "start_router stop_router",
+            "router": "be_router daemon_address ensure_router find_router port_holder "
+            "router_is_running start_router stop_router",
             "session": "RouterNotRunning close_session domain_id open_session",
             "tokens": "EndpointToken EntityKind NodeToken format_token gid",
         },

@@ -102,16 +102,11 @@ def start_router() -> bool:
         SystemFailureError: The router cannot be started.
         UsageError: The configuration of sessions or of the router cannot be used.
     """
-    config = router_config()
-    address = config.address
-    if router_is_running(address):
+    address = _free_address()
+    if address is None:
         return False
     from teleopctl import background
 
-    if config.is_stated:
-        address = RouterAddress(_endpoints_here(address), address.origin)
-    if _router_answers(address):
-        return False
     try:
         background.start(
             "router",
@@ -125,6 +120,37 @@ def start_router() -> bool:
             return False
         raise
     return True
+
+
+def be_router(log_level: str = "info") -> bool:
+    """Be the daemon in this process, until SIGINT or SIGTERM, unless a router answers already.
+
+    Args:
+        log_level: What of Zenoh's log goes to stdout; ``RUST_LOG`` goes before.
+
+    Returns:
+        Whether this process was the daemon.
+
+    Raises:
+        TeleopctlError: As `start_router` raises.
+    """
+    address = _free_address()
+    if address is None:
+        return False
+    zenoh.init_log_from_env_or(log_level)
+    run_router(address.endpoints)
+    return True
+
+
+def _free_address() -> RouterAddress | None:
+    """Where the daemon is to listen; None where a router answers."""
+    config = router_config()
+    address = config.address
+    if router_is_running(address):
+        return None
+    if config.is_stated:
+        address = RouterAddress(_endpoints_here(address), address.origin)
+    return None if _router_answers(address) else address
 
 
 def find_router() -> ProcessRecord | None:

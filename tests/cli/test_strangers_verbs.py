@@ -67,6 +67,35 @@ def test_a_broken_verb_is_one_line_of_its_own_use(ros_without_router, greeter):
     )
 
 
+def test_extensions_are_listed_with_who_brings_them_and_why_they_cannot_be_loaded(
+    ros_without_router, greeter
+):
+    ros = ros_without_router
+    listed = ros.run("extensions -v").stdout
+    verbs = listed.partition("\nteleopctl.verbs\n")[2]
+    assert "  greet: Greet somebody.\n    module_name: greeter\n    attributes: VERB\n" in verbs
+    assert "    distribution: my-greeter " in verbs
+    assert "  topic: List, watch, measure and publish topics.\n" in verbs
+    assert "gone" not in verbs
+    broken = ros.run("extensions -a").stdout
+    assert "- gone: \n-   reason: verb 'gone' of my-greeter: no_such_module:VERB cannot" in broken
+    points = ros.run("extension_points --verbose").stdout
+    assert "teleopctl.verbs: verb\n    module_name: teleopctl.cli.verb\n" in points
+
+
+def test_plugins_are_listed_by_package_with_their_classes(ros_without_router, site):
+    ros = ros_without_router
+    install(site, "my-arms", {"teleopctl.controllers": {"arms/Mine": "arms:Mine"}}, {})
+    base = "teleopctl.control.controllers.base.ControllerInterface"
+    mine = f"arms:\n\tarms/Mine [arms.Mine] (base: {base})\n"
+    assert mine in ros.run("plugin list").stdout
+    assert ros.run("plugin list --package arms").stdout == mine
+    assert "arms" in ros.run("plugin list --packages").stdout.splitlines()
+    unknown = ros.run("plugin list --package arm")
+    assert (unknown.returncode, unknown.stdout) == (1, "")
+    assert "Package 'arm' has no plug-ins\n  Did you mean" in unknown.stderr
+
+
 def test_a_strangers_verb_and_its_arguments_are_completed(ros_without_router, greeter):
     ros_without_router.env["_TELEOPCTL_COMPLETE"] = "zsh"
 
@@ -95,7 +124,6 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
 @pytest.mark.parametrize(
     ("line", "verb", "where"),
     [
-        ("plugin list", "plugin", "teleopctl"),
         ("security", "security", "teleopctl"),
         ("security --help", "security", "teleopctl"),
         ("service info /x", "service info", "teleopctl service"),

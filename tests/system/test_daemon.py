@@ -40,6 +40,17 @@ def test_json_names_endpoint_and_process(ros):
     assert status["log_file"] == str(record.log_file)
 
 
+def test_it_runs_in_the_foreground_until_ctrl_c(ros_without_router):
+    ros = ros_without_router
+    daemon = ros.spawn("daemon start --debug")
+    daemon.wait_for_line("Zenoh can be reached at: ")
+    eventually(router_is_running)
+    assert ros.run("daemon start -d").stdout == "The daemon is already running\n"
+    daemon.interrupt()
+    assert daemon.wait() == 0
+    assert not router_is_running()
+
+
 def test_many_commands_starting_it_at_once_end_with_one_router(ros_without_router):
     ros = ros_without_router
     starters = [ros.spawn("daemon start") for _ in range(4)]

@@ -94,6 +94,17 @@ def test_standard_output_of_a_process_is_kept_in_its_log_and_shown_where_asked(r
     assert "[sh-1] quiet\n" in ros.run("launch -a file.yaml").stdout
 
 
+def test_all_output_is_in_a_file_whose_name_can_be_chosen(ros):
+    write(ros, "launch:\n- executable: {cmd: echo said, output: log}\n")
+    assert ros.run("launch -f everything file.yaml").returncode == 0
+    logs = ros.folder / "log/latest"
+    assert "[echo-1] said\n" in (logs / "everything.log").read_text()
+    assert not (logs / "launch.log").exists()
+    refused = ros.run("launch -f some/where file.yaml")
+    assert refused.returncode == 2
+    assert "--log-file-name is a name, not a path: 'some/where'" in refused.stderr
+
+
 def test_a_process_that_should_respawn_does_so_as_often_as_allowed(ros):
     write(
         ros,

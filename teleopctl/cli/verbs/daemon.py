@@ -1,10 +1,10 @@
 """``teleopctl daemon``: the router that introduces nodes to each other."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Group, Verb
+from teleopctl.cli.verb import Group, Option, Verb
 
 if TYPE_CHECKING:
     from teleopctl.wire import RouterAddress
@@ -19,10 +19,20 @@ GROUP = Group(
 )
 
 
-def start(as_json: AsJson = False) -> None:
+def start(
+    debug: Annotated[
+        bool,
+        Option("-d", "--debug", help="Be the daemon here, until Ctrl-C, and show Zenoh's log."),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
     """Start the daemon if it is not running."""
-    from teleopctl.wire import daemon_address, session_config, start_router
+    from teleopctl.wire import be_router, daemon_address, session_config, start_router
 
+    if debug:
+        if not be_router():
+            console.out("The daemon is already running")
+        return
     started = start_router()
     address, sessions = daemon_address(), session_config("client").router
     if as_json:

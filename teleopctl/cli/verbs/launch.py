@@ -2,6 +2,7 @@
 
 import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
@@ -32,7 +33,7 @@ def launch(
         ),
     ],
     show_args: Annotated[
-        bool, Option("--show-args", "-s", help="List the file's arguments.")
+        bool, Option("--show-args", "-s", "--show-arguments", help="List the file's arguments.")
     ] = False,
     print_plan: Annotated[
         bool,
@@ -61,6 +62,15 @@ def launch(
             help="Only programs that this pattern fits get the words of --launch-prefix.",
         ),
     ] = None,
+    log_file_name: Annotated[
+        str,
+        Option(
+            "--log-file-name",
+            "-f",
+            help="The file in the log folder that has all output, without its ending .log.",
+            metavar="NAME",
+        ),
+    ] = "launch",
     skip_missing: Annotated[
         bool,
         Option(
@@ -110,6 +120,8 @@ def launch(
 
     if launch_prefix_filter is not None and launch_prefix is None:
         raise UsageError("--launch-prefix must be specified if --launch-prefix-filter is provided")
+    if not log_file_name or Path(log_file_name).name != log_file_name:
+        raise UsageError(f"--log-file-name is a name, not a path: '{log_file_name}'")
     package, name, arguments = split(words)
     file = find_launch_file(package, name)
     if show_args:
@@ -131,6 +143,7 @@ def launch(
         exit_status=exit_status,
         watch=watch,
         record_into=None if folder is None else str(folder),
+        log_name=log_file_name,
     )
     try:
         if print_plan:

@@ -53,6 +53,7 @@ class Supervisor:
             alone.
         coloured: Whether levels and names of processes are coloured on the screen.
         debug: Whether to say which events come.
+        log_name: Name of the file with all output, without its ending.
 
     Attributes:
         restarts: Starts again what is saved, where somebody watches that.
@@ -66,6 +67,7 @@ class Supervisor:
         in_background: bool = False,
         coloured: bool = False,
         debug: bool = False,
+        log_name: str = "launch",
     ) -> None:
         self._debug = debug
         self._plan = plan
@@ -73,7 +75,7 @@ class Supervisor:
         self._loop = EventLoop()
         self._published = PublishedStatus(plan.log_directory, self._loop, self)
         self._timers = Timers(self._loop, self._published, self._time_has_come, self._work_ended)
-        log_file = None if in_background else plan.log_directory / "launch.log"
+        log_file = None if in_background else plan.log_directory / f"{log_name}.log"
         self._screen = Screen(log_file, coloured=coloured)
         self._ending = Ending(self._loop, self._screen)
         self._interrupts = Interrupts(self._loop, self._asked_to_end, self._hurry)

@@ -24,6 +24,7 @@ class LaunchRequest:
             ``ros2 launch`` does not.
         watch: Whether to start again what is saved.
         record_into: Folder of a bag to record the launch into, or None.
+        log_name: Name of the file in the log folder that has all output, without its ending.
     """
 
     file: str
@@ -36,6 +37,7 @@ class LaunchRequest:
     exit_status: bool = False
     watch: bool = False
     record_into: str | None = None
+    log_name: str = "launch"
 
     def save(self, path: Path) -> None:
         """Write the request into a file.

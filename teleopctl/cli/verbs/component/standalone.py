@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Option
+from teleopctl.cli.verbs.component.containers import Timeout
 from teleopctl.cli.verbs.component.loading import (
     ExtraArguments,
     LogLevel,
@@ -43,6 +44,7 @@ def standalone(
         str | None,
         Option("-c", "--container-node-name", help="The container's name; otherwise a new one."),
     ] = None,
+    timeout: Timeout = None,
 ) -> int:
     """Run a component in a container of its own, until Ctrl-C.
 
@@ -66,7 +68,7 @@ def standalone(
     failures: list[TeleopctlError] = []
     container = find_executable("rclpy_components", "component_container", builtin=True)
     with command_node(session_mode="client") as node:
-        words = (node, absolute_name(name), request, failures)
+        words = (node, absolute_name(name), request, timeout, failures)
         loader = threading.Thread(target=_load, args=words, name="loader")
         loader.start()
         status = execute(container, ["--ros-args", "-r", f"__node:={name}"])
@@ -78,13 +80,19 @@ def standalone(
 
 
 # Any: a request of composition_interfaces.
-def _load(node: Node, container: str, request: Any, failures: list[TeleopctlError]) -> None:
+def _load(
+    node: Node,
+    container: str,
+    request: Any,
+    timeout_s: float | None,
+    failures: list[TeleopctlError],
+) -> None:
     """Load the component once the container is there, and end the container where that fails."""
     class_ = get_service("composition_interfaces/srv/LoadNode")
     client = node.create_client(class_, f"{container}/_container/load_node")
     try:
         if client.wait_for_service():
-            load_component(node, container, request, None)
+            load_component(node, container, request, timeout_s)
     except (ExternalShutdownException, ServiceUnavailableError):
         pass  # Ctrl-C has ended the container
     except TeleopctlError as error:

@@ -1,0 +1,231 @@
+"""The verbs of ``ros2`` and their flags, as facts: Jazzy's, and what Lyrical adds.
+
+Alternatives of one flag stand with a slash between them. What of this is here, and under which
+flags, is not written down anywhere: `tests.ros2_table` compares it with our declarations.
+"""
+
+from __future__ import annotations
+
+_NODE = "--spin-time -s/--use-sim-time"
+_GRAPH = f"{_NODE} --no-daemon"
+_QOS = (
+    "--qos-profile --qos-depth --qos-history --qos-reliability --qos-durability --qos-liveliness "
+    "--qos-liveliness-lease-duration-seconds"
+)
+_TEXT = "--csv -f/--full-length -l/--truncate-length --no-arr --no-str --flow-style"
+_PARAM = f"--include-hidden-nodes --timeout --service-timeout {_GRAPH}"
+_CONTROL = f"-c/--controller-manager --include-hidden-nodes --ros-args {_GRAPH}"
+_LIFECYCLE = f"--timeout {_GRAPH}"
+_KINDS = "-m/--only-msgs -s/--only-srvs -a/--only-actions"
+_COMPONENT = (
+    "-n/--node-name --node-namespace --log-level -r/--remap-rule -p/--parameter "
+    f"-e/--extra-argument {_LIFECYCLE}"
+)
+_DOCTOR = "-r/--report -rf/--report-failed -ep/--exclude-packages -iw/--include-warnings"
+_HELLO = "-t/--topic -ep/--emit-period -pp/--print-period --ttl -1/--once"
+
+FLAGS = {
+    "action list": f"-t/--show-types -c/--count-actions {_GRAPH}",
+    "action info": f"-t/--show-types -c/--count {_GRAPH}",
+    "action type": _GRAPH,
+    "action find": f"-c/--count-actions {_GRAPH}",
+    "action send_goal": f"-f/--feedback --stdin -t/--timeout {_NODE}",
+    "action echo": f"-i/--interfaces {_TEXT} {_QOS} {_GRAPH}",
+    "bag record": (
+        "-a/--all --all-topics --all-services --all-actions --topics --services --actions "
+        "--topic-types -e/--regex --exclude-regex --exclude-topics --exclude-topic-types "
+        "--exclude-services --exclude-actions --include-unpublished-topics "
+        "--include-hidden-topics --ignore-leaf-topics --no-discovery -p/--polling-interval "
+        "-o/--output -s/--storage -f/--serialization-format --storage-config-file "
+        "--storage-preset-profile --custom-data -b/--max-bag-size -d/--max-bag-duration "
+        "--max-bag-files --max-cache-size --max-cache-duration --snapshot-mode "
+        "--compression-mode --compression-format --compression-queue-size "
+        "--compression-threads --compression-threads-priority --qos-profile-overrides-path "
+        "--static-topics-path --repeat-transient-local --repeat-all-transient-local "
+        "--stats_max_publishing_rate --start-paused --use-sim-time --node-name --log-level "
+        "--disable-keyboard-controls"
+    ),
+    "bag play": (
+        "-i/--input -s/--storage -r/--rate -l/--loop -d/--delay --start-offset "
+        "--playback-duration --playback-until-sec --playback-until-nsec -p/--start-paused "
+        "--topics --services --actions -e/--regex -x/--exclude-regex --exclude-topics "
+        "--exclude-services --exclude-actions -m/--remap --clock --clock-topics "
+        "--clock-topics-all --qos-profile-overrides-path --read-ahead-queue-size "
+        "--wait-for-all-acked --disable-loan-message --publish-service-requests "
+        "--send-actions-as-client --service-requests-source --message-order "
+        "--progress-bar-update-rate --progress-bar-separation-lines --storage-config-file "
+        "--disable-keyboard-controls --log-level"
+    ),
+    "bag burst": (
+        "-n/--num-messages --topics --services --actions --start-offset -m/--remap "
+        "--qos-profile-overrides-path --read-ahead-queue-size --storage-config-file -s/--storage"
+    ),
+    "bag info": "-t/--topic-name -v/--verbose --sort -s/--storage",
+    "bag convert": "-i/--input -o/--output-options --input-options",
+    "bag reindex": "-s/--storage",
+    "bag list": "-v/--verbose",
+    "component types": "",
+    "component list": f"--containers-only {_LIFECYCLE}",
+    "component load": f"-q/--quiet {_COMPONENT}",
+    "component unload": f"-q/--quiet {_LIFECYCLE}",
+    "component standalone": f"-c/--container-node-name {_COMPONENT}",
+    "control list_controllers": (
+        "--claimed-interfaces --required-state-interfaces --required-command-interfaces "
+        "--chained-interfaces --reference-interfaces --exported-interfaces -v/--verbose "
+        f"{_CONTROL}"
+    ),
+    "control list_controller_types": _CONTROL,
+    "control list_hardware_components": f"-v/--verbose {_CONTROL}",
+    "control list_hardware_interfaces": f"-v/--verbose {_CONTROL}",
+    "control load_controller": f"--set-state {_CONTROL}",
+    "control unload_controller": _CONTROL,
+    "control cleanup_controller": _CONTROL,
+    "control set_controller_state": _CONTROL,
+    "control switch_controllers": (
+        "--activate --deactivate --strict --best-effort --activate-asap --switch-timeout "
+        f"{_CONTROL}"
+    ),
+    "control set_hardware_component_state": _CONTROL,
+    "control reload_controller_libraries": f"--force-kill {_CONTROL}",
+    "control view_controller_chains": _CONTROL,
+    "control view_hardware_status": f"-i/--hardware-id -d/--device-id {_NODE}",
+    "daemon start": "-d/--debug",
+    "daemon stop": "",
+    "daemon status": "",
+    "doctor": _DOCTOR,
+    "doctor hello": _HELLO,
+    "wtf": _DOCTOR,
+    "wtf hello": _HELLO,
+    "extension_points": "-a/--all -v/--verbose",
+    "extensions": "-a/--all -v/--verbose",
+    "interface list": _KINDS,
+    "interface package": _KINDS,
+    "interface packages": _KINDS,
+    "interface proto": "--no-quotes",
+    "interface show": "--all-comments --no-comments",
+    "launch": (
+        "-n/--noninteractive -d/--debug -p/--print/--print-description "
+        "-s/--show-args/--show-arguments -a/--show-all-subprocesses-output --launch-prefix "
+        "--launch-prefix-filter -f/--log-file-name"
+    ),
+    "lifecycle nodes": f"-a/--all -c/--count-nodes {_LIFECYCLE}",
+    "lifecycle get": f"--include-hidden-nodes {_LIFECYCLE}",
+    "lifecycle list": f"--include-hidden-nodes -a/--all {_LIFECYCLE}",
+    "lifecycle set": f"--include-hidden-nodes {_LIFECYCLE}",
+    "multicast receive": "--group --port",
+    "multicast send": "--group --port --ttl",
+    "node list": f"-a/--all -c/--count-nodes {_GRAPH}",
+    "node info": f"--include-hidden {_GRAPH}",
+    "param list": (
+        f"--filter --param-prefixes --param-type --include-hidden-nodes --service-timeout {_GRAPH}"
+    ),
+    "param get": f"--hide-type {_PARAM}",
+    "param set": f"--atomic {_PARAM}",
+    "param describe": _PARAM,
+    "param dump": _PARAM,
+    "param load": f"--no-use-wildcard {_PARAM}",
+    "param delete": _PARAM,
+    "pkg list": "",
+    "pkg executables": "--full-path",
+    "pkg prefix": "--share",
+    "pkg xml": "-t/--tag",
+    "pkg create": (
+        "--build-type --dependencies --description --license --destination-directory "
+        "--package-format/--package_format --maintainer-name --maintainer-email --node-name "
+        "--library-name"
+    ),
+    "plugin list": "--packages --package",
+    "run": "--prefix",
+    "run tf2_ros static_transform_publisher": (
+        "--frame-id --child-frame-id --x --y --z --roll --pitch --yaw --qx --qy --qz --qw"
+    ),
+    "run tf2_ros tf2_echo": "-r -t -p",
+    "run tf2_ros tf2_monitor": "",
+    "run tf2_tools view_frames": "-t/--wait-time -o/--output",
+    "security create_keystore": "",
+    "security create_enclave": "",
+    "security list_enclaves": "",
+    "security create_permission": "",
+    "security generate_policy": _GRAPH,
+    "security generate_artifacts": "-k/--keystore-root-path -e/--enclaves -p/--policy-files",
+    "security create_key": "",
+    "security list_keys": "",
+    "service list": f"-t/--show-types -c/--count-services --include-hidden-services {_GRAPH}",
+    "service type": "--include-hidden-services",
+    "service find": "-c/--count-services --include-hidden-services",
+    "service info": f"-v/--verbose {_GRAPH}",
+    "service call": f"-r/--rate --stdin --timeout {_QOS}",
+    "service echo": f"{_TEXT} {_QOS} {_GRAPH}",
+    "test": (
+        "-v/--verbose -s/--show-args/--show-arguments --package-name --junit-xml "
+        "--disable-isolation"
+    ),
+    "topic list": (
+        "-t/--show-types -c/--count-topics -v/--verbose --include-hidden-topics " + _GRAPH
+    ),
+    "topic info": f"-v/--verbose {_GRAPH}",
+    "topic type": _GRAPH,
+    "topic find": f"-c/--count-topics --include-hidden-topics {_GRAPH}",
+    "topic echo": (
+        "--once --timeout --field --filter --raw -i/--include-message-info --no-lost-messages "
+        f"-c/--clear -n/--node-name {_TEXT} {_QOS} {_GRAPH}"
+    ),
+    "topic pub": (
+        "-r/--rate -p/--print -1/--once -t/--times -w/--wait-matching-subscriptions "
+        "--max-wait-time-secs --keep-alive -n/--node-name --stdin --yaml-file "
+        f"{_QOS} {_NODE}"
+    ),
+    "topic hz": f"-w/--window --filter --wall-time -a/--all {_QOS} {_NODE}",
+    "topic bw": f"-w/--window -a/--all {_QOS} {_NODE}",
+    "topic delay": f"-w/--window {_QOS} {_NODE}",
+}
+"""Flags by verb."""
+
+ELSEWHERE = {
+    "doctor": "doctor check",
+    "run tf2_ros static_transform_publisher": "tf static",
+    "run tf2_ros tf2_echo": "tf echo",
+    "run tf2_ros tf2_monitor": "tf monitor",
+    "run tf2_tools view_frames": "tf view_frames",
+    "wtf": "wtf check",
+}
+"""Verbs and programs that have another name here too; ROS 2's is understood as well."""
+
+NOT_HERE = {
+    "security": (
+        "keystores and enclaves are those of DDS, which is not spoken here; Zenoh's TLS and access "
+        "control are set up [by its configuration](ros2.md)"
+    ),
+    "launch -d": "means `--detach` here; `--debug` is there",
+    "control --ros-args": "the verb's own node cannot be remapped",
+}
+"""Why a group, or a flag of one, is not here."""
+
+OTHERWISE = {
+    "action send_goal": "status 1 where the goal did not succeed",
+    "bag": "see [Record and play](bag.md)",
+    "component": "components in Python; C++ is not loaded ([how](components.md))",
+    "control view_controller_chains": "an SVG, a graph, and a PDF where Graphviz is installed",
+    "daemon": "the router: it introduces processes to each other and caches nothing",
+    "doctor": "[other checks](doctor.md); a status with `--exit-status`",
+    "extensions": "plug-ins of teleopctl's kinds ([which](extending/index.md))",
+    "extension_points": "kinds of plug-ins ([which](extending/index.md))",
+    "interface show": "definitions that come with teleopctl have no comments",
+    "launch": "a mistake is told with its line before anything starts ([more](launch_files.md))",
+    "lifecycle set": "status 1 where the transition failed",
+    "param delete": "status 1 where it is refused",
+    "param load": "status 1 where it is refused; takes what `param dump` prints, always",
+    "param set": "status 1 where it is refused",
+    "pkg create": "no `ament_cargo`",
+    "plugin list": "the same as `extensions`, by who brings them",
+    "run": "the package may be left out; a file by its path",
+    "run tf2_ros static_transform_publisher": "the same as `tf static`",
+    "run tf2_ros tf2_echo": "the same as `tf echo`",
+    "run tf2_ros tf2_monitor": "the same as `tf monitor`; tells which node sends a frame",
+    "run tf2_tools view_frames": (
+        "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed"
+    ),
+    "topic pub": "`--once` waits for a subscription, and says what for",
+    "topic type": "an unknown topic is told",
+}
+"""What a verb, or all of a group, does otherwise; the flags being the same."""

@@ -1,0 +1,162 @@
+"""The page on ros2's verbs and flags, made of facts on ros2 and of what our verbs declare.
+
+``python -m tests.ros2_table`` writes it, and `tests.test_ros2_table` compares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from teleopctl import plugins
+from teleopctl.cli import ros2_options
+from teleopctl.cli.verb import Group, Option, Verb, parameters
+from tests import ROOT
+from tests.ros2_flags import ELSEWHERE, FLAGS, NOT_HERE, OTHERWISE
+
+PAGE = ROOT / "docs/ros2_verbs.md"
+
+_HEAD = """\
+# Every verb and flag of ros2
+
+Made by `python -m tests.ros2_table` from what the verbs declare; a test compares. Base is Jazzy,
+with what Lyrical adds. Of {verbs} verbs {verbs_here} are here, of {flags} flags {flags_here}.
+
+"Same" are ROS 2's flags that are here, with its names and its meaning; "besides" are ours.
+`--spin-time` and `--no-daemon`, and `--use-sim-time` on verbs that read no time, are accepted and
+change nothing, since no cache stands between a command and the graph; they are not listed. Every
+verb has `--help`. What is otherwise for all verbs, the exit status first, stands in
+[From ROS 2](from_ros2.md#the-command-line).
+"""
+_COLUMNS = "| verb | same | besides | not here | otherwise |\n|---|---|---|---|---|"
+
+
+class Row:
+    """What there is of one verb of ros2.
+
+    Args:
+        name: The verb, such as ``topic list``.
+        theirs: The alternatives of each of its flags.
+    """
+
+    def __init__(self, name: str, theirs: list[list[str]]) -> None:
+        self.name = name
+        self.group = name.partition(" ")[0]
+        declared = declared_flags(ELSEWHERE.get(name, name))
+        self.is_here = declared is not None
+        ours = set().union(*(declared or []))
+        accepted = {flag for flags in theirs for flag in flags if _is_accepted(name, flag)}
+        self.same: list[str] = []
+        self.missing: list[str] = []
+        self.count = len(theirs)
+        self.count_here = 0
+        for flags in theirs if self.is_here else ():
+            here = [flag for flag in flags if flag in ours]
+            self.missing += [flag for flag in flags if flag not in ours | accepted]
+            self.count_here += bool(here) or not accepted.isdisjoint(flags)
+            if here:
+                self.same.append("/".join(here))
+        known = {flag for flags in theirs for flag in flags}
+        self.besides = ["/".join(flags) for flags in declared or () if known.isdisjoint(flags)]
+
+    def reasons(self) -> dict[str, str]:
+        """Why each of the missing flags, or the verb itself, is missing; "" where nobody knows."""
+        if not self.is_here:
+            return {self.name: NOT_HERE.get(self.name) or NOT_HERE.get(self.group, "")}
+        return {
+            flag: NOT_HERE.get(f"{self.name} {flag}") or NOT_HERE.get(f"{self.group} {flag}", "")
+            for flag in self.missing
+        }
+
+    def line(self) -> str:
+        """The row as Markdown."""
+        missing = _code(self.missing)
+        if not self.is_here:
+            missing = "the verb"
+        told = dict.fromkeys(reason for reason in self.reasons().values() if reason)
+        if told:
+            missing += f": {'; '.join(told)}"
+        keys = (self.name,) if self.group in FLAGS else (self.group, self.name)
+        otherwise = [OTHERWISE[key] for key in keys if key in OTHERWISE]
+        cells = (
+            f"`{self.name}`",
+            _code(self.same),
+            _code(self.besides),
+            missing,
+            "; ".join(otherwise),
+        )
+        return f"| {' | '.join(cells)} |".replace("|  |", "| |").replace("|  |", "| |")
+
+
+def rows() -> list[Row]:
+    """One for each verb of ros2."""
+    return [Row(name, [one.split("/") for one in text.split()]) for name, text in FLAGS.items()]
+
+
+def page() -> str:
+    """The page's text."""
+    found = rows()
+    lines = [
+        _HEAD.format(
+            verbs=len(found),
+            verbs_here=sum(row.is_here for row in found),
+            flags=sum(row.count for row in found),
+            flags_here=sum(row.count_here for row in found),
+        )
+    ]
+    for group, members in _by_group(found):
+        lines += [f"## {group}", "", _COLUMNS, *(row.line() for row in members), ""]
+    lines += [
+        "## Ours alone",
+        "",
+        ", ".join(f"`{name}`" for name in ours_alone(row.name for row in found)) + ".",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def ours_alone(theirs: Iterable[str]) -> list[str]:
+    """The verbs that ros2 does not have; of groups that it does not have, the group."""
+    known = {ELSEWHERE.get(name, name) for name in theirs}
+    groups = {name.partition(" ")[0] for name in known}
+    found = []
+    for name in plugins.VERBS.ours:
+        verb: Verb | Group = plugins.load(plugins.VERBS, name)
+        if name not in groups:
+            found.append(name)
+        elif isinstance(verb, Group):
+            found += [f"{name} {inner}" for inner in verb.verbs if f"{name} {inner}" not in known]
+    return found
+
+
+def declared_flags(name: str) -> list[tuple[str, ...]] | None:
+    """The flags of one of our verbs; None where there is no such verb."""
+    first, _, second = name.partition(" ")
+    if first not in plugins.VERBS.ours:
+        return None
+    verb: Verb | Group | None = plugins.load(plugins.VERBS, first)
+    if isinstance(verb, Group):
+        verb = verb.verbs.get(second)
+    if verb is None:
+        return None
+    declarations = (each.declaration for each in parameters(verb.load()))
+    return [tuple(each.flags) for each in declarations if isinstance(each, Option)]
+
+
+def _is_accepted(name: str, flag: str) -> bool:
+    """Whether a flag is taken, and changes nothing."""
+    return flag not in ros2_options.plain_line([*name.split(), flag, "1"])
+
+
+def _by_group(found: list[Row]) -> Iterator[tuple[str, list[Row]]]:
+    groups: dict[str, list[Row]] = {}
+    for row in found:
+        groups.setdefault(row.group, []).append(row)
+    yield from sorted(groups.items())
+
+
+def _code(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
