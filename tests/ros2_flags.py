@@ -196,6 +196,8 @@ NOT_HERE = {
         "keystores and enclaves are those of DDS, which is not spoken here; Zenoh's TLS and access "
         "control are set up [by its configuration](ros2.md)"
     ),
+    "bag convert --input-options": "the bags are named by `--input`",
+    "bag record --static-topics-path": "topics are named by `--topics`, also before they exist",
     "launch -d": "means `--detach` here; `--debug` is there",
     "control --ros-args": "the verb's own node cannot be remapped",
 }
@@ -203,6 +205,7 @@ NOT_HERE = {
 
 OTHERWISE = {
     "action send_goal": "status 1 where the goal did not succeed",
+    "bag record": "each file begins with what latched topics last had, always",
     "bag": "see [Record and play](bag.md)",
     "component": "components in Python; C++ is not loaded ([how](components.md))",
     "control view_controller_chains": "an SVG, a graph, and a PDF where Graphviz is installed",
@@ -214,7 +217,7 @@ OTHERWISE = {
     "launch": "a mistake is told with its line before anything starts ([more](launch_files.md))",
     "lifecycle set": "status 1 where the transition failed",
     "param delete": "status 1 where it is refused",
-    "param load": "status 1 where it is refused; takes what `param dump` prints, always",
+    "param load": "status 1 where it is refused",
     "param set": "status 1 where it is refused",
     "pkg create": "no `ament_cargo`",
     "plugin list": "the same as `extensions`, by who brings them",
@@ -225,6 +228,10 @@ OTHERWISE = {
     "run tf2_tools view_frames": (
         "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed"
     ),
+    "topic echo": "several topics, `'/arm/*'`; `--field` is repeated, `ranges[:10]`",
+    "topic hz": "several topics, `'/arm/*'`",
+    "topic bw": "several topics, `'/arm/*'`",
+    "topic delay": "several topics, `'/arm/*'`",
     "topic pub": "`--once` waits for a subscription, and says what for",
     "topic type": "an unknown topic is told",
 }

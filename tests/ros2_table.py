@@ -1,6 +1,6 @@
 """The page on ros2's verbs and flags, made of facts on ros2 and of what our verbs declare.
 
-``python -m tests.ros2_table`` writes it, and `tests.test_ros2_table` compares.
+``python -m tests.ros2_table`` writes it and tells how much is here; `tests.test_docs` compares.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _HEAD = """\
 # Every verb and flag of ros2
 
 Made by `python -m tests.ros2_table` from what the verbs declare; a test compares. Base is Jazzy,
-with what Lyrical adds. Of {verbs} verbs {verbs_here} are here, of {flags} flags {flags_here}.
+with what Lyrical adds.
 
 "Same" are ROS 2's flags that are here, with its names and its meaning; "besides" are ours.
 `--spin-time` and `--no-daemon`, and `--use-sim-time` on verbs that read no time, are accepted and
@@ -43,23 +43,24 @@ class Row:
         self.group = name.partition(" ")[0]
         declared = declared_flags(ELSEWHERE.get(name, name))
         self.is_here = declared is not None
-        ours = set().union(*(declared or []))
-        accepted = {flag for flags in theirs for flag in flags if _is_accepted(name, flag)}
         self.same: list[str] = []
         self.missing: list[str] = []
         self.count = len(theirs)
         self.count_here = 0
+        besides = dict.fromkeys(declared or ())
         for flags in theirs if self.is_here else ():
+            # One of ours with another name that is theirs means something else: `launch -d`.
+            ours = max(declared or (), key=lambda each: _overlap(each, flags), default=())
             here = [flag for flag in flags if flag in ours]
-            self.missing += [flag for flag in flags if flag not in ours | accepted]
-            self.count_here += bool(here) or not accepted.isdisjoint(flags)
+            self.missing += [f for f in flags if f not in here and not _is_accepted(name, f)]
             if here:
                 self.same.append("/".join(here))
-        known = {flag for flags in theirs for flag in flags}
-        self.besides = ["/".join(flags) for flags in declared or () if known.isdisjoint(flags)]
+                besides.pop(ours, None)
+            self.count_here += bool(here) or any(_is_accepted(name, flag) for flag in flags)
+        self.besides = ["/".join(flags) for flags in besides]
 
     def reasons(self) -> dict[str, str]:
-        """Why each of the missing flags, or the verb itself, is missing; "" where nobody knows."""
+        """Why each of the missing flags, or the verb itself, is missing; "" where it is to come."""
         if not self.is_here:
             return {self.name: NOT_HERE.get(self.name) or NOT_HERE.get(self.group, "")}
         return {
@@ -69,12 +70,13 @@ class Row:
 
     def line(self) -> str:
         """The row as Markdown."""
-        missing = _code(self.missing)
-        if not self.is_here:
-            missing = "the verb"
-        told = dict.fromkeys(reason for reason in self.reasons().values() if reason)
-        if told:
-            missing += f": {'; '.join(told)}"
+        by_reason: dict[str, list[str]] = {}
+        for name, reason in self.reasons().items():
+            by_reason.setdefault(reason or "not there yet", []).append(name)
+        missing = "; ".join(
+            f"{_code(names) if self.is_here else 'the verb'}: {reason}"
+            for reason, names in by_reason.items()
+        )
         keys = (self.name,) if self.group in FLAGS else (self.group, self.name)
         otherwise = [OTHERWISE[key] for key in keys if key in OTHERWISE]
         cells = (
@@ -95,14 +97,7 @@ def rows() -> list[Row]:
 def page() -> str:
     """The page's text."""
     found = rows()
-    lines = [
-        _HEAD.format(
-            verbs=len(found),
-            verbs_here=sum(row.is_here for row in found),
-            flags=sum(row.count for row in found),
-            flags_here=sum(row.count_here for row in found),
-        )
-    ]
+    lines = [_HEAD]
     for group, members in _by_group(found):
         lines += [f"## {group}", "", _COLUMNS, *(row.line() for row in members), ""]
     lines += [
@@ -142,6 +137,11 @@ def declared_flags(name: str) -> list[tuple[str, ...]] | None:
     return [tuple(each.flags) for each in declarations if isinstance(each, Option)]
 
 
+def _overlap(ours: tuple[str, ...], theirs: list[str]) -> int:
+    """How much two lists of alternatives have in common; a long name tells more than a letter."""
+    return sum(len(flag) for flag in theirs if flag in ours)
+
+
 def _is_accepted(name: str, flag: str) -> bool:
     """Whether a flag is taken, and changes nothing."""
     return flag not in ros2_options.plain_line([*name.split(), flag, "1"])
@@ -158,5 +158,13 @@ def _code(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)
 
 
+def counts() -> str:
+    """How many of ros2's verbs and flags are here."""
+    found = rows()
+    verbs = f"{sum(row.is_here for row in found)} of {len(found)} verbs"
+    return f"{verbs}, {sum(row.count_here for row in found)} of {sum(r.count for r in found)} flags"
+
+
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    print(counts())

@@ -13,7 +13,7 @@ from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.packages import NewPackage, create_package
-from tests import ROOT
+from tests import ROOT, ros2_table
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
@@ -236,3 +236,8 @@ def test_the_reference_has_a_page_of_every_module_that_the_documentation_uses():
                 used.update(parts if module == "teleopctl.cli" else [module])
     assert used >= {"teleopctl.cli.verb", "teleopctl.cli.console", "teleopctl.control"}
     assert used <= reference_pages()
+
+
+def test_the_page_on_ros2s_verbs_is_what_the_declarations_make():
+    same = ros2_table.PAGE.read_text(encoding="utf-8") == ros2_table.page()
+    assert same, "run `python -m tests.ros2_table`, and look at what it changes"

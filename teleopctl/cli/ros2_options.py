@@ -2,7 +2,8 @@
 
 There, ``--no-daemon`` passes by a cache of the graph and ``--spin-time`` waits for the graph to
 become known. Here no cache exists, and the graph is known at once. ``--use-sim-time`` means
-something to verbs that stamp or measure, and nothing to those that only read the graph.
+something to verbs that stamp or measure, and nothing to the others; ``control`` finds its manager
+also where the name is a hidden one.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ BUFFERING = "--use-python-default-buffering"
 _FLAG = "--no-daemon"
 _WITH_VALUE = "--spin-time"
 _SIMULATED = ("-s", "--use-sim-time")
+# Nouns all of whose verbs read no time, and of the others the verbs that do not.
+_TIMELESS = frozenset({"action", "component", "control", "lifecycle", "node", "param"})
 _READ_THE_GRAPH = {
     "topic": frozenset({"list", "info", "type", "find"}),
-    "node": frozenset({"list", "info"}),
     "service": frozenset({"list", "info", "type", "find"}),
-    "param": frozenset({"list", "get", "set", "describe", "dump", "load", "delete"}),
 }
 _HIDDEN = {
     "topic": "--include-hidden-topics",
@@ -47,8 +48,10 @@ def plain_line(words: Sequence[str]) -> list[str]:
     group, *rest = _behind_the_verb(words)
     verb = rest[0] if rest else ""
     dropped = {_FLAG}
-    if verb in _READ_THE_GRAPH.get(group, ()):
+    if group in _TIMELESS or verb in _READ_THE_GRAPH.get(group, ()):
         dropped.update(_SIMULATED)
+    if group == "control":
+        dropped.add("--include-hidden-nodes")
     kept = [group]
     remaining = iter(rest)
     for word in remaining:

@@ -14,6 +14,8 @@ from teleopctl.cli.verbs.topic.qos_options import (
     Depth,
     DurabilityName,
     HistoryName,
+    LeaseDuration,
+    LivelinessName,
     ProfileName,
     QosWishes,
     ReliabilityName,
@@ -72,6 +74,8 @@ def echo(
     qos_durability: DurabilityName = None,
     qos_history: HistoryName = None,
     qos_depth: Depth = None,
+    qos_liveliness: LivelinessName = None,
+    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
 ) -> None:
     """Print what goes on in an action.
 
@@ -82,7 +86,10 @@ def echo(
     name = absolute_name(action_name)
     type_ = type_name or types_of(name, live_graph().action_names_and_types(), kind="action")[0]
     action = get_action(normalize(type_, "action"))
-    wishes = QosWishes(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth)
+    wishes = QosWishes(
+        *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
+        *(qos_liveliness, qos_liveliness_lease_duration_seconds),
+    )
     style = TextStyle(
         truncate=None if full_length else truncate_length,
         flow=flow_style,

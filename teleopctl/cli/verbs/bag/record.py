@@ -133,6 +133,23 @@ def record(
             help="Keep the newest messages in memory until ~/snapshot is called or S is pressed.",
         ),
     ] = False,
+    repeat_transient_local: Annotated[
+        list[str] | None,
+        Option(
+            "--repeat-transient-local",
+            help="Accepted for ROS 2's sake: each file begins with what all latched topics had.",
+            metavar="TOPIC",
+        ),
+    ] = None,
+    repeat_all_transient_local: Annotated[
+        str | None,
+        Option(
+            "--repeat-all-transient-local",
+            help="Likewise.",
+            metavar="[DEPTH]",
+            alone="1",
+        ),
+    ] = None,
     start_paused: Annotated[bool, Option("--start-paused", help="Start paused.")] = False,
     use_sim_time: Annotated[
         bool, Option("--use-sim-time", help="Take the time from /clock.")
@@ -200,6 +217,7 @@ def record(
 
     The space bar pauses and resumes. Ctrl-C ends it: all that was received is written first.
     """
+    del repeat_transient_local, repeat_all_transient_local
     if topics_positional:
         console.warn(
             'Positional "topics" argument deprecated. '

@@ -18,9 +18,14 @@ def list_nodes(
     count_nodes: Annotated[
         bool, Option("-c", "--count-nodes", help="Print only how many there are.")
     ] = False,
+    timeout: Annotated[
+        float | None,
+        Option("--timeout", help="Accepted for ROS 2's sake: the graph is known at once."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """List the managed nodes."""
+    del timeout
     names = managed_nodes(live_graph(), include_hidden=include_all)
     if as_json:
         console.out_json(names)
