@@ -36,22 +36,28 @@ def activate() -> None:
 
 
 def activate_children() -> None:
-    """Let every Python that this process starts do the same, and find ``ros2``. Idempotent.
+    """Let every Python that this process starts do the same, as if sourced. Idempotent.
 
     The interpreters among them that have no teleopctl are left as they are.
     """
-    offer_programs()
+    set_variables()
     inherited = os.environ.get("PYTHONPATH", "")
     if START_HOOK not in inherited.split(os.pathsep):
         # In front of any other sitecustomize, which ours runs when it is done.
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (START_HOOK, inherited)))
 
 
-def offer_programs() -> None:
-    """Let this process, and those that it starts, find ``ros2`` and ``xacro``. Idempotent.
+def set_variables() -> None:
+    """Set what a sourced ROS 2 sets, for this process and those that it starts. Idempotent.
 
-    They stand at the end of ``PATH``: a program of that name that is installed is found before.
+    ``ros2`` and ``xacro`` stand at the end of ``PATH``: one that is installed is found before.
     """
+    os.environ.setdefault("ROS_VERSION", "2")
+    os.environ.setdefault("ROS_PYTHON_VERSION", "3")
+    if not os.environ.get("ROS_DISTRO"):
+        from teleopctl.interfaces import distribution
+
+        os.environ["ROS_DISTRO"] = distribution()
     os.environ["TELEOPCTL_PYTHON"] = sys.executable
     path = os.environ.get("PATH", os.defpath)
     if PROGRAMS not in path.split(os.pathsep):

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 from pathlib import Path
 
-from teleopctl.compat.activation import SITE, activate, offer_programs
+from teleopctl.compat.activation import SITE, activate, set_variables
 from teleopctl.errors import LaunchError
-from teleopctl.interfaces import distribution
 from teleopctl.launch import LaunchFile
 
 _FUNCTION = "generate_launch_description"
@@ -63,9 +61,6 @@ def prefer_ours() -> None:
     A launch is evaluated here, so that the classes have to be these and no others.
     """
     activate()
-    offer_programs()
+    set_variables()
     if sys.path[0] != SITE:
         sys.path.insert(0, SITE)
-    given = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": distribution()}
-    for name, value in given.items():
-        os.environ.setdefault(name, value)

@@ -202,8 +202,11 @@ for words in (["ros2", "interface", "show", "std_msgs/msg/String"], ["xacro", {s
 mine = shutil.copy(shutil.which("ros2"), {str(tmp_path)!r})
 os.environ["PATH"] = {str(tmp_path)!r} + os.pathsep + os.environ["PATH"]
 print(shutil.which("ros2") == mine)
+print(os.environ["ROS_VERSION"], os.environ["ROS_DISTRO"])
 """
-    first, shown, second, robot, third = output(code).splitlines()
+    *shown, variables = output(code, ROS_DISTRO="humble").splitlines()
+    assert variables == "2 humble"
+    first, definition, second, robot, third = shown
     assert (first, second, third) == ("True", "True", "True")
-    assert shown == "['string', 'data']"
+    assert definition == "['string', 'data']"
     assert 'name="base"' in robot.replace("\\", "")

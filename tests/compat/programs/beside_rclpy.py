@@ -84,7 +84,7 @@ def borrowed():
     from rclpy.action.client import Future
     from rclpy.clock import Duration as SameDuration
     from rclpy.node import MsgType, MutuallyExclusiveCallbackGroup, SetParametersResult
-    from rclpy.parameter import ParameterType
+    from rclpy.parameter import ParameterType, get_parameter_value
     from tf2_geometry_msgs import PointStamped as SamePoint
 
     assert SameDuration is Duration
@@ -95,6 +95,7 @@ def borrowed():
     assert MsgType is not None
     assert not Future().done()
     assert not hasattr(rclpy.node, "Nodes")
+    assert get_parameter_value(string_value="[1, 2]").integer_array_value.tolist() == [1, 2]
     assert BoundedSequence(UnboundedString(), 3).has_maximum_size()
     assert not UnboundedString().has_maximum_size()
 

@@ -24,7 +24,10 @@ __all__ = [
 
 PARAMETER_SEPARATOR_STRING = "."
 
-get_parameter_value = parameter_value_from_yaml
+
+def get_parameter_value(string_value: str) -> "ParameterValue":
+    """Return what a text of YAML stands for, as a message."""
+    return parameter_value_from_yaml(string_value)
 
 
 def parameter_value_to_python(parameter_value: "ParameterValue") -> "AllowableParameterValue":
