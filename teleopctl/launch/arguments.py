@@ -69,8 +69,14 @@ def undeclared_arguments(file: Path, arguments: Mapping[str, str]) -> list[str]:
 
     For a file that can be, the plan's warnings say so.
     """
+    from teleopctl.robot import xacro_arguments
+
     try:
-        return undeclared(arguments, argument_names(file))
+        of_robots = xacro_arguments(
+            Path(value) for value in arguments.values() if value.endswith((".xacro", ".urdf"))
+        )
+        unknown = [name for name in arguments if name not in of_robots]
+        return undeclared(unknown, argument_names(file))
     except TeleopctlError:
         return []
 

@@ -5,6 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.robot.any_robot import (
+        controllers_for as controllers_for,
+        with_mesh_paths as with_mesh_paths,
+        xacro_arguments as xacro_arguments,
+    )
     from teleopctl.robot.description import RobotDescription as RobotDescription
     from teleopctl.robot.free_joints import JointSet as JointSet
     from teleopctl.robot.gazebo_tag import Plugin as Plugin, Sensor as Sensor
@@ -16,6 +21,10 @@ if TYPE_CHECKING:
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
+    )
+    from teleopctl.robot.simulated import (
+        SimulatedDescription as SimulatedDescription,
+        simulated as simulated,
     )
     from teleopctl.robot.urdf import (
         Box as Box,
@@ -42,6 +51,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
+            "any_robot": "controllers_for with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "free_joints": "JointSet",
             "gazebo_tag": "Plugin Sensor",
@@ -50,6 +60,7 @@ else:
             "kinematics": "SegmentTree",
             "mesh_units": "collada_unit_m",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
+            "simulated": "SimulatedDescription simulated",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "world_file": "World read_world",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",

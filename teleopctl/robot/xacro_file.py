@@ -25,6 +25,7 @@ from teleopctl.errors import InvalidDescriptionError, NotFoundError, TeleopctlEr
 from teleopctl.expression import ExpressionError, compute
 from teleopctl.packages import include_package_of, package_share
 from teleopctl.printable import shortened
+from teleopctl.robot.any_robot import in_words, xacro_arguments
 
 SAFE = "TELEOPCTL_SAFE"
 """The variable that makes every process read descriptions in safe mode."""
@@ -35,6 +36,7 @@ _SAFE_EXTENSION = re.compile(r"\$\((?:cwd|dirname|arg\s[^()$]*|find\s[^()$]*)\)"
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
 
+_MISSING_ARGUMENT = "Undefined substitution argument"
 _UNBOUND_PREFIX = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
 _EXPRESSION = re.compile(r"when evaluating expression '(?P<expression>.*?)'(?:\s|$)", re.DOTALL)
 
@@ -197,12 +199,18 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
         reason, hint = cause.message, cause.hint
     elif isinstance(cause, Exception) and reason.startswith("<class "):
         reason = f"{type(cause).__name__}: {cause}"
+    elif _MISSING_ARGUMENT in reason and (known := xacro_arguments(_files_so_far(xacro, path))):
+        hint = f"It takes {in_words(known)}; give them as name:=value"
     expression = _EXPRESSION.search(reason)
     place = _place(xacro, path, expression.group("expression") if expression else None)
     macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
     inside = f" (in macro {' > '.join(macros)})" if macros else ""
     reason = " ".join(reason.split()) or type(error).__name__
     return InvalidDescriptionError(f"{place}: {reason}{inside}", hint=hint)
+
+
+def _files_so_far(xacro: ModuleType, path: Path) -> list[Path]:
+    return list(dict.fromkeys((path, *map(Path, xacro.all_includes))))
 
 
 def _root_cause(error: BaseException) -> BaseException:

@@ -349,7 +349,7 @@ PLAIN_ARM = (
 
 def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
     (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
-    result = ros.run("launch -d sim.yaml camera:=false model:=plain.urdf")
+    result = ros.run("launch -d sim.yaml camera:=false hardware:=as_described model:=plain.urdf")
     assert result.returncode == 1
     assert result.stderr == (
         "teleopctl: ros2_control_node-2: the robot description is refused: "
@@ -366,7 +366,7 @@ def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
 
 def test_in_the_foreground_the_spawner_ends_with_the_reason_of_a_refusal(ros):
     (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
-    launch = ros.spawn("launch sim.yaml camera:=false model:=plain.urdf")
+    launch = ros.spawn("launch sim.yaml camera:=false hardware:=as_described model:=plain.urdf")
     launch.wait_for_line(
         r"\[spawner-4\].* has not accepted the robot description: no 'ros2_control'"
     )

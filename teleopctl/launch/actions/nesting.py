@@ -140,8 +140,10 @@ class IncludeSteps(Action):
 
 def give(arguments: tuple[tuple[Template, Template], ...], launch: Launch) -> None:
     """Set the launch variables that are given to an included file."""
-    for name, value in arguments:
-        launch.scope.variables[launch.text(name)] = launch.text(value)
+    values = {launch.text(name): value for name, value in arguments}
+    for name, value in values.items():
+        launch.scope.variables[name] = launch.text(value)
+    launch.scope.given |= values.keys()
 
 
 def included_path(text: str, including: Path) -> Path:

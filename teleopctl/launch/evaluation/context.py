@@ -9,13 +9,16 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Template
+
+if TYPE_CHECKING:
+    from teleopctl.robot import ExpandedXacro
 
 # What only a semantic description of MoveIt has (SRDF), whose root is called ``robot``, too.
 _SEMANTIC = re.compile("<(?:group|group_state|end_effector|virtual_joint|disable_collisions)[ />]")
@@ -43,7 +46,8 @@ class LaunchContext:
 
     Attributes:
         arguments: The launch arguments that the command line gave.
-        declared: Names of the launch arguments that have been declared.
+        declared: Names of the launch arguments that have been declared, by a launch file or by a
+            robot description that is handed them.
         node_names: How many nodes have a full name, where the launch file gives it.
         event: What has happened and is being answered; None in the first walk over the files.
         launch: The evaluation that this is the state of, once there is one.
@@ -58,11 +62,12 @@ class LaunchContext:
         self.launch: Launch | None = None
         self.shown_as: object | None = None
         self.declared: set[str] = set()
+        self._declared_in: dict[Path, set[str]] = {}
         self.node_names: Counter[str] = Counter()
         self.file = Path()
         self.warnings: list[str] = []
         self._live_nodes: frozenset[str] | None = None
-        self._robots: dict[tuple[str, tuple[tuple[str, str], ...]], str] = {}
+        self._robots: dict[tuple[str, tuple[tuple[str, str], ...]], ExpandedXacro] = {}
         self._anonymous: dict[str, str] = {}
 
     def copy(self) -> LaunchContext:
@@ -141,12 +146,51 @@ class LaunchContext:
             return self.scope.environment[name]
         return os.environ.get(name)  # which on Windows knows it in any letter case
 
+    def declare(self, name: str) -> None:
+        """Make a launch argument of the current file known."""
+        self.declared.add(name)
+        self._declared_in.setdefault(self.file, set()).add(name)
+
+    def passed_on(self) -> dict[str, str]:
+        """Return the launch arguments that the current file was given and does not declare."""
+        given = self.scope.given | self.arguments.keys()
+        return {
+            name: self.scope.variables[name]
+            for name in sorted(given - self._declared_in.get(self.file, set()))
+            if name in self.scope.variables
+        }
+
     def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
         """Expand a xacro file; each combination of file and arguments only once.
 
         Raises:
             TeleopctlError: When the file is missing or does not parse, or is no robot.
         """
+        return self._expanded(file, mappings).text
+
+    def given_to_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
+        """Return which launch arguments a xacro file takes and the current launch file does not.
+
+        Args:
+            file: The xacro file.
+            mappings: Its arguments that the launch file gives, which are not among them.
+
+        Raises:
+            TeleopctlError: As `robot_description`.
+        """
+        from teleopctl.robot import xacro_arguments
+
+        passed_on = {
+            name: value for name, value in self.passed_on().items() if name not in mappings
+        }
+        if not passed_on:
+            return {}
+        taken = xacro_arguments(self._expanded(file, {**passed_on, **mappings}).files)
+        given = {name: value for name, value in passed_on.items() if name in taken}
+        self.declared.update(given)
+        return given
+
+    def _expanded(self, file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
         key = (str(file), tuple(sorted(mappings.items())))
         if key not in self._robots:
             self._robots[key] = _read_robot(file, mappings)
@@ -185,22 +229,23 @@ def located(place: Place) -> Iterator[None]:
         raise error.at(str(place)) from error
 
 
-def _read_robot(file: Path, mappings: Mapping[str, str]) -> str:
-    from teleopctl.robot import RobotDescription, expand_xacro
+def _read_robot(file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
+    from teleopctl.robot import RobotDescription, read_xacro
 
     try:
-        text = expand_xacro(file, dict(mappings))
+        expanded = read_xacro(file, dict(mappings))
     except InvalidDescriptionError as error:
         # It names the file at fault, which is not the launch file.
         error.place = str(file)
         raise
+    text = expanded.text
     if "<robot" in text and not _SEMANTIC.search(text):
         # A mistake is told here, once, and not by each of the nodes that would read it.
         try:
             RobotDescription.from_urdf(text)
         except TeleopctlError as error:
             raise error.at(str(file)) from error
-    return text
+    return expanded
 
 
 def _query_nodes() -> frozenset[str]:

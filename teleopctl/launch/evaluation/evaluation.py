@@ -230,7 +230,7 @@ class Evaluation:
 
     def declare(self, name: str) -> None:
         """Make a launch argument known."""
-        self.context.declared.add(name)
+        self.context.declare(name)
 
     def say(self, level: str, message: str, logger: str = "launch.user") -> None:
         """Show a line to the person in front of the terminal."""

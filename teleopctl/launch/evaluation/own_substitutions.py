@@ -1,11 +1,10 @@
 """Substitutions that ROS 2 does not have.
 
-``$(xacro FILE name:=value …)`` is the robot description, expanded in this process,
 ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
 that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
 ``$(file-controllers FILE)`` the controllers that it configures, and ``$(world-file FILE)`` is the
-path of a file of what stands around a robot, which has been looked through. Their names stand in
-`teleopctl.plugins`.
+path of a file of what stands around a robot, which has been looked through. Those about robots are
+in `robots`; the names stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -23,23 +22,6 @@ if TYPE_CHECKING:
 
 # How the type of a controller ends among the manager's parameters: NAME.type.
 _TYPE = ".type"
-
-
-def expand(arguments: Sequence[str], context: LaunchContext) -> str:
-    """Return the robot description of a xacro file and its ``name:=value`` arguments.
-
-    As on the command line of ``xacro``, the file may stand anywhere among them.
-
-    Raises:
-        TeleopctlError: An argument is something else, or the file cannot be expanded.
-    """
-    files = [word for word in arguments if ":=" not in word]
-    for argument in files[1:]:
-        raise LaunchError(f"$(xacro …): expected 'name:=value', got '{argument}'")
-    if not files:
-        raise LaunchError("$(xacro …): the file is missing")
-    mappings = dict(word.split(":=", 1) for word in arguments if ":=" in word)
-    return context.robot_description(resolve_uri(files[0]).absolute(), mappings)
 
 
 def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
@@ -118,4 +100,3 @@ FILE_PARAM = Substitution(_file_parameter, 3, 4)
 FIRST_FILE = Substitution(_first_file, 1, None)
 NODE_EXISTS = Substitution(_node_exists, 1, 1)
 WORLD_FILE = Substitution(_world_file, 1, 1)
-XACRO = Substitution(expand, 1, None)

@@ -15,8 +15,8 @@ from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.expression import ExpressionError, evaluate
 from teleopctl.launch.evaluation.commands import find_command, with_ours
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.own_substitutions import expand
 from teleopctl.launch.evaluation.parameters import parameter_value
+from teleopctl.launch.evaluation.robots import expand
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import Parameter

@@ -23,6 +23,7 @@ class Scope:
         remaps: Remappings of every following node.
         use_sim_time: Whether the launch's own timers follow ``/clock``.
         loop_values: What the loops around give, by name.
+        given: Names of the launch arguments that the including file gave.
         remembered: What is to come back, the last one first, but for the environment.
         remembered_environments: Likewise for the environment.
     """
@@ -33,6 +34,7 @@ class Scope:
     remaps: tuple[tuple[str, str], ...] = ()
     use_sim_time: bool = False
     loop_values: Mapping[str, str] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
     remembered: tuple[Scope, ...] = ()
     remembered_environments: tuple[dict[str, str | None], ...] = ()
 

@@ -1,0 +1,108 @@
+"""What can be told of anybody's description: its arguments, its meshes, and what may move it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from teleopctl.robot.description import RobotDescription
+
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_ARGUMENT = re.compile(r"<xacro:arg\s([^>]*)>")
+_ATTRIBUTE = re.compile(r"(\w+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
+_MESH = re.compile(r"(<mesh\s[^>]*?filename\s*=\s*[\"'])([^\"']*)")
+_RATE_HZ = 100
+_USE = re.compile(r"\$\(arg\s+(\w+)\s*\)")
+
+
+def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
+    """Return the arguments of a description, with their defaults as written; None for none.
+
+    Args:
+        files: The description's file and those that it includes; what cannot be read has none.
+    """
+    declared: dict[str, str | None] = {}
+    used: dict[str, None] = {}
+    for file in files:
+        try:
+            text = _COMMENT.sub("", file.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError):
+            continue
+        for tag in _ARGUMENT.findall(text):
+            attributes = {name: first or second for name, first, second in _ATTRIBUTE.findall(tag)}
+            if "name" in attributes:
+                declared.setdefault(attributes["name"], attributes.get("default"))
+        used.update(dict.fromkeys(_USE.findall(text)))
+    # What is used and nowhere declared has to be given.
+    return {**{name: None for name in used if name not in declared}, **declared}
+
+
+def in_words(arguments: dict[str, str | None]) -> str:
+    """Name arguments with their defaults, those that have to be given first."""
+    ordered = sorted(arguments.items(), key=lambda item: item[1] is not None)
+    return ", ".join(
+        name if default is None else f"{name} ({default})" for name, default in ordered
+    )
+
+
+def with_mesh_paths(urdf: str, folder: Path) -> str:
+    """Return a description whose meshes beside its file are named by their whole paths.
+
+    Whoever reads the description from a topic does not know where its file was.
+
+    Args:
+        urdf: The description.
+        folder: Where its file is.
+    """
+
+    def whole(match: re.Match[str]) -> str:
+        before, name = match.groups()
+        if not name or "://" in name or name.startswith("/") or not (folder / name).is_file():
+            return match[0]
+        return f"{before}{(folder / name).resolve().as_uri()}"
+
+    return _MESH.sub(whole, urdf)
+
+
+# Any: parameters as they stand in YAML.
+def controllers_for(description: RobotDescription) -> dict[str, Any]:
+    """Return parameters of controllers that move every joint of ``<ros2_control>``, and tell all.
+
+    Joints that take positions follow trajectories; of the others each group takes its values.
+
+    Args:
+        description: The robot.
+    """
+    joints = [joint for system in description.ros2_control for joint in system.joints]
+    states = [{interface.name for interface in joint.state_interfaces} for joint in joints]
+    read = [name for name in ("position", "velocity") if all(name in known for known in states)]
+    of_kind: dict[str, list[str]] = {"position": [], "velocity": [], "effort": []}
+    for joint in joints:
+        commands = {interface.name for interface in joint.command_interfaces}
+        for kind, names in of_kind.items():
+            if kind in commands:
+                names.append(joint.name)
+                break
+    types = {"joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster"}
+    parameters: dict[str, dict[str, Any]] = {}
+    if positions := of_kind["position"]:
+        types["joint_trajectory_controller"] = (
+            "joint_trajectory_controller/JointTrajectoryController"
+        )
+        parameters["joint_trajectory_controller"] = {
+            "joints": positions,
+            "command_interfaces": ["position"],
+            "state_interfaces": read,
+        }
+    for kind in ("velocity", "effort"):
+        if of_kind[kind]:
+            types[f"{kind}_controller"] = f"{kind}_controllers/JointGroup{kind.title()}Controller"
+            parameters[f"{kind}_controller"] = {"joints": of_kind[kind]}
+    manager = {"update_rate": _RATE_HZ, **{name: {"type": type_} for name, type_ in types.items()}}
+    return {
+        name: {"ros__parameters": values}
+        for name, values in {"controller_manager": manager, **parameters}.items()
+    }

@@ -1,0 +1,111 @@
+"""Launch files that take any robot: its arguments, its hardware, its controllers."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import yaml
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.frontends.yaml.parser import parse_file
+from teleopctl.launch.model.plan import LaunchPlan
+from teleopctl.launch.model.request import LaunchRequest
+
+XACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="head">
+  <xacro:arg name="joint" default="pan"/>
+  <link name="base"/><link name="face"/>
+  <joint name="$(arg joint)" type="revolute"><parent link="base"/><child link="face"/>
+    <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <ros2_control name="Real" type="system">
+    <hardware><plugin>vendor/Driver</plugin></hardware>
+    <joint name="$(arg joint)"><command_interface name="position"/>
+      <state_interface name="position"/></joint>
+  </ros2_control>
+  {more}
+</robot>"""
+
+
+class Evaluated(NamedTuple):
+    """A plan, and what a substitution stands for in it."""
+
+    plan: LaunchPlan
+    shown: str
+
+    @property
+    def said(self) -> list[str]:
+        return [text for _, _, text in self.plan.start.messages]
+
+
+@pytest.fixture
+def evaluated(tmp_path):
+    def evaluated(value, more="", **arguments):
+        (tmp_path / "head.xacro").write_text(XACRO.replace("{more}", more))
+        text = f'launch:\n- let:\n    name: shown\n    value: "{value}"\n'
+        file = tmp_path / "main.yaml"
+        file.write_text(text.replace("FILE", str(tmp_path / "head.xacro")))
+        plan, evaluation = evaluate(
+            parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file))
+        )
+        return Evaluated(plan, evaluation.context.scope.variables["shown"])
+
+    return evaluated
+
+
+def test_launch_arguments_that_the_description_takes_are_handed_over_and_known(evaluated):
+    done = evaluated("$(robot FILE)", joint="tilt", nonsense="1")
+    assert '<joint name="tilt" type="revolute">' in done.shown
+    assert [warning.partition(" is not")[0] for warning in done.plan.warnings] == [
+        "launch argument 'nonsense'"
+    ]
+
+
+def test_what_the_launch_file_says_itself_comes_first(evaluated):
+    done = evaluated("$(robot FILE joint:=roll)", joint="tilt")
+    assert '<joint name="roll" type="revolute">' in done.shown
+
+
+def test_the_arguments_are_listed_for_who_expands_the_file_again(evaluated):
+    done = evaluated("$(robot-arguments FILE hardware:=sim)", joint="tilt")
+    assert json.loads(done.shown) == ["joint:=tilt", "hardware:=sim"]
+
+
+def test_an_argument_that_is_missing_is_named_with_all_that_there_are(evaluated):
+    with pytest.raises(TeleopctlError, match="Undefined substitution argument kind") as caught:
+        evaluated("$(robot FILE)", more='<link name="$(arg kind)"/>')
+    assert caught.value.hint == "It takes kind, joint (pan); give them as name:=value"
+
+
+def test_the_simulator_is_the_hardware_unless_the_description_is_to_decide(evaluated):
+    done = evaluated("$(simulated-robot FILE sim)")
+    assert "vendor/Driver" not in done.shown
+    assert done.said == [
+        "The simulator is the hardware of 'Real' (vendor/Driver); "
+        "hardware:=as_described takes the description's own"
+    ]
+    done = evaluated("$(simulated-robot FILE as_described)")
+    assert "vendor/Driver" in done.shown
+    assert done.said == []
+
+
+def test_the_controllers_are_those_that_the_description_names(evaluated, tmp_path):
+    (tmp_path / "c.yaml").touch()
+    plug_in = (
+        '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so">'
+        f"<parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>"
+    )
+    done = evaluated("$(robot-controllers FILE sim other.yaml)", more=plug_in)
+    assert done.shown == str(tmp_path / "c.yaml")
+    assert done.said == [f"Controllers of the description: {tmp_path}/c.yaml"]
+    with pytest.raises(TeleopctlError, match=r"gone/c.yaml is no file"):
+        evaluated("$(robot-controllers FILE sim '')", more=plug_in.replace(str(tmp_path), "/gone"))
+
+
+def test_where_none_are_named_they_are_the_launch_files_or_made_for_the_joints(evaluated):
+    assert evaluated("$(robot-controllers FILE sim other.yaml)").shown == "other.yaml"
+    done = evaluated("$(robot-controllers FILE sim '')")
+    parameters = yaml.safe_load(Path(done.shown).read_text())
+    trajectory = parameters["joint_trajectory_controller"]["ros__parameters"]
+    assert trajectory["joints"] == ["pan"]
+    assert done.said == [f"No controllers_file is given or described: those of {done.shown}"]
