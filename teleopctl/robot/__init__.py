@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
     )
-    from teleopctl.robot.simulated import (
+    from teleopctl.robot.simulated_hardware import (
         SimulatedDescription as SimulatedDescription,
         simulated as simulated,
     )
@@ -60,7 +60,7 @@ else:
             "kinematics": "SegmentTree",
             "mesh_units": "collada_unit_m",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
-            "simulated": "SimulatedDescription simulated",
+            "simulated_hardware": "SimulatedDescription simulated",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "world_file": "World read_world",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",

@@ -385,16 +385,17 @@ def test_a_controller_that_cannot_be_loaded_fails_the_launch_with_the_managers_r
 
 
 def test_a_simulator_that_cannot_build_the_robot_is_not_up(ros):
-    # A mesh that does not exist: the description is a good one, the model of it is none.
+    # What floats in the middle of a tree: the description is a good one, physics has none of it.
     urdf = PLAIN_ARM.replace(
-        "</inertial></link>",
-        '</inertial><collision><geometry><mesh filename="file:///gone.stl"/></geometry>'
-        "</collision></link>",
+        "</robot>",
+        '<link name="leaf"/><joint name="float" type="floating"><parent link="tip"/>'
+        '<child link="leaf"/></joint></robot>',
     )
-    (ros.folder / "gone.urdf").write_text(urdf)
-    result = ros.run("launch -d sim.yaml camera:=false start_controllers:=false model:=gone.urdf")
+    (ros.folder / "float.urdf").write_text(urdf)
+    result = ros.run("launch -d sim.yaml camera:=false start_controllers:=false model:=float.urdf")
     assert result.returncode == 1
     assert "mujoco_sim-1 is up" not in result.stdout
+    assert "float" in result.stderr
 
 
 def test_a_node_that_waits_for_what_nobody_publishes_is_up(ros):

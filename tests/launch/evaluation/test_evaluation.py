@@ -445,11 +445,11 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
 
     calls = []
 
-    def expand_xacro(path, mappings):
+    def read_xacro(path, mappings):
         calls.append((path, mappings))
-        return ARM
+        return robot.ExpandedXacro(ARM, (path,))
 
-    monkeypatch.setattr(robot, "expand_xacro", expand_xacro)
+    monkeypatch.setattr(robot, "read_xacro", read_xacro)
     node = (
         "- node: {pkg: camera, exec: camera, param: "
         "[{name: robot_description, value: \"$(xacro 'my arm.xacro' speed:=2)\"}]}\n"
@@ -514,7 +514,11 @@ def test_a_semantic_description_is_no_robot_that_lacks_links(plan, tmp_path):
 def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(plan, monkeypatch):
     from teleopctl import robot
 
-    monkeypatch.setattr(robot, "expand_xacro", lambda path, given: f"{path.name} {given}")
+    monkeypatch.setattr(
+        robot,
+        "read_xacro",
+        lambda path, given: robot.ExpandedXacro(f"{path.name} {given}", (path,)),
+    )
     monkeypatch.setenv("PATH", "")
     for program in ("xacro", "$(find-exec xacro)"):
         for line in ("a.xacro b:=1 c:=", "b:=1 a.xacro c:="):
