@@ -9,22 +9,14 @@ answered by one command with the very same stamp.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
-from teleopctl.control.handles import (
-    EFFORT,
-    POSITION,
-    VELOCITY,
-    CommandInterface,
-    StateInterface,
-)
+from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
+from teleopctl.control.hardware.joint_state_exchange import FIELDS, exchange_of
 from teleopctl.control.lifecycle import ReturnType
-from teleopctl.interfaces import set_stamp, to_nanoseconds
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
-_FIELDS = (POSITION, VELOCITY, EFFORT)
 _NAN = float("nan")
 
 
@@ -33,70 +25,60 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
     ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true): whether a control
-    cycle runs for each received state, or on the wall clock with the latest state.
+    cycle runs for each received state, or on the wall clock with the latest state. Components that
+    name the same topics share them.
     """
 
     def on_init(self) -> None:
         """Read the parameters and lay out the messages."""
         parameters = self.info.hardware_parameters
         self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
-        self._cycle: Callable[[int], None] | None = None
-        self._message: Any = None
-        self._publisher: Any = None
-        self._answered_ns = -1
         self._layout: Sequence[str] = ()
         self._readers: list[tuple[StateInterface, str, int]] = []
         self._states_topic = parameters.get("joint_states_topic") or STATES_TOPIC
-        self._commands_topic = parameters.get("joint_commands_topic") or COMMANDS_TOPIC
+        self._exchange = exchange_of(
+            self.get_node(),
+            self._states_topic,
+            parameters.get("joint_commands_topic") or COMMANDS_TOPIC,
+        )
         commands = self.command_interfaces.values()
         self._names = list(dict.fromkeys(command.prefix_name for command in commands))
         self._columns: list[tuple[str, list[CommandInterface | None]]] = [
             (field, [self.command_interfaces.get(f"{name}/{field}") for name in self._names])
-            for field in _FIELDS
+            for field in FIELDS
             if any(command.interface_name == field for command in commands)
         ]
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
         """Take the function that runs a control cycle."""
-        self._cycle = cycle
+        if self.drives_cycle:
+            self._exchange.cycle = cycle
 
     def on_configure(self) -> None:
         """Subscribe to the states, and forget those from before."""
-        from teleopctl.interfaces import get_message
-
-        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
-        self._message = None
-        self._command = self._joint_state()
         for state in self.state_interfaces.values():
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
-        # On the transport's thread: in lockstep the simulator waits for the answer.
-        self._subscription = self.get_node().create_subscription(
-            self._joint_state, self._states_topic, self._received, 10, immediate=True
-        )
+        self._exchange.open(self)
 
     def on_activate(self) -> None:
-        """Offer commands: a simulator takes the publisher as the promise of an answer."""
+        """Offer commands."""
         for command in self.command_interfaces.values():
             # The robot may have been moved meanwhile: old commands would move it back.
             command.value = _NAN
-        self._publisher = self.get_node().create_publisher(
-            self._joint_state, self._commands_topic, 10
-        )
+        self._exchange.activate(self)
 
     def on_deactivate(self) -> None:
-        """Offer no more commands; the simulator holds the last one."""
-        publisher, self._publisher = self._publisher, None
-        self.get_node().destroy_publisher(publisher)
+        """Offer no more commands."""
+        self._exchange.deactivate(self)
 
     def on_cleanup(self) -> None:
         """Unsubscribe."""
-        self.get_node().destroy_subscription(self._subscription)
+        self._exchange.close(self)
 
     def on_error(self) -> None:
         """Leave both topics."""
-        if self._publisher is not None:
-            self.on_deactivate()
+        self.on_deactivate()
         self.on_cleanup()
 
     def perform_command_mode_switch(
@@ -109,26 +91,15 @@ class JointStateTopicSystem(HardwareComponentInterface):
             if command.prefix_name in joints and name not in start_interfaces and given_up:
                 command.value = _NAN
 
-    def _received(self, message: Any) -> None:
-        self._message = message
-        if self._cycle is None or not self.drives_cycle:
-            return
-        time_ns = to_nanoseconds(message.header.stamp)
-        try:
-            self._cycle(time_ns)
-        finally:
-            if self._answered_ns != time_ns:
-                self._answer(time_ns, set())
-
     def read(self, time_ns: int, period: float) -> ReturnType | None:
         """Take over the latest received state."""
         del time_ns, period
-        message = self._message
+        message = self._exchange.message
         if message is None:
             return None
         if self._layout != message.name:
             self._lay_out(list(message.name))
-        fields = {field: getattr(message, field) for field in _FIELDS}
+        fields = {field: getattr(message, field) for field in FIELDS}
         for state, field, index in self._readers:
             values = fields[field]
             if index < len(values):
@@ -141,7 +112,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         index = {name: position for position, name in enumerate(names)}
         self._readers, missing = [], set()
         for state in self.state_interfaces.values():
-            if state.interface_name in _FIELDS and state.prefix_name in index:
+            if state.interface_name in FIELDS and state.prefix_name in index:
                 reader = (state, state.interface_name, index[state.prefix_name])
                 self._readers.append(reader)
             elif state.name in index:
@@ -155,32 +126,20 @@ class JointStateTopicSystem(HardwareComponentInterface):
             )
 
     def write(self, time_ns: int, period: float) -> None:
-        """Send the commands, with the stamp of the state they were computed from."""
+        """Have the commands sent, with the stamp of the state they were computed from."""
         del period
+        self._exchange.write(self, time_ns)
+
+    def commands(self) -> tuple[list[str], dict[str, list[float]]]:
+        """The joints and their commands by field; no joints where no controller commands one."""
         owned = {
             command.prefix_name for command in self.command_interfaces.values() if command.owner
         }
-        self._answer(time_ns, owned)
-
-    def _answer(self, time_ns: int, owned: set[str]) -> None:
-        """Send the commands of all joints, or of none: that is an answer too.
-
-        Args:
-            time_ns: Stamp of the state that is answered.
-            owned: Joints of which a controller commands something.
-        """
-        publisher = self._publisher
-        if publisher is None:
-            return
-        # The same message each time: making one costs more than all the rest of a cycle.
-        message, stamp = self._command, self._command.header.stamp
-        set_stamp(stamp, time_ns)
-        message.name = self._names if owned else []
-        for field, column in self._columns:
-            values = [_value(command, owned) for command in column] if owned else []
-            setattr(message, field, values)
-        self._answered_ns = time_ns
-        publisher.publish(message)
+        if not owned:
+            return [], {}
+        return self._names, {
+            field: [_value(command, owned) for command in column] for field, column in self._columns
+        }
 
 
 def _value(command: CommandInterface | None, owned: set[str]) -> float:

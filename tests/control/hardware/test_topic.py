@@ -221,3 +221,40 @@ def test_hardware_that_was_inactive_meanwhile_does_not_go_on_from_old_commands(a
     arm.tick(4 * PERIOD_NS, [3, 3, 3])
     assert switch_controller(arm.manager, SwitchRequest(["arm"], []))[0]
     assert list(arm.tick(5 * PERIOD_NS, [3, 3, 3]).position) == [3, 3, 3]
+
+
+def test_components_on_the_same_topics_give_one_answer():
+    second = (
+        '</ros2_control><ros2_control name="Hand" type="system"><hardware>'
+        f"<plugin>{PLUGIN}</plugin></hardware>"
+        '<joint name="finger"><command_interface name="velocity"/>'
+        '<state_interface name="position"/></joint>'
+    )
+    stack = ControlStack(
+        serial_robot(
+            1,
+            plugin=PLUGIN,
+            extra_joints='<link name="tip"/><joint name="finger" type="continuous">'
+            '<parent link="link1"/><child link="tip"/></joint>',
+            extra_control=second,
+        )
+    )
+    first, _ = stack.resources.components.values()
+    first.hardware.set_cycle(stack.cycle.run)
+    for name, joint, kind in (("arm", "joint1", "position"), ("hand", "finger", "velocity")):
+        stack.load_controller(name, FORWARD, {"joints": [joint], "interface_name": kind})
+        stack.activate(name)
+        stack.nodes[name].receive("~/commands", Float64MultiArray(data=[0.5]))
+    message = JointState(name=["finger", "joint1"], position=[3.0, 1.0])
+    message.header.stamp = Time(nanosec=PERIOD_NS)
+    stack.node.receive("/robot_joint_states", message)
+    assert (stack.state("joint1/position"), stack.state("finger/position")) == (1.0, 3.0)
+    (answer,) = stack.node.published("/robot_joint_commands")
+    assert list(answer.name) == ["joint1", "finger"]
+    assert [answer.position[0], answer.velocity[1]] == [0.5, 0.5]
+    assert math.isnan(answer.position[1])
+    assert math.isnan(answer.velocity[0])
+    # One that goes leaves the topics to the other.
+    first.change_state(State.UNCONFIGURED)
+    stack.node.receive("/robot_joint_states", message)
+    assert list(stack.node.published("/robot_joint_commands")[-1].name) == ["finger"]

@@ -37,7 +37,12 @@ class _SteeringController(MobileBaseController):
         self._driven_states = self._joints("traction_joints_state_names", driven) or self._driven
         self._steered_states = self._joints("steering_joints_state_names", steered) or self._steered
         self._wheelbase = self._length("wheelbase")
-        self._radius = self._length("traction_wheels_radius", f"{driven}_wheels_radius")
+        self._radius = self._length(
+            "traction_wheels_radius",
+            "traction_wheel_radius",
+            f"{driven}_wheels_radius",
+            f"{driven}_wheel_radius",
+        )
         self._driven_track = self._steered_track = 0.0
         if self.driven_wheels > 1:
             old = f"{driven}_wheel_track" if self.steered_wheels > 1 else "wheel_track"

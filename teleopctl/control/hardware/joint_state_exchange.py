@@ -1,0 +1,138 @@
+"""The two topics on which hardware components meet a simulator or a robot: states and commands.
+
+Components of one robot share them: a state is read by all, and answered by one message with the
+commands of all, since who waits for an answer goes on with the first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+from weakref import WeakKeyDictionary
+
+from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
+from teleopctl.node import Node
+
+FIELDS = ("position", "velocity", "effort")
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+
+class Member(Protocol):
+    """A component on the topics."""
+
+    def commands(self) -> tuple[list[str], dict[str, list[float]]]:
+        """Its joints and what is commanded of them by field; no joints where nobody commands."""
+
+
+class JointStateExchange:
+    """One pair of topics of one node; see `exchange_of`.
+
+    Attributes:
+        message: The latest state, or None.
+        cycle: Runs a control cycle for a state, where one is wanted for each.
+    """
+
+    def __init__(self, node: Node, states_topic: str, commands_topic: str) -> None:
+        self.message: Any = None
+        self.cycle: Callable[[int], None] | None = None
+        self._node = node
+        self._states_topic = states_topic
+        self._commands_topic = commands_topic
+        self._readers: list[Member] = []
+        self._writers: list[Member] = []
+        self._written: list[Member] = []
+        self._subscription: Any = None
+        self._publisher: Any = None
+        self._answered_ns = -1
+        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
+        # The same message each time: making one costs more than all the rest of a cycle.
+        self._command: Any = self._joint_state()
+
+    def open(self, member: Member) -> None:
+        """Listen to states from now on."""
+        self._readers.append(member)
+        if self._subscription is None:
+            self.message = None
+            # On the transport's thread: in lockstep the simulator waits for the answer.
+            self._subscription = self._node.create_subscription(
+                self._joint_state, self._states_topic, self._received, 10, immediate=True
+            )
+
+    def close(self, member: Member) -> None:
+        """Listen no more."""
+        self._readers.remove(member)
+        if not self._readers:
+            subscription, self._subscription = self._subscription, None
+            self._node.destroy_subscription(subscription)
+
+    def activate(self, member: Member) -> None:
+        """Offer commands: a simulator takes the publisher as the promise of an answer."""
+        self._writers.append(member)
+        if self._publisher is None:
+            self._publisher = self._node.create_publisher(
+                self._joint_state, self._commands_topic, 10
+            )
+
+    def deactivate(self, member: Member) -> None:
+        """Offer no more commands; the simulator holds the last one."""
+        if member not in self._writers:
+            return
+        self._writers.remove(member)
+        if not self._writers:
+            publisher, self._publisher = self._publisher, None
+            self._node.destroy_publisher(publisher)
+
+    def write(self, member: Member, time_ns: int) -> None:
+        """Take note that a component's commands are up to date; answer when all are."""
+        self._written.append(member)
+        if all(writer in self._written for writer in self._writers):
+            self._answer(time_ns)
+
+    def _received(self, message: Any) -> None:
+        self.message = message
+        if self.cycle is None:
+            return
+        time_ns = to_nanoseconds(message.header.stamp)
+        try:
+            self.cycle(time_ns)
+        finally:
+            if self._answered_ns != time_ns:
+                self._answer(time_ns)
+
+    def _answer(self, time_ns: int) -> None:
+        """Send the commands of all, or of no joints where none has written: an answer too."""
+        writers = self._writers if self._written else []
+        self._written = []
+        publisher = self._publisher
+        if publisher is None:
+            return
+        message = self._command
+        set_stamp(message.header.stamp, time_ns)
+        names: list[str] = []
+        columns: dict[str, list[float]] = {}
+        for member in writers:
+            joints, values = member.commands()
+            for field in {*columns, *values}:
+                column = columns.setdefault(field, [])
+                # Those before did not command in this way.
+                column += [float("nan")] * (len(names) - len(column))
+                column += values.get(field) or [float("nan")] * len(joints)
+            names += joints
+        message.name = names
+        for field in FIELDS:
+            setattr(message, field, columns.get(field, []))
+        self._answered_ns = time_ns
+        publisher.publish(message)
+
+
+_exchanges: WeakKeyDictionary[Node, dict[tuple[str, str], JointStateExchange]] = WeakKeyDictionary()
+
+
+def exchange_of(node: Node, states_topic: str, commands_topic: str) -> JointStateExchange:
+    """The exchange of a node on a pair of topics, for all components that name the same ones."""
+    of_node = _exchanges.setdefault(node, {})
+    topics = (states_topic, commands_topic)
+    if topics not in of_node:
+        of_node[topics] = JointStateExchange(node, *topics)
+    return of_node[topics]
