@@ -62,11 +62,16 @@ class RosLoader(_BASE):  # type: ignore[misc]
             ) from error
 
 
-RosLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?[0-9][0-9_]*(?:\.[0-9_]*)?[eE][-+]?[0-9]+$"),
-    list("-+0123456789"),
-)
+class _RosDumper(yaml.SafeDumper):
+    """Writes what `RosLoader` reads back: a text that looks like a number to it has quotes."""
+
+
+for _class in (RosLoader, _RosDumper):
+    _class.add_implicit_resolver(
+        "tag:yaml.org,2002:float",
+        re.compile(r"^[-+]?[0-9][0-9_]*(?:\.[0-9_]*)?[eE][-+]?[0-9]+$"),
+        list("-+0123456789"),
+    )
 
 
 class _Collection:
@@ -152,6 +157,11 @@ def load_value(text: str) -> Any:
         yaml.YAMLError: The text is not YAML.
     """
     return text if text.lstrip().startswith("<") else load(text)
+
+
+def dump(document: Any) -> str:
+    """Write one YAML document that `load` reads back, its keys sorted."""
+    return yaml.dump(document, Dumper=_RosDumper, allow_unicode=True)
 
 
 class _MergingLoader(RosLoader):

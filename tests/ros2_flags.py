@@ -217,8 +217,10 @@ OTHERWISE = {
     "launch": "a mistake is told with its line before anything starts ([more](launch_files.md))",
     "lifecycle set": "status 1 where the transition failed",
     "param delete": "status 1 where it is refused",
+    "param dump": "`'/arm/*'`; what it prints, `load` takes back",
+    "param get": "several names, `'/arm/*'`",
     "param load": "status 1 where it is refused",
-    "param set": "status 1 where it is refused",
+    "param set": "several pairs, `'/arm/*'`; status 1 where it is refused",
     "pkg create": "no `ament_cargo`",
     "plugin list": "the same as `extensions`, by who brings them",
     "run": "the package may be left out; a file by its path",
@@ -232,7 +234,8 @@ OTHERWISE = {
     "topic hz": "several topics, `'/arm/*'`",
     "topic bw": "several topics, `'/arm/*'`",
     "topic delay": "several topics, `'/arm/*'`",
-    "topic pub": "`--once` waits for a subscription, and says what for",
+    "service type": "an unknown service is told",
+    "topic pub": "`--once` waits for a subscription, and says what for; `--stdin` takes several",
     "topic type": "an unknown topic is told",
 }
 """What a verb, or all of a group, does otherwise; the flags being the same."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
-from teleopctl.errors import NotFoundError, did_you_mean
+from teleopctl.errors import InvalidTypeNameError, NotFoundError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,3 +61,21 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
     if name not in types:
         raise NotFoundError(f"Unknown {kind} '{name}'", hint=did_you_mean(name, types))
     return types[name]
+
+
+def of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes:
+    """The names that have a type; none, as in ROS 2, of what is no type, which is said on stderr.
+
+    Args:
+        type_name: ``package/kind/Name`` or ``package/Name``.
+        known: Every name with its types.
+        kind: The kind meant when the name has none: ``msg`` or ``srv``.
+    """
+    from teleopctl.interfaces import normalize
+
+    try:
+        wanted = normalize(type_name, kind)
+    except InvalidTypeNameError as error:
+        console.note(f"{error.message}: nothing has it")
+        return []
+    return [(name, types) for name, types in known if wanted in types]

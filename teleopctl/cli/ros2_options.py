@@ -50,6 +50,9 @@ def plain_line(words: Sequence[str]) -> list[str]:
     dropped = {_FLAG}
     if group in _TIMELESS or verb in _READ_THE_GRAPH.get(group, ()):
         dropped.update(_SIMULATED)
+    if group in _HIDDEN and verb not in _LIST_NAMES:
+        # A verb that looks one name up looks among the hidden ones anyway.
+        dropped.add(_HIDDEN[group])
     if group == "control":
         dropped.add("--include-hidden-nodes")
     kept = [group]
@@ -63,13 +66,9 @@ def plain_line(words: Sequence[str]) -> list[str]:
 
 
 def _behind_the_verb(words: Sequence[str]) -> list[str]:
-    """The line with ``topic --include-hidden-topics list`` in the order of the others.
-
-    Verbs that look one name up look among the hidden ones anyway.
-    """
+    """The line with ``topic --include-hidden-topics list`` in the order of the others."""
     group, *rest = words
-    hidden = _HIDDEN.get(group)
-    if hidden is None or rest[:1] != [hidden] or len(rest) < 2:
+    if rest[:1] != [_HIDDEN.get(group)] or len(rest) < 2:
         return list(words)
-    _, verb, *others = rest
-    return [group, verb, *([hidden] if verb in _LIST_NAMES else []), *others]
+    hidden, verb, *others = rest
+    return [group, verb, hidden, *others]

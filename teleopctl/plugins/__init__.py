@@ -39,7 +39,7 @@ _VERBS = {
     "graph": ("graph:VERB", "Draw the graph of nodes and topics."),
     "bag": ("bag:GROUP", "Record, play and look at sessions."),
     "param": ("param:GROUP", "Read and change parameters of nodes."),
-    "service": ("service:GROUP", "List and call services."),
+    "service": ("service:GROUP", "List, call and watch services."),
     "action": ("action:GROUP", "List actions, send goals and watch them."),
     "pkg": ("pkg:GROUP", "Find packages."),
     "component": ("component:GROUP", "Load nodes into containers."),

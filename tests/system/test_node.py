@@ -28,7 +28,15 @@ def test_nodes_of_the_same_name_are_pointed_out(graph):
     twin.wait_for_line("publishing #1")
     done = graph.run("node list")
     assert done.stdout == "/simple_parameter\n/simple_parameter\n"
-    assert "more than one node is called /simple_parameter" in done.stderr
+    assert done.stderr.splitlines() == [
+        "WARNING: Be aware that there are nodes in the graph that share an exact name, which can "
+        "have unintended side effects.",
+        "  More than one is called /simple_parameter.",
+    ]
+    assert graph.run("node info /simple_parameter").stderr == (
+        'There are 2 nodes in the graph with the exact name "/simple_parameter". '
+        "You are seeing information about only one of them.\n"
+    )
     twin.interrupt()
     twin.wait()
 

@@ -2,6 +2,7 @@
 
 import json
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -93,9 +94,8 @@ def test_describe_dump_and_load(ros, node, tmp_path):
     assert "Set parameter simple_int_param failed" in loaded.stderr
 
 
-def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, monkeypatch, capsys):
+def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, capsys):
     asked = threading.Event()
-    monkeypatch.setattr("teleopctl.cli.verbs.param.graph_parameters.LONGEST_WAIT_S", 0.5)
     init(args=[])
     try:
         with Node("hanging", enable_rosout=False, start_parameter_services=False) as hanging:
@@ -105,7 +105,7 @@ def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, monkeyp
                 "/hanging/list_parameters",
                 lambda *_: asked.set(),
             )
-            status = main.run(["param", "list"])
+            status = main.run(["param", "list", "--service-timeout", "0.5"])
     finally:
         shutdown()
     written = capsys.readouterr()
@@ -113,3 +113,163 @@ def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, monkeyp
     assert written.out.startswith("/simple_parameter:\n  simple_int_param\n")
     assert "Node '/hanging' did not answer within 0.5 s" in written.err
     assert status == 0
+
+
+MANY = Path(__file__).with_name("many_parameters.py")
+
+
+@pytest.fixture(scope="module")
+def many(shared_ros):
+    """A node in a namespace with a parameter of every type."""
+    process = shared_ros.spawn_module("teleopctl.nodes", [str(MANY)])
+    wait_for_parameters(shared_ros, "/arm/many")
+    return process
+
+
+@pytest.fixture
+def param(many, capsys):
+    """Runs ``param``; returns status, output and errors."""
+
+    def run(*words):
+        capsys.readouterr()
+        return (main.run(["param", *words]), *capsys.readouterr())
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("bool", "Boolean value is: True"),
+        ("bools", "Boolean values are: [True, False]"),
+        ("bytes", r"Byte values are: [b'\x00', b'\xff']"),
+        ("double", "Double value is: 1e+22"),
+        ("doubles", "Double values are: [1.0, -0.5]"),
+        ("int", "Integer value is: 3"),
+        ("ints", "Integer values are: [1, 2]"),
+        ("no_ints", "Integer values are: []"),
+        ("text", "String value is: 1e3"),
+        ("texts", "String values are: ['yes', '2024-01-01', '# no comment', '']"),
+    ],
+)
+def test_every_type_is_read_as_ros2_prints_it(param, name, text):
+    assert param("get", "/arm/many", name) == (0, f"{text}\n", "")
+    assert param("get", "/arm/many", name, "--hide-type")[1] == f"{text.partition(': ')[2]}\n"
+
+
+def test_several_parameters_and_nodes_are_read_at_once(param):
+    several = "/arm/many:\n  int: Integer value is: 3\n  bool: Boolean value is: True\n"
+    assert param("get", "arm/many", "int", "bool") == (0, several, "")
+    alone = "/arm/many:\n  use_sim_time: Boolean value is: False\n"
+    assert param("get", "use_sim_time") == (0, alone, "")
+    assert param("get", "/arm/*", "use_sim_time") == (0, alone, "")
+    status, text, errors = param("get", "/arm/many", "int", "nothing")
+    assert (status, text) == (1, "/arm/many:\n  int: Integer value is: 3\n")
+    assert "Parameter not set: nothing" in errors
+    assert param("get", "/arm/many", "none")[:2] == (1, "")
+    records = json.loads(param("get", "--json", "/arm/many", "int", "bytes")[1])
+    assert records[1] == {
+        "node": "/arm/many",
+        "name": "bytes",
+        "type": "byte array",
+        "value": [0, 255],
+    }
+
+
+def test_names_are_listed_by_prefix_and_pattern(param):
+    limited = "  limited.double\n  limited.int\n"
+    assert param("list", "/arm/many", "--param-prefixes", "limited") == (0, limited, "")
+    assert param("list", "--filter", "lim.*t$") == (0, "/arm/many:\n  limited.int\n", "")
+    assert param("list", "--filter", "imited") == (0, "", "")
+
+
+def test_constraints_are_described_as_ros2_does(param):
+    assert param("describe", "/arm/many", "limited.double", "limited.int", "fixed")[1] == (
+        "Parameter name: limited.double\n  Type: double\n  Description: Half of it.\n"
+        "  Constraints:\n    Min value: 0.0\n    Max value: 1.0\n"
+        "Parameter name: limited.int\n  Type: integer\n"
+        "  Constraints:\n    Min value: 0\n    Max value: 100\n    Step: 2\n"
+        "    Additional constraints: Even.\n"
+        "Parameter name: fixed\n  Type: integer\n  Constraints:\n    Read only: true\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("fixed 8", "Trying to set a read-only parameter: fixed."),
+        ("int x", "Wrong parameter type, expected 'Type.INTEGER' got 'Type.STRING'"),
+        ("limited.int -2", "Parameter limited.int out of range. Min: 0, Max: 100, value: -2"),
+        ("limited.int 3", "The parameter value for limited.int is not a valid step. Step: 2"),
+    ],
+)
+def test_a_refusal_has_the_reason_of_rclpy(param, words, reason):
+    status, text, errors = param("set", "/arm/many", *words.split())
+    assert (status, text) == (1, "")
+    assert f"Setting parameter failed: {reason}" in errors
+
+
+def test_several_parameters_are_set_together_or_each_for_itself(param):
+    assert param("set", "/arm/many", "int", "4", "text", "1e5") == (
+        0,
+        "Set parameter int successful\nSet parameter text successful\n",
+        "",
+    )
+    status, text, errors = param("set", "--atomic", "/arm/many", "int", "9", "fixed", "8")
+    assert (status, text) == (1, "")
+    assert "Setting parameters failed: Trying to set a read-only parameter: fixed." in errors
+    status, text, errors = param("set", "/arm/*", "int", "5", "fixed", "8")
+    assert (status, text) == (1, "Set parameter int of /arm/many successful\n")
+    assert "Setting parameter fixed of /arm/many failed: " in errors
+    assert param("set", "/arm/many", "double", "1e3") == (0, "Set parameter successful\n", "")
+    assert param("set", "/arm/many", "int", "5", "text")[0] == 2
+
+
+def test_what_was_dumped_is_loaded_again(param, tmp_path):
+    status, dumped, _ = param("dump", "/arm/many")
+    assert status == 0
+    assert dumped.endswith("\n\n")
+    assert "    bytes:\n    - !!binary |\n      AA==\n    - !!binary |\n      /w==\n" in dumped
+    file = tmp_path / "many.yaml"
+    file.write_text(dumped)
+    param("set", "/arm/many", "ints", "[5]", "no_ints", "[6]", "text", "other", "doubles", "[2.0]")
+    status, text, errors = param("load", "/arm/many", str(file))
+    assert (status, errors) == (0, "")
+    assert "Set parameter bytes successful\n" in text
+    assert "Set parameter fixed successful: it has this value already\n" in text
+    assert param("dump", "/arm/many")[1] == dumped
+    file.write_text(dumped.replace("fixed: 7", "fixed: 8"))
+    status, _, errors = param("load", "/arm/many", str(file))
+    assert status == 1
+    assert errors == ("Set parameter fixed failed: Trying to set a read-only parameter: fixed.\n")
+
+
+def test_sections_for_several_nodes_may_be_left_out(param, tmp_path):
+    file = tmp_path / "all.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    int: 6\n")
+    assert param("load", "/arm/many", str(file)) == (0, "Set parameter int successful\n", "")
+    status, _, errors = param("load", "/arm/many", str(file), "--no-use-wildcard")
+    assert status == 1
+    assert "has no parameters for '/arm/many'" in errors
+
+
+def test_parameters_of_nodes_are_saved_and_restored(param, tmp_path):
+    file = str(tmp_path / "saved.yaml")
+    before = param("dump", "/arm/many")[1]
+    assert param("save", file) == (0, "Saved the parameters of /arm/many\n", "")
+    assert param("set", "/arm/many", "int", "77")[0] == 0
+    status, text, errors = param("restore", file)
+    assert (status, errors) == (0, "")
+    assert text.startswith("/arm/many:\n  Set parameter bool successful\n")
+    assert param("dump", "/arm/many")[1] == before
+    status, _, errors = param("restore", file, "/nobody", "--timeout", "0")
+    assert status == 1
+    assert "Node not found: '/nobody'" in errors
+
+
+def test_a_node_is_waited_for(ros, tmp_path):
+    early = ros.spawn("param get --timeout 20 /arm/many int")
+    ros.wait_for_nodes(f"/_ros2cli_{early.pid}")
+    ros.spawn_module("teleopctl.nodes", [str(MANY)])
+    assert early.wait() == 0
+    assert early.stdout == "Integer value is: 3\n"

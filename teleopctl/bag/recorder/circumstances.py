@@ -229,11 +229,12 @@ class Circumstances:
         if not changed:
             return
         self._documents |= changed
-        import yaml
 
         self._parameter_files += 1
         number = f"_{self._parameter_files}" if self._parameter_files > 1 else ""
-        text = yaml.safe_dump(changed, allow_unicode=True)
+        from teleopctl import ros_yaml
+
+        text = ros_yaml.dump(changed)
         self._add_file(f"parameters{number}.yaml", "application/yaml", text.encode())
 
     def _add_file(self, name: str, media_type: str, data: bytes) -> None:

@@ -46,9 +46,10 @@ def list_nodes(
     repeated = [name for name, times in Counter(names).items() if times > 1]
     if repeated:
         console.warn(
-            f"more than one node is called {', '.join(repeated)}; parameters and services of "
-            "nodes with the same name cannot be told apart"
+            "Be aware that there are nodes in the graph that share an exact name, which can have "
+            "unintended side effects."
         )
+        console.note(f"  More than one is called {', '.join(repeated)}.")
 
 
 def node_info(
@@ -65,6 +66,11 @@ def node_info(
     if node is None:
         hint = did_you_mean(name, graph.node_names(include_hidden=True))
         raise NotFoundError(f"Unable to find node '{name}'", hint=hint)
+    if (twins := graph.node_names(include_hidden=True).count(name)) > 1:
+        console.note(
+            f'There are {twins} nodes in the graph with the exact name "{name}". You are seeing '
+            "information about only one of them."
+        )
     sections = _sections(node, include_hidden=include_hidden)
     if as_json:
         document = {_key(title): dict(entries) for title, entries in sections.items()}

@@ -32,11 +32,16 @@ class ParameterFile(NamedTuple):
     # Any, here and below: YAML's values, which `Parameter` checks.
     sections: tuple[tuple[str, dict[str, Any]], ...]
 
-    def for_node(self, full_name: str) -> dict[str, Any]:
-        """Return the parameters of a node; later sections win over earlier ones."""
+    def for_node(self, full_name: str, use_wildcard: bool = True) -> dict[str, Any]:
+        """Return the parameters of a node; later sections win over earlier ones.
+
+        Args:
+            full_name: The node's name.
+            use_wildcard: Whether sections count that are meant for several nodes.
+        """
         result: dict[str, Any] = {}
         for pattern, parameters in self.sections:
-            if _matches(pattern, full_name):
+            if (use_wildcard or "*" not in pattern) and _matches(pattern, full_name):
                 result.update(parameters)
         return result
 
@@ -184,16 +189,22 @@ def plain_parameter_value(value: Any) -> Any:
     return found
 
 
-def parameter_document(node_name: str, parameters: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return what a parameter file says of a node, as it is to be written in YAML.
+def parameter_document(
+    node_name: str, parameters: Iterable[tuple[str, Any]], *, plain: bool = False
+) -> dict[str, Any]:
+    """Return what a parameter file says of a node, as `teleopctl.ros_yaml.dump` is to write it.
 
     Args:
         node_name: Full name of the node.
         parameters: Names, sorted, and their ``ParameterValue``.
+        plain: Have numbers for bytes, which JSON lacks.
     """
+    from teleopctl.node.parameters.parameter import parameter_value_to_python
+
     tree: dict[str, Any] = {}
     for name, value in parameters:
-        _put(tree, name.split("."), plain_parameter_value(value))
+        convert = plain_parameter_value if plain else parameter_value_to_python
+        _put(tree, name.split("."), convert(value))
     return {node_name: {_PARAMETERS: tree}}
 
 

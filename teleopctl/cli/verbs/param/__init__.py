@@ -8,16 +8,27 @@ GROUP = Group(
     "Read and change parameters of nodes.",
     {
         "list": Verb(f"{__name__}.list_:list_parameters", "List parameters."),
-        "get": Verb(f"{__name__}.value:get_parameter", "Print the value of a parameter."),
+        "get": Verb(f"{__name__}.get:get_parameter", "Print the values of parameters."),
         "set": Verb(
-            f"{__name__}.value:set_parameter",
-            "Change a parameter.",
+            f"{__name__}.set:set_parameter",
+            "Change parameters.",
             negative_numbers=True,
             examples=("teleopctl param set /simple_parameter simple_int_param 24",),
         ),
-        "delete": Verb(f"{__name__}.value:delete_parameter", "Delete a parameter."),
+        "delete": Verb(f"{__name__}.set:delete_parameter", "Delete a parameter."),
         "describe": Verb(f"{__name__}.describe:describe_parameters", "Explain parameters."),
         "dump": Verb(f"{__name__}.file:dump_parameters", "Print a node's parameters as a file."),
         "load": Verb(f"{__name__}.file:load_parameters", "Set parameters from a file."),
+        "save": Verb(
+            f"{__name__}.file:save_parameters",
+            "Write the parameters of nodes to a file.",
+            examples=(
+                "teleopctl param save parameters.yaml",
+                "teleopctl param restore parameters.yaml",
+            ),
+        ),
+        "restore": Verb(
+            f"{__name__}.file:restore_parameters", "Set the parameters of nodes from a file."
+        ),
     },
 )

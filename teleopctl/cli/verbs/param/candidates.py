@@ -16,7 +16,7 @@ def parameter_names(ctx: Line, incomplete: str) -> list[str]:
     from teleopctl.cli.verbs.param.graph_parameters import open_parameters
 
     try:
-        with open_parameters() as client:
+        with open_parameters(timeout_s=0.0) as client:
             names = client.names(client.find(ctx.params.get("node_name") or ""))
     except TeleopctlError:
         return []
@@ -30,7 +30,7 @@ def parameter_values(ctx: Line, incomplete: str) -> list[str]:
 
     name = ctx.params.get("parameter_name") or ""
     try:
-        with open_parameters() as client:
+        with open_parameters(timeout_s=0.0) as client:
             node = client.find(ctx.params.get("node_name") or "")
             (value,) = client.ask(node, lambda remote: remote.get_parameters([name])).values
             answer = client.ask(node, lambda remote: remote.describe_parameters([name]))

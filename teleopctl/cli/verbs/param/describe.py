@@ -5,7 +5,12 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, NodeName
 from teleopctl.cli.verb import Argument
-from teleopctl.cli.verbs.param.graph_parameters import open_parameters
+from teleopctl.cli.verbs.param.graph_parameters import (
+    LONGEST_WAIT_S,
+    PATIENCE_S,
+    open_parameters,
+)
+from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.errors import NotFoundError
 
@@ -16,10 +21,14 @@ def describe_parameters(
         list[str],
         Argument(help="The parameters.", metavar="PARAMETER_NAME...", complete="parameter_names"),
     ],
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = PATIENCE_S,
+    service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
 ) -> None:
     """Explain parameters."""
-    with open_parameters() as parameters:
+    del include_hidden  # one that is named is found anyway
+    with open_parameters(timeout, service_timeout) as parameters:
         node = parameters.find(node_name)
         descriptors = parameters.ask(
             node, lambda remote: remote.describe_parameters(parameter_names)
@@ -47,7 +56,8 @@ def _block(descriptor: Any) -> list[str]:
     for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
         lines.append(f"    Min value: {limits.from_value}")
         lines.append(f"    Max value: {limits.to_value}")
-        lines.append(f"    Step: {limits.step}")
+        if limits.step:
+            lines.append(f"    Step: {limits.step}")
     if descriptor.additional_constraints:
         lines.append(f"    Additional constraints: {descriptor.additional_constraints}")
     return lines

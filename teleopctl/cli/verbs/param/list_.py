@@ -7,14 +7,17 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.param.graph_parameters import Parameters, open_parameters
+from teleopctl.cli.verbs.param.graph_parameters import LONGEST_WAIT_S, Parameters, open_parameters
+from teleopctl.cli.verbs.param.options import ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
+from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import TeleopctlError, UsageError
 
 
 def list_parameters(
     node_name: Annotated[
-        str | None, Argument(help="The node; otherwise all nodes.", complete="nodes")
+        str | None,
+        Argument(help="The node, or a pattern; otherwise all nodes.", complete="nodes"),
     ] = None,
     show_types: Annotated[
         bool, Option("--param-type", help="Show the type of each parameter.")
@@ -24,21 +27,28 @@ def list_parameters(
     ] = False,
     name_filter: Annotated[
         str | None,
-        Option("--filter", help="List only names in which this regular expression is found."),
+        Option("--filter", help="List only names that begin with this regular expression."),
     ] = None,
+    prefixes: Annotated[
+        list[str] | None,
+        Option("--param-prefixes", help="List only what is below these.", metavar="PREFIX..."),
+    ] = None,
+    timeout: Timeout = 0.0,
+    service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
 ) -> int:
     """List parameters."""
     wanted = _pattern(name_filter)
-    with open_parameters() as parameters:
+    is_one = node_name is not None and not is_pattern(node_name)
+    with open_parameters(timeout, service_timeout) as parameters:
         nodes = (
-            [parameters.find(node_name)]
+            parameters.meant(node_name, include_hidden=include_hidden)
             if node_name
             else parameters.nodes(include_hidden=include_hidden)
         )
-        answers = parameters.ask_all(nodes, lambda remote: remote.list_parameters())
+        answers = parameters.ask_all(nodes, lambda remote: remote.list_parameters(prefixes))
         names = {
-            node: sorted(name for name in answer.result.names if wanted.search(name))
+            node: sorted(name for name in answer.result.names if wanted.match(name))
             for node, answer in answers.items()
             if not isinstance(answer, TeleopctlError)
         }
@@ -49,12 +59,12 @@ def list_parameters(
         console.out_json({node: types.get(node) or names[node] for node in names})
     else:
         for node, its_names in names.items():
-            if not node_name:
+            if its_names and not is_one:
                 console.out(f"{node}:")
             console.out_lines(_lines(its_names, types.get(node, {})))
     console.flush()
     failures = [answer for answer in answers.values() if isinstance(answer, TeleopctlError)]
-    if node_name and failures:
+    if is_one and failures:
         raise failures[0]
     for failure in failures:
         console.warn(failure.message)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterValue
+
 # In the order of their numbers.
 _TYPE_NAMES = (
     *("not set", "boolean", "integer", "double", "string"),
@@ -18,3 +23,18 @@ def value_label(number: int) -> str:
     """What stands before a value: ``Integer value is:``, ``Integer values are:``."""
     words = type_name(number).split()
     return f"{words[0].capitalize()} {'values are' if len(words) > 1 else 'value is'}:"
+
+
+def is_set(value: ParameterValue) -> bool:
+    """Whether a parameter that is there has a value."""
+    return value.type != 0
+
+
+def value_text(value: ParameterValue, *, hide_type: bool = False) -> str:
+    """A parameter's value as ``param get`` prints it."""
+    if not is_set(value):
+        return "None" if hide_type else "Parameter not set."
+    from teleopctl.node import parameter_value_to_python
+
+    shown = str(parameter_value_to_python(value))
+    return shown if hide_type else f"{value_label(value.type)} {shown}"

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import array
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json
+
+
+_EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
+_EVENT_TYPE = re.compile(r"^(  event_type: )([0-3])$", re.MULTILINE)
 
 
 class TextStyle:
@@ -49,6 +54,10 @@ class TextStyle:
             no_arr=self.no_arr,
             no_str=self.no_str,
         )
+
+    def event(self, message: Any) -> str:
+        """A service's event as YAML, its kind by name; see `yaml`."""
+        return _EVENT_TYPE.sub(lambda found: found[1] + _EVENTS[int(found[2])], self.yaml(message))
 
     def csv(self, value: Any) -> str:
         """All values in order, with commas between them."""

@@ -2,11 +2,10 @@
 
 from typing import Annotated
 
-from teleopctl.cli.listing import out_names, out_types, types_of
+from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, CountTopics, HiddenTopics, TopicName
 from teleopctl.cli.verb import Argument
-from teleopctl.interfaces import normalize
 
 
 def topic_type(topic_name: TopicName, as_json: AsJson = False) -> None:
@@ -24,7 +23,6 @@ def topics_of_type(
     as_json: AsJson = False,
 ) -> None:
     """List the topics of a type."""
-    wanted = normalize(message_type)
     topics = live_graph().topic_names_and_types(include_hidden=include_hidden)
-    found = [(name, types) for name, types in topics if wanted in types]
+    found = of_type(message_type, topics, kind="msg")
     out_names(found, only_count=count_topics, as_json=as_json)

@@ -1,30 +1,12 @@
-"""``teleopctl service``."""
+"""``teleopctl service list``, ``type`` and ``find``."""
 
 from typing import Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.listing import out_names, out_types, types_of
+from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, CountServices, HiddenServices, ServiceName
-from teleopctl.cli.verb import Argument, Group, Option, Verb
-from teleopctl.interfaces import normalize
-
-GROUP = Group(
-    "List and call services.",
-    {
-        "list": Verb(f"{__name__}:list_services", "List the services."),
-        "type": Verb(f"{__name__}:service_type", "Print the type of a service."),
-        "find": Verb(f"{__name__}:services_of_type", "List the services of a type."),
-        "call": Verb(
-            "teleopctl.cli.verbs.service_call:call",
-            "Call a service.",
-            examples=(
-                "teleopctl service call /mujoco_sim/set_pause "
-                'mujoco_ros2_control_msgs/srv/SetPause "{paused: true}"',
-            ),
-        ),
-    },
-)
+from teleopctl.cli.verb import Argument, Option
 
 
 def list_services(
@@ -64,7 +46,6 @@ def services_of_type(
     as_json: AsJson = False,
 ) -> None:
     """List the services of a type."""
-    wanted = normalize(type_name, "srv")
     services = live_graph().service_names_and_types(include_hidden)
-    found = [(name, types) for name, types in services if wanted in types]
+    found = of_type(type_name, services, kind="srv")
     out_names(found, only_count=count_services, as_json=as_json)

@@ -1,16 +1,28 @@
 """``teleopctl service call``."""
 
+import sys
 import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node
-from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import ServiceName
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.topic.qos_options import (
+    Depth,
+    DurabilityName,
+    HistoryName,
+    LeaseDuration,
+    LivelinessName,
+    ProfileName,
+    QosWishes,
+    ReliabilityName,
+)
 from teleopctl.cli.waiting import wait_aloud
-from teleopctl.errors import UnavailableError, UsageError, what_there_is
+from teleopctl.cli.words.messages import documents_of, message_with, service_class_named
+from teleopctl.cli.words.numbers import check_positive
+from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
@@ -23,53 +35,75 @@ def call(
         str, Argument(help="Its type, such as std_srvs/srv/Trigger.", complete="service_types")
     ],
     values: Annotated[
-        str,
+        str | None,
         Argument(
             help="The request as YAML; fields left out have their defaults.", complete="prototypes"
         ),
-    ] = "{}",
+    ] = None,
     rate: Annotated[
         float | None,
         Option("-r", "--rate", help="Call again and again, this often.", metavar="HZ"),
     ] = None,
+    stdin: Annotated[bool, Option("--stdin", help="Read the request from standard input.")] = False,
     timeout: Annotated[
         float | None,
         Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS"),
     ] = None,
+    qos_profile: ProfileName = None,
+    qos_reliability: ReliabilityName = None,
+    qos_durability: DurabilityName = None,
+    qos_history: HistoryName = None,
+    qos_depth: Depth = None,
+    qos_liveliness: LivelinessName = None,
+    qos_liveliness_lease_duration_seconds: LeaseDuration = None,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a response.")] = False,
 ) -> None:
     """Call a service.
 
     Without a server it waits for one.
     """
-    from teleopctl.interfaces import get_service, message_from_yaml, message_to_dict, normalize
+    from teleopctl.interfaces import message_to_dict
+    from teleopctl.node import qos_profile_services_default
 
     if rate is not None and rate <= 0:
-        raise UsageError("The rate must be greater than zero")
-    learn_type(normalize(service_type, "srv"))
-    service_class = get_service(service_type)
-    request = message_from_yaml(service_class.Request, values)
+        raise RefusedError("rate must be greater than zero")
+    check_positive(timeout=timeout)
+    if stdin and values is not None:
+        raise UsageError("--stdin stands in the place of the request; leave one of them out")
+    wishes = QosWishes(
+        *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
+        *(qos_liveliness, qos_liveliness_lease_duration_seconds),
+    )
+    service_class = service_class_named(service_type)
+    text = sys.stdin.read() if stdin else "{}" if values is None else values
+    requests = [message_with(service_class.Request, each) for each in documents_of(text)]
     with brief_node() as node:
-        client = node.create_client(service_class, absolute_name(service_name))
+        client = node.create_client(
+            service_class,
+            absolute_name(service_name),
+            qos_profile=wishes.applied_to(qos_profile_services_default),
+        )
         _wait_for_server(client, timeout)
         while True:
-            started = time.monotonic()
-            if not as_json:
-                console.out_text(f"requester: making request: {request!r}\n")
+            for request in requests:
+                started = time.monotonic()
+                if not as_json:
+                    console.out_text(f"requester: making request: {request!r}\n")
+                    console.flush()
+                response = client.call_async(request).wait_for_response(timeout)
+                if response is None:
+                    raise UnavailableError(
+                        f"'{client.service_name}' did not answer within {timeout:g} s"
+                    )
+                if as_json:
+                    console.out_json(message_to_dict(response), compact=True)
+                else:
+                    console.out_text(f"response:\n{response!r}\n")
                 console.flush()
-            response = client.call_async(request).wait_for_response(timeout)
-            if response is None:
-                raise UnavailableError(
-                    f"'{client.service_name}' did not answer within {timeout:g} s"
-                )
-            if as_json:
-                console.out_json(message_to_dict(response), compact=True)
-            else:
-                console.out_text(f"response:\n{response!r}\n")
-            console.flush()
+                if rate is not None:
+                    time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
             if rate is None:
                 return
-            time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
 
 
 def _explain(client: "Client[Any, Any]") -> str:

@@ -1,0 +1,100 @@
+"""``teleopctl param get``."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.param.graph_parameters import (
+    LONGEST_WAIT_S,
+    PATIENCE_S,
+    Parameters,
+    open_parameters,
+)
+from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
+from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
+from teleopctl.cli.words.patterns import is_pattern
+from teleopctl.errors import NotFoundError, UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterValue
+
+
+def get_parameter(
+    node_name: Annotated[
+        str,
+        Argument(
+            help="The node, or a pattern such as '/arm/*'; a parameter alone is that of all nodes.",
+            complete="nodes",
+        ),
+    ],
+    parameter_names: Annotated[
+        list[str] | None,
+        Argument(help="The parameters.", metavar="PARAMETER_NAME...", complete="parameter_names"),
+    ] = None,
+    hide_type: Annotated[bool, Option("--hide-type", help="Print only the value.")] = False,
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = PATIENCE_S,
+    service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+    as_json: AsJson = False,
+) -> int:
+    """Print the values of parameters.
+
+    Of several nodes or parameters, each value has its name before it.
+    """
+    if not parameter_names and "/" in node_name:
+        raise UsageError("Missing argument 'PARAMETER_NAME'.", hint="See `teleopctl param get -h`.")
+    with open_parameters(timeout, service_timeout) as parameters:
+        if parameter_names:
+            names = parameter_names
+            nodes = parameters.meant(node_name, include_hidden=include_hidden)
+        else:
+            names = [node_name]
+            nodes = parameters.nodes(include_hidden=include_hidden)
+        found = {node: parameters.values(node, names) for node in nodes}
+        is_one = bool(parameter_names) and len(names) == 1 and not is_pattern(node_name)
+        missing = [name for name in names if not any(name in values for values in found.values())]
+        if missing and (is_one or len(missing) == len(names)):
+            raise _not_set(parameters, nodes, missing[0])
+    if as_json:
+        records = [
+            {"node": node, **_record(name, value)}
+            for node, values in found.items()
+            for name, value in values.items()
+        ]
+        console.out_json(_record(names[0], found[nodes[0]][names[0]]) if is_one else records)
+    elif is_one:
+        console.out_text(value_text(found[nodes[0]][names[0]], hide_type=hide_type))
+    else:
+        _print(found, hide_type=hide_type)
+    console.flush()
+    for name in missing:
+        console.warn(f"Parameter not set: {name}")
+    return int(bool(missing))
+
+
+def _print(found: "dict[str, dict[str, ParameterValue]]", *, hide_type: bool) -> None:
+    for node, values in found.items():
+        if values:
+            console.out(f"{node}:")
+        for name, value in values.items():
+            console.out_text(f"  {name}: {value_text(value, hide_type=hide_type)}")
+
+
+def _record(name: str, value: "ParameterValue") -> "dict[str, console.Json]":
+    from teleopctl.node import plain_parameter_value
+
+    return {
+        "name": name,
+        "type": type_name(value.type),
+        "value": plain_parameter_value(value) if is_set(value) else None,
+    }
+
+
+def _not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundError:
+    if len(nodes) != 1:
+        return NotFoundError("Parameter not set", hint=f"No node has a parameter '{name}'.")
+    hint = did_you_mean(name, parameters.names(nodes[0]))
+    return NotFoundError(
+        "Parameter not set", hint=hint or f"`teleopctl param list {nodes[0]}` lists what there is."
+    )

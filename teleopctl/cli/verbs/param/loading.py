@@ -1,0 +1,78 @@
+"""Setting what a parameter file holds, so that what was dumped is taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.cli import console
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+
+    from teleopctl.cli.verbs.param.graph_parameters import Parameters
+
+
+def load_values(
+    parameters: Parameters,
+    node: str,
+    values: Mapping[str, Any],  # Any: YAML's values
+    indent: str = "",
+) -> bool:
+    """Set parameters of a node, each for itself, and print what became of it.
+
+    Values that are null stay as they are. One that may not be changed and has the value already
+    counts as set.
+
+    Args:
+        parameters: How to reach the node.
+        node: Its full name.
+        values: The values by name.
+        indent: What each line begins with.
+
+    Returns:
+        Whether all are as the values say.
+
+    Raises:
+        UnavailableError: The node does not answer.
+        TypeError: A value is none that parameters can have.
+    """
+    wanted = {message.name: message for message in _messages(parameters, node, values)}
+    results = parameters.set(node, list(wanted.values()))
+    refused = [name for name, result in results.items() if not result.successful]
+    present = parameters.values(node, refused) if refused else {}
+    all_well = True
+    for name, result in results.items():
+        reason = f": {result.reason}" if result.reason else ""
+        if result.successful:
+            console.out(f"{indent}Set parameter {name} successful{reason}")
+        elif name in present and present[name] == wanted[name].value:
+            console.out(f"{indent}Set parameter {name} successful: it has this value already")
+        else:
+            all_well = False
+            console.flush()
+            console.note(f"{indent}Set parameter {name} failed{reason}")
+    return all_well
+
+
+def _messages(
+    parameters: Parameters, node: str, values: Mapping[str, Any]
+) -> list[ParameterMessage]:
+    from teleopctl.node import Parameter, ParameterType
+
+    # An empty list of a file says nothing of its type; the parameter that is there does.
+    empty = [name for name, value in values.items() if isinstance(value, list) and not value]
+    present = parameters.values(node, empty) if empty else {}
+    types = {name: ParameterType(value.type) for name, value in present.items()}
+    return [
+        Parameter(name, _list_type(types.get(name)), value).to_parameter_msg()
+        for name, value in values.items()
+        if value is not None
+    ]
+
+
+def _list_type(present: Any) -> Any:
+    from teleopctl.node import ParameterType
+
+    is_list = present is not None and present >= ParameterType.BYTE_ARRAY
+    return present if is_list else None

@@ -1,0 +1,165 @@
+"""``teleopctl param set`` and ``delete``."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.param.graph_parameters import (
+    LONGEST_WAIT_S,
+    PATIENCE_S,
+    Parameters,
+    open_parameters,
+)
+from teleopctl.cli.verbs.param.options import (
+    HiddenNodes,
+    Nodes,
+    ParameterName,
+    ServiceTimeout,
+    Timeout,
+)
+from teleopctl.cli.words.patterns import is_pattern
+from teleopctl.errors import RefusedError, UsageError
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult
+
+
+def set_parameter(
+    node_name: Nodes,
+    parameter_name: ParameterName,
+    value: Annotated[str, Argument(help="The new value, as YAML.", complete="parameter_values")],
+    more: Annotated[
+        list[str] | None,
+        Argument(help="More parameters, each with its value.", metavar="NAME VALUE..."),
+    ] = None,
+    atomic: Annotated[bool, Option("--atomic", help="Set all of them, or none.")] = False,
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = PATIENCE_S,
+    service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+) -> int:
+    """Change parameters.
+
+    The value is YAML: 1 is an integer, 1.0 a double, true a boolean, "1" a string, [1, 2] an
+    array.
+    """
+    words = [parameter_name, value, *(more or ())]
+    if len(words) % 2:
+        raise UsageError(f"'{words[-1]}' has no value", hint="Write NAME VALUE NAME VALUE …")
+    wishes = dict(zip(words[::2], words[1::2], strict=True))
+    with open_parameters(timeout, service_timeout) as parameters:
+        nodes = parameters.meant(node_name, include_hidden=include_hidden)
+        setting = _Setting(parameters, nodes, wishes, is_pattern=is_pattern(node_name))
+        return setting.together() if atomic else setting.each()
+
+
+class _Setting:
+    """Parameters of one or more nodes, to be set to the same values."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        nodes: Sequence[str],
+        wishes: dict[str, str],
+        *,
+        is_pattern: bool,
+    ) -> None:
+        self._parameters = parameters
+        self._nodes = nodes
+        self._wishes = wishes
+        self._names_nodes = is_pattern
+        self._are_several = len(wishes) > 1
+
+    def together(self) -> int:
+        """Set all of a node's, or none."""
+        wanted = [_message(name, text) for name, text in self._wishes.items()]
+        failed = False
+        for node in self._nodes:
+            answer = self._parameters.ask(
+                node, lambda remote: remote.set_parameters_atomically(wanted)
+            )
+            failed |= self._tell(node, "parameters", answer.result)
+        return int(failed)
+
+    def each(self) -> int:
+        """Set each for itself."""
+        failed = False
+        for node in self._nodes:
+            for name, result in self._set(node).items():
+                what = f"parameter {name}" if self._are_several else "parameter"
+                failed |= self._tell(node, what, result)
+        return int(failed)
+
+    def _set(self, node: str) -> "dict[str, SetParametersResult]":
+        wanted = [_message(name, text) for name, text in self._wishes.items()]
+        results = dict(self._parameters.set(node, wanted))
+        # To ROS 2 1e3 is a text here, and to its parameter files a number: whichever fits.
+        texts = [
+            _text_message(each.name, self._wishes[each.name])
+            for each in wanted
+            if not results[each.name].successful and _may_be_text(each, self._wishes[each.name])
+        ]
+        if texts:
+            again = self._parameters.set(node, texts)
+            results |= {name: result for name, result in again.items() if result.successful}
+        return results
+
+    def _tell(self, node: str, what: str, result: "SetParametersResult") -> bool:
+        """Print a result; whether it is a failure.
+
+        Raises:
+            RefusedError: It is one, and nothing else was asked for.
+        """
+        if self._names_nodes:
+            what += f" of {node}"
+        if result.successful:
+            console.out(_with_reason(f"Set {what} successful", result.reason))
+            return False
+        text = _with_reason(f"Setting {what} failed", result.reason)
+        if not self._names_nodes and not self._are_several:
+            raise RefusedError(text)
+        console.flush()
+        console.note(text)
+        return True
+
+
+def _message(name: str, text: str) -> "ParameterMessage":
+    from teleopctl.interfaces import get_message
+    from teleopctl.node import parameter_value_from_yaml
+
+    message: type[ParameterMessage] = get_message("rcl_interfaces/msg/Parameter")
+    return message(name=name, value=parameter_value_from_yaml(text))
+
+
+def _text_message(name: str, text: str) -> "ParameterMessage":
+    from teleopctl.node import Parameter
+
+    return Parameter(name, value=text).to_parameter_msg()
+
+
+def _may_be_text(wanted: "ParameterMessage", text: str) -> bool:
+    from teleopctl.node import ParameterType
+
+    return wanted.value.type == ParameterType.DOUBLE and "e" in text.lower() and "." not in text
+
+
+def delete_parameter(
+    node_name: Nodes,
+    parameter_name: ParameterName,
+    include_hidden: HiddenNodes = False,
+    timeout: Timeout = PATIENCE_S,
+    service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+) -> None:
+    """Delete a parameter."""
+    from teleopctl.node import Parameter
+
+    with open_parameters(timeout, service_timeout) as parameters:
+        for node in parameters.meant(node_name, include_hidden=include_hidden):
+            result = parameters.set(node, [Parameter(parameter_name)])[parameter_name]
+            if not result.successful:
+                raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
+            console.out(_with_reason("Deleted parameter successfully", result.reason))
+
+
+def _with_reason(text: str, reason: str) -> str:
+    return f"{text}: {reason}" if reason else text
