@@ -42,6 +42,11 @@ _GAZEBO_COLOURS = {
     "yellow": (0.95, 0.85, 0.1),
 }
 
+# Coefficients of friction that differ by less than this part are the same.
+_PRIORITY_STEPS = 1000
+# Wheels are written with as much as 1e15; beyond this nothing slips anyway.
+_ROUGHEST = 1000.0
+
 
 def import_urdf(urdf: str) -> mujoco.MjSpec:
     """Read URDF text into a ``mujoco.MjSpec``.
@@ -76,6 +81,7 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
         spec: The ``mujoco.MjSpec`` to edit.
         description: What it was made from.
     """
+    default = float(spec.default.geom.friction[0])
     for link, properties in description.gazebo.links.items():
         body = spec.body(link)
         if body is None:
@@ -86,6 +92,10 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
                 geom.rgba[:3] = colour
             if properties.mu1 is not None:
                 geom.friction[0] = properties.mu1
+                # Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the
+                # larger coefficient unless one shape has priority. Those without a tag have 0.
+                roughness = min(properties.mu1, _ROUGHEST)
+                geom.priority = round((default - roughness) * _PRIORITY_STEPS)
 
 
 def _gazebo_colour(material: str) -> tuple[float, float, float] | None:
