@@ -7,7 +7,7 @@ along their negative z axis, with x to the right and y up.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -87,19 +87,28 @@ class CameraModel:
         return multiply(quaternion_from_rpy(*self.pose.rpy), _OPTICAL_ROTATION)
 
 
-def camera_models(description: RobotDescription) -> list[CameraModel]:
+def camera_models(description: RobotDescription) -> tuple[list[CameraModel], list[str]]:
     """The camera sensors; those without a ``<camera>`` or without a link are no cameras.
+
+    Returns:
+        The cameras, each with a name of its own, and a warning for each that got another one.
 
     Raises:
         InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
     """
-    return [
-        _camera(sensor)
-        for sensor in description.gazebo.sensors
-        if sensor.type == "camera"
-        and sensor.camera is not None
-        and sensor.link in description.links
-    ]
+    cameras: dict[str, CameraModel] = {}
+    warnings = []
+    for sensor in description.gazebo.sensors:
+        if sensor.type != "camera" or sensor.camera is None or sensor.link not in description.links:
+            continue
+        camera = _camera(sensor)
+        name = camera.name
+        while name in cameras:
+            name = f"{camera.link}/{name}"
+        if name != camera.name:
+            warnings.append(f"Two cameras are named '{camera.name}': one is '{name}' here")
+        cameras[name] = replace(camera, name=name)
+    return list(cameras.values()), warnings
 
 
 def _camera(sensor: Sensor) -> CameraModel:

@@ -23,6 +23,9 @@ _DUMMY_RADIUS_M = 0.03
 # Below this MuJoCo takes a mass or an inertia for zero.
 _SMALLEST = 1e-15
 
+# A part of the largest moment of inertia that rounding may make of nothing.
+_ROUNDING = 1e-9
+
 
 def repair_inertias(spec: mujoco.MjSpec) -> list[str]:
     """Give every moving link a mass and an inertia that physics can work with.
@@ -37,31 +40,30 @@ def repair_inertias(spec: mujoco.MjSpec) -> list[str]:
     for body in spec.bodies:
         if body.name == "world":
             continue
-        warning = _repair(spec, body)
+        warning = _repair(body)
         if warning is not None:
             warnings.append(warning)
     return warnings
 
 
-def _repair(spec: mujoco.MjSpec, body: Any) -> str | None:
+def _repair(body: Any) -> str | None:
     moving = len(body.joints) > 0
-    if not body.explicitinertial or body.mass < _SMALLEST:
+    if not body.explicitinertial or not body.mass >= _SMALLEST:
         if not moving or _carries_mass(body):
             _make_massless(body)
             return None
         return _invent(body, "has no mass")
-    principal = _principal_moments(body)
+    principal = np.linalg.eigvalsh(_inertia(body))
     if principal[0] < _SMALLEST:
         return _invent_inertia(body, principal)
     excess = principal[2] - principal[0] - principal[1]
-    if excess > 1e-6 * principal[2]:
-        # MuJoCo replaces the three moments by their mean.
-        spec.compiler.balanceinertia = True
-        mean = float(principal.mean())
+    if excess > -_ROUNDING * principal[2]:
+        _lower_largest_moment(body)
+    if excess > _ROUNDING * principal[2]:
         return (
             f"Link '{body.name}': no body has the principal moments of inertia "
-            f"{_numbers(principal)} (the largest exceeds the sum of the others); "
-            f"{mean:.4g} kg m^2 is used about every axis"
+            f"{_numbers(principal)}: the largest exceeds the sum of the others by {excess:.4g} and "
+            "is lowered to it"
         )
     return None
 
@@ -86,6 +88,8 @@ def _make_massless(body: Any) -> None:
 def _invent(body: Any, what: str) -> str:
     solid = [geom for geom in body.geoms if geom.contype] or list(body.geoms)
     body.explicitinertial = False
+    # MuJoCo takes the shapes' only where no place of the centre of mass is known.
+    body.ipos = [np.nan, 0.0, 0.0]
     body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]
     for geom in body.geoms:
         geom.density = 0.0
@@ -113,16 +117,26 @@ def _set_ball(body: Any, mass: float) -> None:
     moment = 0.4 * mass * _DUMMY_RADIUS_M**2
     body.explicitinertial = True
     body.mass = mass
+    if not np.isfinite(body.ipos[0]):
+        body.ipos = [0.0, 0.0, 0.0]
     body.fullinertia = [moment, moment, moment, 0.0, 0.0, 0.0]
 
 
-def _principal_moments(body: Any) -> np.ndarray:
-    """The principal moments of inertia, ascending, in kg m^2."""
+def _inertia(body: Any) -> np.ndarray:
+    """The inertia about the centre of mass, (3, 3), in kg m^2."""
     xx, yy, zz, xy, xz, yz = (float(value) for value in body.fullinertia)
     if not np.isfinite(xx):
         # MuJoCo keeps an inertia of zeros as an unset one.
-        return np.sort(np.asarray(body.inertia, dtype=float))
-    return np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        return np.diag(np.asarray(body.inertia, dtype=float))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _lower_largest_moment(body: Any) -> None:
+    """Make the largest principal moment the sum of the others, and rounding less."""
+    moments, axes = np.linalg.eigh(_inertia(body))
+    moments[2] = (moments[0] + moments[1]) * (1.0 - _ROUNDING)
+    lowered = axes @ np.diag(moments) @ axes.T
+    body.fullinertia = [*np.diag(lowered), lowered[0, 1], lowered[0, 2], lowered[1, 2]]
 
 
 def _numbers(values: np.ndarray) -> str:

@@ -168,11 +168,13 @@ def _draft(
         bodies.insert(0, base.body)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
-    warnings = resolve_meshes(spec, try_each=try_each_mesh) + drop_impossible_shapes(spec)
+    warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]
+    warnings += drop_impossible_shapes(spec)
     warnings += repair_inertias(spec) + unserved_tags(description.urdf)
     joints, complaints = joint_specs(description)
     warnings += complaints
-    cameras = camera_models(description)
+    cameras, complaints = camera_models(description)
+    warnings += complaints
     for camera in cameras:
         add_camera(spec, camera)
     apply_gazebo(spec, description)

@@ -14,6 +14,7 @@ import mujoco
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot import repair_urdf
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
@@ -106,10 +107,13 @@ def _gazebo_colour(material: str) -> tuple[float, float, float] | None:
 def _with_compiler_options(urdf: str) -> str:
     try:
         # The text is decoded already; entities have no business in a robot.
-        parser = etree.XMLParser(encoding="utf-8", resolve_entities=False, remove_pis=True)
+        parser = etree.XMLParser(
+            encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
+        )
         robot = etree.fromstring(urdf.encode(), parser)
     except etree.XMLSyntaxError as error:
         raise InvalidDescriptionError(f"The robot description is not XML: {error.msg}") from error
+    repair_urdf(robot)
     for joint in robot.iterfind("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)

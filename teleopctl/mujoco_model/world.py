@@ -102,7 +102,8 @@ def _import(
         sensors = description.gazebo.sensors
     except InvalidDescriptionError as error:
         raise error.at(str(path)) from error
-    warnings = resolve_meshes(things, path.parent, try_each=try_each_mesh)
+    warnings = [*description.repairs]
+    warnings += resolve_meshes(things, path.parent, try_each=try_each_mesh)
     warnings += repair_inertias(things) + unserved_tags(description.urdf)
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     apply_gazebo(things, description)

@@ -95,6 +95,8 @@ class RobotStatePublisher(Node):
 
     def _segments(self, urdf: str) -> SegmentTree:
         description = _read(urdf)
+        for sentence in description.repairs:
+            self.get_logger().warning(sentence)
         return SegmentTree(description, Joints.for_display(description, self.get_logger().warning))
 
     def _publish_description(self, urdf: str) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
     from teleopctl.robot.mesh_units import collada_unit_m as collada_unit_m
+    from teleopctl.robot.repair import repair_urdf as repair_urdf
     from teleopctl.robot.ros2_control_tag import (
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
@@ -59,6 +60,7 @@ else:
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "mesh_units": "collada_unit_m",
+            "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "simulated_hardware": "SimulatedDescription simulated",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",

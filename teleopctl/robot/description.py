@@ -15,6 +15,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import elements
 from teleopctl.robot.elements import Element
 from teleopctl.robot.joint_rules import resolve_mimics
+from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class RobotDescription:
         joints: Joints by name, in the order of the URDF.
         root: The link that no joint moves.
         urdf: The text that all this was read from.
+        repairs: What had to be repaired in it, or left out, one sentence each.
     """
 
     name: str
@@ -39,6 +41,7 @@ class RobotDescription:
     joints: Mapping[str, Joint]
     root: str
     urdf: str
+    repairs: tuple[str, ...] = ()
 
     @classmethod
     def from_urdf(cls, text: str) -> RobotDescription:
@@ -46,13 +49,14 @@ class RobotDescription:
 
         Raises:
             InvalidDescriptionError: When it is not XML, is not a robot, its links form no tree, or
-                a joint follows one that does not exist or, in the end, itself.
+                a joint follows, in the end, itself.
         """
         robot = _parse_robot(text)
+        repairs = tuple(repair_urdf(robot))
         links, joints = read_links(robot), read_joints(robot)
         resolve_mimics(joints, {name: joint.mimic for name, joint in joints.items() if joint.mimic})
         root = _find_root(links, joints)
-        return cls(robot.get("name") or "", links, joints, root, text)
+        return cls(robot.get("name") or "", links, joints, root, text, repairs)
 
     @cached_property
     def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:

@@ -15,7 +15,7 @@ Vector3 = tuple[float, float, float]
 
 
 class Element(Protocol):
-    """The part of an lxml element that the readers use."""
+    """The part of an lxml element that reading and repairing use."""
 
     tag: str
     text: str | None
@@ -31,6 +31,14 @@ class Element(Protocol):
 
     def findall(self, path: str) -> "list[Element]":
         """Return every child that matches."""
+        ...
+
+    def set(self, key: str, value: str) -> None:
+        """Give an attribute a value."""
+        ...
+
+    def remove(self, element: "Element") -> None:
+        """Take a child out."""
         ...
 
     def __iter__(self) -> "Iterator[Element]": ...

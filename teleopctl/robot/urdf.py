@@ -193,9 +193,9 @@ def read_links(robot: Element) -> dict[str, Link]:
         inertial = element.find("inertial")
         links[name] = Link(
             name=name,
-            inertial=None if inertial is None else _read_inertial(inertial),
-            visuals=tuple(_read_visual(child, materials) for child in element.findall("visual")),
-            collisions=tuple(_read_collision(child) for child in element.findall("collision")),
+            inertial=None if inertial is None else read_inertial(inertial),
+            visuals=tuple(read_visual(child, materials) for child in element.findall("visual")),
+            collisions=tuple(read_collision(child) for child in element.findall("collision")),
         )
     return links
 
@@ -291,7 +291,12 @@ def _read_origin(element: Element) -> Pose:
     return Pose(vector(origin, "xyz", _ZERO), vector(origin, "rpy", _ZERO))
 
 
-def _read_inertial(element: Element) -> Inertial:
+def read_inertial(element: Element) -> Inertial:
+    """Read an ``<inertial>``.
+
+    Raises:
+        InvalidDescriptionError: When it is incomplete or a value is none.
+    """
     mass, inertia = element.find("mass"), element.find("inertia")
     if mass is None or inertia is None:
         raise InvalidDescriptionError(f"{describe(element)}: needs a <mass> and an <inertia>")
@@ -307,7 +312,16 @@ def _read_inertial(element: Element) -> Inertial:
     )
 
 
-def _read_visual(element: Element, materials: dict[str, Material]) -> Visual:
+def read_visual(element: Element, materials: dict[str, Material]) -> Visual:
+    """Read a ``<visual>``.
+
+    Args:
+        element: The element.
+        materials: Those with a name, to which its own is added.
+
+    Raises:
+        InvalidDescriptionError: When its shape or its material is none.
+    """
     child = element.find("material")
     material = None if child is None else _read_material(child)
     if material is not None and material.name:
@@ -320,7 +334,12 @@ def _read_visual(element: Element, materials: dict[str, Material]) -> Visual:
     )
 
 
-def _read_collision(element: Element) -> Collision:
+def read_collision(element: Element) -> Collision:
+    """Read a ``<collision>``.
+
+    Raises:
+        InvalidDescriptionError: When its shape is none.
+    """
     return Collision(_read_geometry(element), _read_origin(element), element.get("name") or "")
 
 

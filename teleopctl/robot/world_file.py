@@ -16,6 +16,7 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse
+from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.xacro_file import expand_xacro
 
 _SOLIDS = ".//geometry/*"
@@ -83,6 +84,7 @@ def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
     except InvalidDescriptionError as error:
         raise error.at(str(path)) from error
     robot = parse(text)
+    repair_urdf(robot)
     for element in (*robot.findall("joint"), *robot.findall(".//origin"), *robot.findall(_SOLIDS)):
         place = f"{path}:{element.sourceline}" if has_lines else str(path)
         if element.tag == "joint":

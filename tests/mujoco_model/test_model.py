@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from teleopctl.errors import InvalidDescriptionError, TeleopctlError
-from teleopctl.mujoco_model.model import build_model
+from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim.simulation import Simulation
 from teleopctl.tf.transforms import matrix_from_quaternion
 from tests.sim.robots import INERTIAL, box, control, joint, link, model, pendulum, robot
@@ -147,13 +147,48 @@ def test_a_massless_link_that_carries_a_heavy_one_is_left_alone() -> None:
     assert built.warnings == ()
 
 
-def test_an_impossible_inertia_is_balanced_and_told() -> None:
-    inertial = """<inertial><mass value="1"/>
-      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="4"/></inertial>"""
-    built = model(link("base", ""), link("rod", inertial), joint("j", "base", "rod"))
+def solid(mass: float, xx: float, yy: float, zz: float, yz: float = 0.0) -> RobotModel:
+    inertia = f'ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="{yz}"'
+    inertial = f'<inertial><mass value="{mass}"/><inertia {inertia}/></inertial>'
+    parts = (link("rod", inertial + box("collision", "0.1 0.1 1")), joint("j", "base", "rod"))
+    return model(link("base", ""), *parts)
 
-    assert "1, 1, 4" in built.warnings[0]
-    assert built.mj_model.body("rod").inertia == pytest.approx([2, 2, 2])
+
+@pytest.mark.parametrize(
+    ("moments", "lowered"),
+    [
+        ((1.0, 1.0, 4.0), (2.0, 1.0, 1.0)),
+        ((1e-4, 1e-4, 2.000001e-4), (2e-4, 1e-4, 1e-4)),
+        # Nearly a line: the smallest principal moment is zz - yz^2 / yy.
+        ((1.256e-4, 1.256e-4, 1.1091e-10, 1.1787e-7), (1.256e-4, 1.256e-4, 2.9434e-13)),
+    ],
+)
+def test_of_an_impossible_inertia_the_largest_moment_is_lowered_and_that_is_told(
+    moments: tuple[float, ...], lowered: tuple[float, ...]
+) -> None:
+    built = solid(0.068, *moments)
+    assert "Link 'rod': no body has the principal moments" in built.warnings[0]
+    assert built.mj_model.body("rod").inertia == pytest.approx(lowered, rel=1e-4)
+
+
+def test_a_thin_disk_is_a_body_and_nothing_is_told() -> None:
+    assert solid(1.0, 1e-4, 1e-4, 2e-4).warnings == ()
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0])
+def test_a_moving_link_whose_mass_is_none_gets_that_of_its_shape(mass: float) -> None:
+    built = solid(mass, 0.01, 0.01, 0.01)
+    assert "Link 'rod' has no mass; it is computed from its shape" in built.warnings[0]
+    assert built.mj_model.body("rod").mass[0] == pytest.approx(10.0)
+
+
+def test_two_cameras_of_one_name_are_two_cameras() -> None:
+    eye = """<gazebo reference="{}"><sensor name="eye" type="camera"><camera name="eye">
+      <horizontal_fov>1</horizontal_fov><image><width>8</width><height>8</height></image>
+      </camera></sensor></gazebo>"""
+    built = model(link("base", ""), eye.format("base"), eye.format("base"))
+    assert [camera.name for camera in built.cameras] == ["eye", "base/eye"]
+    assert built.warnings == ("Two cameras are named 'eye': one is 'base/eye' here",)
 
 
 def test_a_zero_inertia_is_replaced_and_told() -> None:

@@ -53,7 +53,7 @@ def load_parts(description: RobotDescription, known: Parts, folder: Path | None 
     """
     meshes: dict[str, MeshFile] = {}
     textures: dict[str, Texture] = {}
-    faults: list[str] = []
+    faults = list(description.repairs)
     shapes = shapes_of(description)
     uses = Counter(shape.uri for shape in shapes if isinstance(shape, Mesh))
     for uri in mesh_uris(shapes):
