@@ -1,8 +1,8 @@
 """A robot description as a simulator takes it: the simulator is the hardware of all of its joints.
 
 Descriptions name the hardware that their authors have: a vendor's driver, a mock, another
-simulator. In simulation all of that is one ``<ros2_control>`` system, whatever its parts were; a
-robot without any has one that holds each joint.
+simulator. In simulation all of that is this one, whatever it was; a robot without any
+``<ros2_control>`` has a system that holds each joint.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from lxml import etree
 
-from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import parse
 from teleopctl.robot.joints import Joints
@@ -61,40 +60,28 @@ def simulated(urdf: str) -> SimulatedDescription:
 
 
 def _take_over(systems: list[etree._Element]) -> list[str]:
-    """Let one system have the simulator as its hardware, and all that the others have."""
-    remarks = []
-    first, *others = systems
-    foreign = [
-        f"'{system.get('name')}' ({plugin})"
-        for system in systems
-        if (plugin := system.findtext("hardware/plugin", "").strip()) not in _SIMULATORS
-    ]
-    if foreign:
-        remarks.append(f"The simulator is the hardware of {', '.join(foreign)}")
-        for hardware in first.findall("hardware"):
-            first.remove(hardware)
+    """Let the simulator be the hardware of every system."""
+    foreign = []
+    for system in systems:
+        plugin = system.findtext("hardware/plugin", "").strip()
+        if plugin in _SIMULATORS:
+            continue
+        foreign.append(f"'{system.get('name')}' ({plugin})")
+        for hardware in system.findall("hardware"):
+            system.remove(hardware)
         hardware = etree.Element("hardware")
         etree.SubElement(hardware, "plugin").text = SIMULATOR
-        first.insert(0, hardware)
-        first.set("type", "system")
-    if others:
-        names = ", ".join(f"'{system.get('name')}'" for system in others)
-        remarks.append(f"System '{first.get('name')}' has the joints of {names} too")
-    for system in others:
-        for part in system:
-            if part.tag != "hardware":
-                first.append(part)
-        parent = system.getparent()
-        if parent is None:
-            raise InvalidDescriptionError("<ros2_control> is the root of the description")
-        parent.remove(system)
-    return remarks + _plain_commands(first)
+        system.insert(0, hardware)
+        # The simulator's are of this kind, whatever they drive.
+        system.set("type", "system")
+    remarks = [f"The simulator is the hardware of {', '.join(foreign)}"] if foreign else []
+    return remarks + _plain_commands(systems)
 
 
-def _plain_commands(system: etree._Element) -> list[str]:
+def _plain_commands(systems: list[etree._Element]) -> list[str]:
     """Name commands by what they command, which Gazebo's ``position_pid`` does not."""
     renamed = []
-    for joint in system.findall("joint"):
+    for joint in (joint for system in systems for joint in system.findall("joint")):
         plain = {command.get("name"): command for command in joint.findall("command_interface")}
         for name, command in plain.items():
             what = (name or "").removesuffix("_pid")

@@ -52,17 +52,20 @@ def test_whatever_hardware_a_system_has_it_becomes_the_simulator_and_that_is_sai
     assert remarks == ("The simulator is the hardware of 'Real' (vendor/Driver)",)
 
 
-def test_several_systems_are_one_since_there_is_one_simulator():
+def test_of_several_systems_each_keeps_its_name_and_its_joints():
+    mock = system("Hand", "mock_components/GenericSystem", "b")
     urdf, remarks = simulated(
-        arm(system("Arm", "vendor/Arm", "a"), system("Hand", "mock_components/GenericSystem", "b"))
+        arm(system("Arm", "vendor/Arm", "a"), mock.replace('type="system"', 'type="actuator"'))
     )
     description = RobotDescription.from_urdf(urdf)
-    assert [part.name for part in description.ros2_control] == ["Arm"]
+    assert [(part.name, part.type) for part in description.ros2_control] == [
+        ("Arm", "system"), ("Hand", "system"),
+    ]  # fmt: skip
+    assert {part.hardware_plugin_name for part in description.ros2_control} == {SIMULATOR}
     assert commands(description) == {"a": ["position"], "b": ["position"]}
     assert remarks == (
         "The simulator is the hardware of 'Arm' (vendor/Arm), "
         "'Hand' (mock_components/GenericSystem)",
-        "System 'Arm' has the joints of 'Hand' too",
     )
 
 
