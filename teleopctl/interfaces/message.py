@@ -61,6 +61,9 @@ class MessageClass(type):
         super().__setattr__(name, value)
 
     def __getattr__(cls, name: str) -> Any:  # Any: of the field's type
+        if name == f"_Metaclass_{cls.__name__}__constants":  # where ros2cli looks for them
+            constants = cls.__dict__["__definition__"].constants
+            return {constant.name: constant_value(constant) for constant in constants}
         if name.endswith(_DEFAULT) and (definition := cls.__dict__.get("__definition__")):
             for field in definition.fields:
                 if field.default is not None and field.attribute.upper() + _DEFAULT == name:

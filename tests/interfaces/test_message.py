@@ -282,6 +282,8 @@ def test_constants_and_defaults_stay_as_they_are():
         with pytest.raises(AttributeError, match=name):
             setattr(cls, name, 5)
     assert STATUS.STATUS_FIX == 0
+    constants = STATUS._Metaclass_NavSatStatus__constants  # what ros2cli reads
+    assert (constants["STATUS_FIX"], constants["SERVICE_GPS"]) == (0, 1)
     add_definition_text("words/msg/Words", "string[] said ['a', 'b']\nstring other")
     words = get_message("words/msg/Words")
     words.SAID__DEFAULT.append("c")
