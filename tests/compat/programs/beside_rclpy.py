@@ -87,7 +87,8 @@ def borrowed():
     from rclpy.parameter import ParameterType, get_parameter_value
     from tf2_geometry_msgs import PointStamped as SamePoint
 
-    assert SameDuration is Duration
+    assert tf2_ros.TransformStamped is TransformStamped
+    assert tf2_ros.Duration is SameDuration is Duration
     assert SamePoint is PointStamped
     assert SetParametersResult(successful=True).successful
     assert ParameterType.PARAMETER_STRING == 4

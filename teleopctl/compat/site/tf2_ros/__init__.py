@@ -1,5 +1,10 @@
 """``tf2_ros`` for programs that import it: transforms with their familiar names."""
 
+from typing import TYPE_CHECKING
+
+from rclpy._imported import imported
+
+from teleopctl.interfaces import get_class
 from teleopctl.tf import (
     Buffer,
     BufferClient,
@@ -43,3 +48,19 @@ __all__ = [
     "TypeException",
     "convert",
 ]
+
+# What its modules import themselves; programs take it from here, TransformStamped most of all.
+_TYPES = {
+    "FrameGraph": "tf2_msgs/srv/FrameGraph",
+    "LookupTransform": "tf2_msgs/action/LookupTransform",
+    "TFMessage": "tf2_msgs/msg/TFMessage",
+    "TransformStamped": "geometry_msgs/msg/TransformStamped",
+}
+
+
+def _imported(name: str) -> object:
+    return get_class(_TYPES[name]) if name in _TYPES else imported(__name__)(name)
+
+
+if not TYPE_CHECKING:  # checkers know the documented names only
+    __getattr__ = _imported
