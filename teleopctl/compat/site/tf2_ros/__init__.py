@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from rclpy._imported import imported
-
+from teleopctl import node
 from teleopctl.interfaces import get_class
 from teleopctl.tf import (
     Buffer,
@@ -59,7 +58,11 @@ _TYPES = {
 
 
 def _imported(name: str) -> object:
-    return get_class(_TYPES[name]) if name in _TYPES else imported(__name__)(name)
+    if name in _TYPES:
+        return get_class(_TYPES[name])
+    if name in dir(node):
+        return getattr(node, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 if not TYPE_CHECKING:  # checkers know the documented names only
