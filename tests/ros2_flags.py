@@ -221,14 +221,14 @@ OTHERWISE = {
     "param get": "several names, `'/arm/*'`",
     "param load": "status 1 where it is refused",
     "param set": "several pairs, `'/arm/*'`; status 1 where it is refused",
-    "pkg create": "no `ament_cargo`",
     "plugin list": "the same as `extensions`, by who brings them",
     "run": "the package may be left out; a file by its path",
     "run tf2_ros static_transform_publisher": "the same as `tf static`",
     "run tf2_ros tf2_echo": "the same as `tf echo`",
     "run tf2_ros tf2_monitor": "the same as `tf monitor`; tells which node sends a frame",
     "run tf2_tools view_frames": (
-        "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed"
+        "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed; "
+        "status 1 where nothing is heard"
     ),
     "topic echo": "several topics, `'/arm/*'`; `--field` is repeated, `ranges[:10]`",
     "topic hz": "several topics, `'/arm/*'`",

@@ -7,11 +7,12 @@ from datetime import date
 from pathlib import Path
 
 from teleopctl.errors import RefusedError, SystemFailureError
+from teleopctl.packages.new.cargo_files import cargo_files
 from teleopctl.packages.new.cmake_files import cmake_files
 from teleopctl.packages.new.cpp_files import cpp_files
 from teleopctl.packages.new.licenses import license_text
 from teleopctl.packages.new.manifest import package_xml
-from teleopctl.packages.new.package import AMENT_PYTHON, NewPackage, check
+from teleopctl.packages.new.package import AMENT_CARGO, AMENT_PYTHON, NewPackage, check
 from teleopctl.packages.new.python_files import python_files
 from teleopctl.packages.new.steps import File, Folder, Note, Step, joined
 
@@ -49,6 +50,8 @@ def _steps(package: NewPackage, place: str) -> Iterator[Step]:
     yield File(joined(place, "package.xml"), package_xml(package))
     if package.build_type == AMENT_PYTHON:
         yield from python_files(package, place)
+    elif package.build_type == AMENT_CARGO:
+        yield from cargo_files(package, place)
     else:
         source, include = joined(place, "src"), joined(place, "include", package.name)
         yield Note("creating source and include folder")

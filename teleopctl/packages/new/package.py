@@ -10,8 +10,9 @@ from teleopctl.errors import UsageError
 
 AMENT_PYTHON: Final = "ament_python"
 AMENT_CMAKE: Final = "ament_cmake"
+AMENT_CARGO: Final = "ament_cargo"
 CMAKE: Final = "cmake"
-BUILD_TYPES: Final = (CMAKE, AMENT_CMAKE, AMENT_PYTHON)
+BUILD_TYPES: Final = (CMAKE, AMENT_CMAKE, AMENT_CARGO, AMENT_PYTHON)
 
 _PACKAGE_NAME: Final = re.compile("[A-Za-z][A-Za-z0-9_-]+")
 _PROGRAM_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")

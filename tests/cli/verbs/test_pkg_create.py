@@ -2,6 +2,7 @@
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -118,6 +119,26 @@ def test_a_package_in_cpp_is_made(ros_without_router, build_type, config):
     assert files(ros.folder / "greeter") == told_files(told)
 
 
+@posix
+def test_a_package_in_rust_is_made(ros_without_router):
+    ros = ros_without_router
+    made = ros.run(
+        f"pkg create greeter --build-type ament_cargo {MAINTAINER} --license MIT"
+        " --node-name talker --library-name words --dependencies rclrs"
+    )
+    told = made.stdout.partition("library_name: words\n")[2]
+    assert told == (
+        "creating folder ./greeter\ncreating ./greeter/package.xml\ncreating source folder\n"
+        "creating folder ./greeter/src\ncreating ./greeter/Cargo.toml\n"
+        "creating ./greeter/src/main.rs\ncreating ./greeter/src/lib.rs\n"
+    )
+    cargo = tomllib.loads((ros.folder / "greeter/Cargo.toml").read_text())
+    assert cargo["package"]["name"] == "greeter"
+    assert cargo["bin"] == [{"name": "talker", "path": "src/main.rs"}]
+    assert cargo["lib"]["name"] == "words"
+    assert cargo["dependencies"] == {"rclrs": "*"}
+
+
 def test_licenses_are_listed_for_a_question_mark(ros_without_router):
     listed = ros_without_router.run("pkg create x --license ?").stdout.splitlines()
     assert listed == ["Supported licenses:", *license_names()]
@@ -162,6 +183,9 @@ def test_what_people_write_stands_in_the_files_as_it_was_meant(tmp_path, build_t
     assert (root.get("format"), maintainer.get("email")) == ("2", f"{said}@x")
     assert root.findtext("export/build_type") == build_type
     assert said in (tmp_path / "arm/LICENSE").read_text(encoding="utf-8")
+    if build_type == "ament_cargo":
+        cargo = tomllib.loads((tmp_path / "arm/Cargo.toml").read_text(encoding="utf-8"))
+        assert cargo["package"]["description"] == said
     if build_type == "ament_python":
         setup = setup_arguments((tmp_path / "arm/setup.py").read_text(encoding="utf-8"))
         assert (setup["description"], setup["maintainer"]) == (said, said)
