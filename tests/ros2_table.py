@@ -60,7 +60,7 @@ class Row:
         self.besides = ["/".join(flags) for flags in besides]
 
     def reasons(self) -> dict[str, str]:
-        """Why each of the missing flags, or the verb itself, is missing; "" where it is to come."""
+        """Why each of the missing flags, or the verb itself, is missing; "" if nobody said."""
         if not self.is_here:
             return {self.name: NOT_HERE.get(self.name) or NOT_HERE.get(self.group, "")}
         return {
@@ -72,7 +72,7 @@ class Row:
         """The row as Markdown."""
         by_reason: dict[str, list[str]] = {}
         for name, reason in self.reasons().items():
-            by_reason.setdefault(reason or "not there yet", []).append(name)
+            by_reason.setdefault(reason, []).append(name)
         missing = "; ".join(
             f"{_code(names) if self.is_here else 'the verb'}: {reason}"
             for reason, names in by_reason.items()

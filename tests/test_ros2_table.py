@@ -7,6 +7,11 @@ from tests.ros2_flags import FLAGS, NOT_HERE, OTHERWISE
 ROWS = ros2_table.rows()
 
 
+def test_there_is_a_reason_for_what_is_missing():
+    without = [name for row in ROWS for name, reason in row.reasons().items() if not reason]
+    assert not without, "say in tests/ros2_flags.py why it is not here"
+
+
 def test_no_reason_is_left_over():
     groups = {row.group for row in ROWS}
     missing = {row.group for row in ROWS if not row.is_here}

@@ -9,7 +9,6 @@ VERBS = {
         "create_enclave create_key create_keystore create_permission generate_artifacts "
         "generate_policy list_enclaves list_keys"
     ),
-    "service": "echo info",
 }
 
 

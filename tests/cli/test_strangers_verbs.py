@@ -126,7 +126,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
     [
         ("security", "security", "teleopctl"),
         ("security --help", "security", "teleopctl"),
-        ("service info /x", "service info", "teleopctl service"),
+        ("security create_keystore here", "security", "teleopctl"),
     ],
 )
 def test_a_verb_of_ros2_that_is_missing_is_called_missing(capsys, line, verb, where):
