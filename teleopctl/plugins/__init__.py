@@ -141,6 +141,7 @@ CONTROLLERS = Kind(
                 "bicycle_steering_controller/BicycleSteeringController "
                 "tricycle_steering_controller/TricycleSteeringController"
             ),
+            "mobile_base.tricycle": "tricycle_controller/TricycleController",
             "sensor_broadcasters": (
                 "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
                 "imu_sensor_broadcaster/IMUSensorBroadcaster"

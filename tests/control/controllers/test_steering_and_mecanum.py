@@ -10,6 +10,7 @@ from teleopctl.testing import ControlStack, serial_robot
 ACKERMANN = "ackermann_steering_controller/AckermannSteeringController"
 BICYCLE = "bicycle_steering_controller/BicycleSteeringController"
 TRICYCLE = "tricycle_steering_controller/TricycleSteeringController"
+FORKLIFT_TYPE = "tricycle_controller/TricycleController"
 MECANUM = "mecanum_drive_controller/MecanumDriveController"
 WHEELBASE, TRACK, RADIUS = 2.0, 1.0, 0.25
 TwistStamped = get_message("geometry_msgs/msg/TwistStamped")
@@ -25,6 +26,14 @@ CAR = {
 }
 BIKE = CAR | {"traction_joints_names": ["joint1"], "steering_joints_names": ["joint3"]}
 TRIKE = CAR | {"steering_joints_names": ["joint3"]}
+FORKLIFT = {
+    "traction_joint_name": "joint1",
+    "steering_joint_name": "joint3",
+    "wheelbase": WHEELBASE,
+    "wheel_radius": RADIUS,
+    "cmd_vel_timeout": 10_000,
+    "enable_odom_tf": True,
+}
 ROLLERS = {
     **{
         f"{wheel}_wheel_command_joint_name": f"joint{number}"
@@ -59,11 +68,12 @@ class Base:
         message.twist.linear.x, message.twist.linear.y = x, y
         message.twist.angular.z = angular
         set_stamp(message.header.stamp, self.stack.time_ns)
-        self.node.receive("~/reference", message)
+        topic = "~/reference" if "~/reference" in self.node.endpoints else "~/cmd_vel"
+        self.node.receive(topic, message)
         self.stack.step(round(seconds * 100))
         # The odometry is that of the wheels, which follow one update later.
         message.twist = type(message.twist)()
-        self.node.receive("~/reference", message)
+        self.node.receive(topic, message)
         self.stack.step(2)
 
     def speed(self, joint):
@@ -74,7 +84,8 @@ class Base:
 
     @property
     def pose(self):
-        pose = self.node.published("~/odometry")[-1].pose.pose
+        topic = "~/odometry" if "~/odometry" in self.node.endpoints else "~/odom"
+        pose = self.node.published(topic)[-1].pose.pose
         turn = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
         return pose.position.x, pose.position.y, turn
 
@@ -138,6 +149,56 @@ def test_the_parameters_of_older_files_are_understood():
     assert spec.required_state_interfaces[0] == "joint1/position"
 
 
+def test_a_wheel_that_drives_and_steers_rolls_where_it_points():
+    base = Base(FORKLIFT_TYPE, FORKLIFT)
+    base.drive(1.0, math.pi / 8.0, 0.02)
+    angle = math.atan(math.pi / 8.0 * WHEELBASE)
+    assert base.angle("joint3") == pytest.approx(angle)
+    base.drive(1.0, math.pi / 8.0, 4.0)  # a quarter of a circle of radius 8 / pi
+    radius = 8.0 / math.pi
+    assert base.pose == pytest.approx((radius, radius, math.pi / 2), abs=0.04)
+
+
+def test_such_a_wheel_turns_its_base_on_the_spot_slowly_at_first():
+    base = Base(FORKLIFT_TYPE, FORKLIFT)
+    base.drive(0.0, 0.5, 0.01)
+    full = 0.5 * WHEELBASE / RADIUS
+    message = TwistStamped()
+    message.twist.angular.z = 0.5
+    base.node.receive("~/cmd_vel", message)
+    base.stack.step()
+    assert base.angle("joint3") == pytest.approx(math.pi / 2)
+    base.stack.step(2)
+    assert base.speed("joint1") == pytest.approx(full)
+    x, y, turned = base.pose
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=0.01)
+    assert turned > 0.0
+
+
+def test_speed_and_angle_of_such_a_wheel_have_limits():
+    base = Base(
+        FORKLIFT_TYPE,
+        FORKLIFT
+        | {
+            "traction.max_velocity": 2.0,
+            "traction.max_acceleration": 50.0,
+            "steering.max_position": 0.3,
+            "steering.max_velocity": 10.0,
+        },
+    )
+    seen = []
+    message = TwistStamped()
+    message.twist.linear.x, message.twist.angular.z = 1.0, 0.2
+    base.node.receive("~/cmd_vel", message)
+    for _ in range(5):
+        base.stack.step()
+        seen.append((base.speed("joint1"), base.angle("joint3")))
+    expected = [(0.5, 0.1), (1.0, 0.2), (1.5, 0.3), (2.0, 0.3), (2.0, 0.3)]
+    assert seen == [pytest.approx(pair) for pair in expected]
+    base.stack.deactivate("base")
+    assert base.speed("joint1") == 0.0
+
+
 def test_a_mecanum_base_goes_forwards_sideways_and_about_itself():
     for x, y, angular, wheels in [
         (0.5, 0.0, 0.0, [2.0, 2.0, 2.0, 2.0]),
@@ -171,6 +232,9 @@ def test_a_mecanum_square_without_turning_ends_where_it_began():
         (ACKERMANN, CAR | {"wheelbase": 0.0}),
         (ACKERMANN, CAR | {"steering_joints_names": ["joint3"]}),
         (BICYCLE, BIKE | {"traction_joints_names": []}),
+        (FORKLIFT_TYPE, FORKLIFT | {"wheelbase": 0.0}),
+        (FORKLIFT_TYPE, FORKLIFT | {"traction.max_velocity": -1.0}),
+        (FORKLIFT_TYPE, FORKLIFT | {"steering_joint_name": ""}),
         (MECANUM, ROLLERS | {"kinematics.wheels_radius": 0.0}),
         (MECANUM, ROLLERS | {"rear_left_wheel_command_joint_name": ""}),
         (MECANUM, ROLLERS | {"kinematics.base_frame_offset.x": 0.1}),

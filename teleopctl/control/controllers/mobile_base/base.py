@@ -47,6 +47,10 @@ class MobileBaseController(ControllerInterface):
         """
         raise NotImplementedError
 
+    def read_timeout(self) -> float:
+        """Seconds for which a velocity counts; 0 is for ever."""
+        return self.auto_declare(self.timeout_parameter, self.default_timeout)
+
     def command_names(self) -> Sequence[str]:
         """Full names of its command interfaces."""
         raise NotImplementedError
@@ -97,7 +101,7 @@ class MobileBaseController(ControllerInterface):
             self,
             self.command_topic,
             self.unstamped_topic,
-            self.auto_declare(self.timeout_parameter, self.default_timeout),
+            self.read_timeout(),
         )
         self._publisher = OdometryPublisher(
             self,

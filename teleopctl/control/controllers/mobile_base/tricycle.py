@@ -1,0 +1,135 @@
+"""Bases with one wheel that both drives and steers, such as a forklift."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
+from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, RateLimits
+from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
+from teleopctl.control.handles import POSITION, VELOCITY
+
+# Parameters of ROS 2's controller that do nothing here.
+_UNSUPPORTED = ("publish_ackermann_command", "odom_only_twist")
+# While the wheel is turned further from where it is to be than the first (rad) it drives slower,
+# from the second on hardly at all.
+_NEAR, _FAR, _CRAWL = math.pi / 6.0, math.pi / 2.0, 0.01
+
+
+class TricycleController(MobileBaseController):
+    """``tricycle_controller/TricycleController``.
+
+    The wheel stands a wheelbase L in front of the frame's origin. To drive at v and turn at w it
+    is turned by ``a = atan(w L / v)`` and rolls at ``v / cos(a)``; a turn on the spot is possible.
+    """
+
+    unstamped_topic = "~/cmd_vel"
+    default_publish_rate = 0.0
+
+    def on_init(self) -> None:
+        """Declare what has another default than elsewhere."""
+        super().on_init()
+        self.auto_declare("enable_odom_tf", False)
+
+    def read_timeout(self) -> float:
+        """Seconds; the parameter has milliseconds."""
+        return self.auto_declare("cmd_vel_timeout", 500) / 1000.0
+
+    def read_parameters(self) -> None:
+        """Read what describes the base."""
+        read = self.auto_declare
+        self._traction, self._steering = (
+            read(name, "") for name in ("traction_joint_name", "steering_joint_name")
+        )
+        self._wheelbase, self._radius = read("wheelbase", 0.0), read("wheel_radius", 0.0)
+        if not (self._traction and self._steering):
+            raise InvalidBaseError(
+                "Parameters 'traction_joint_name' and 'steering_joint_name' must not be empty"
+            )
+        if self._wheelbase <= 0.0 or self._radius <= 0.0:
+            raise InvalidBaseError("Parameters 'wheelbase' and 'wheel_radius' must be above 0")
+        for name in _UNSUPPORTED:
+            if read(name, False):
+                self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")
+        speed, acceleration, braking, jerk = (
+            self._limit(f"traction.max_{name}")
+            for name in ("velocity", "acceleration", "deceleration", "jerk")
+        )
+        self._speed_limiter = _limiter(speed, acceleration, braking, jerk)
+        turning, swinging = (
+            self._limit(f"steering.max_{name}") for name in ("velocity", "acceleration")
+        )
+        # Upstream's limit on the acceleration of the angle is twice as wide as its name says.
+        self._angle_limiter = _limiter(math.inf, turning, turning, 2.0 * swinging)
+        self._furthest = (
+            read("steering.min_position", math.nan),
+            read("steering.max_position", math.nan),
+        )
+        self._period = self.nominal_period
+
+    def _limit(self, name: str) -> float:
+        value = self.auto_declare(name, math.nan)
+        if value < 0.0:
+            raise InvalidBaseError(f"Parameter '{name}' cannot be negative: it counts both ways")
+        return math.inf if math.isnan(value) else value
+
+    def command_names(self) -> Sequence[str]:
+        """Speed and angle of the wheel."""
+        return [f"{self._traction}/{VELOCITY}", f"{self._steering}/{POSITION}"]
+
+    feedback_names = command_names
+
+    def on_activate(self) -> None:
+        """Stand still, straight ahead."""
+        super().on_activate()
+        self._speed_limiter.reset()
+        self._angle_limiter.reset()
+        self._angle = 0.0
+
+    def on_deactivate(self) -> None:
+        """Halt at once."""
+        self._speed_limiter.reset()
+        super().on_deactivate()
+
+    def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
+        """All of it: the wheel itself is limited."""
+        self._period = period
+        return velocity
+
+    def moved(self, values: Sequence[float], last: Sequence[float], period: float) -> BaseVelocity:
+        """By what the wheel has rolled in its direction."""
+        del last
+        rolled = values[0] * period * self._radius
+        return BaseVelocity(
+            rolled * math.cos(values[1]), angular=rolled * math.sin(values[1]) / self._wheelbase
+        )
+
+    def wheels(self, velocity: BaseVelocity) -> Sequence[float]:
+        """Speed and angle of the wheel, rad/s and rad; at rest it stays turned."""
+        sideways = velocity.angular * self._wheelbase
+        if velocity.x != 0.0 or sideways != 0.0:
+            backwards = velocity.x < 0.0
+            self._angle = math.atan2(-sideways if backwards else sideways, abs(velocity.x))
+        speed = math.copysign(math.hypot(velocity.x, sideways), velocity.x) / self._radius
+        if velocity.x == 0.0:
+            speed = abs(speed)
+        measured = self.state_interfaces[1].value if self.state_interfaces else self._angle
+        speed *= _slowed(abs(self._angle - measured)) if math.isfinite(measured) else 1.0
+        lowest, highest = self._furthest
+        angle = self._angle_limiter.limit(self._angle, self._period)
+        # Comparisons with what is not a number are false: no limit.
+        angle = highest if angle > highest else lowest if angle < lowest else angle
+        return [self._speed_limiter.limit(speed, self._period), angle]
+
+
+def _slowed(away: float) -> float:
+    """The part of its speed at which a wheel drives that is so far from its angle (rad)."""
+    if away < _NEAR:
+        return 1.0
+    return _CRAWL if away > _FAR else math.cos(away)
+
+
+def _limiter(highest: float, faster: float, slower: float, jerk: float) -> RateLimiter:
+    """A limiter that is the same in both directions."""
+    return RateLimiter(RateLimits(-highest, highest, faster, -slower, -faster, slower, -jerk, jerk))
