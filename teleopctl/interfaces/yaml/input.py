@@ -80,9 +80,12 @@ def documents_from_yaml(text: str) -> list[object]:
 
 
 def _json_lines(text: str) -> list[object]:
-    """The values of JSON lines, at least two; empty where the text is something else."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    if len(lines) < 2 or not all(line.startswith("{") for line in lines):
+    """The values of JSON lines; empty where the text is something else.
+
+    YAML reads single ones as well, but for numbers such as 1e3 and what JSON escapes in pairs.
+    """
+    lines = [line for line in text.split("\n") if line.strip()]
+    if not lines or not all(line.startswith('{"') for line in lines):
         return []
     import json
 

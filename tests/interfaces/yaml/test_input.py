@@ -1,13 +1,20 @@
 """YAML to messages."""
 
 import array
+import json
+from typing import Any
 
 import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
-from teleopctl.interfaces.yaml import message_from_yaml
+from teleopctl.interfaces.yaml import (
+    documents_from_yaml,
+    message_from_yaml,
+    message_to_dict,
+    message_to_yaml,
+)
 
 NOW = 1_700_000_000_123_456_789
 
@@ -143,6 +150,17 @@ def test_what_is_wrong_is_said_with_its_place(type_name, text, error):
 def test_broken_yaml_is_said_to_be_so():
     with pytest.raises(TeleopctlError, match=r"not YAML.*line 2"):
         read("std_msgs/msg/String", "{data: [")
+
+
+@given(st.lists(st.text(), max_size=4))
+def test_what_echo_prints_of_some_messages_is_read_again(texts):
+    string = get_message("std_msgs/msg/String")
+    messages = [string(data=text) for text in texts]
+    as_yaml = "".join(f"{message_to_yaml(m, truncate=None)}---\n" for m in messages)
+    as_json = "".join(f"{json.dumps(message_to_dict(m))}\n" for m in messages)
+    for stream in (as_yaml, as_json):
+        documents: list[Any] = documents_from_yaml(stream)
+        assert [message_from_yaml(string, each) for each in documents] == messages
 
 
 def test_yaml_cannot_make_objects():

@@ -21,7 +21,7 @@ from teleopctl.cli.verbs.topic.qos_options import (
 )
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.cli.words.messages import documents_of, message_with, service_class_named
-from teleopctl.cli.words.numbers import check_positive
+from teleopctl.cli.words.numbers import check_not_negative
 from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
 from teleopctl.wire import query_graph
 
@@ -67,7 +67,7 @@ def call(
 
     if rate is not None and rate <= 0:
         raise RefusedError("rate must be greater than zero")
-    check_positive(timeout=timeout)
+    check_not_negative(timeout=timeout)
     if stdin and values is not None:
         raise UsageError("--stdin stands in the place of the request; leave one of them out")
     wishes = QosWishes(
