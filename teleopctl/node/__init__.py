@@ -78,8 +78,10 @@ if TYPE_CHECKING:
         ContentFilterOptions as ContentFilterOptions,
         MessageInfo as MessageInfo,
         Subscription as Subscription,
+        SubscriptionHandle as SubscriptionHandle,
     )
     from teleopctl.node.endpoints.timer import Rate as Rate, Timer as Timer
+    from teleopctl.node.endpoints.waitable import NumberOfEntities as NumberOfEntities
     from teleopctl.node.executor import Executor as Executor
     from teleopctl.node.executors import (
         MultiThreadedExecutor as MultiThreadedExecutor,
@@ -174,6 +176,7 @@ if TYPE_CHECKING:
         TimeoutException as TimeoutException,
     )
     from teleopctl.node.values.future import Future as Future, Task as Task
+    from teleopctl.node.values.handle import Handle as Handle
     from teleopctl.node.values.logging import (
         LoggingSeverity as LoggingSeverity,
         RcutilsLogger as RcutilsLogger,
@@ -229,6 +232,13 @@ if TYPE_CHECKING:
         Time as Time,
     )
     from teleopctl.node.values.type_hash import TypeHash as TypeHash
+    from teleopctl.node.waiting.event_handle import EventHandle as EventHandle
+    from teleopctl.node.waiting.loose import (
+        GuardHandle as GuardHandle,
+        subscribe_loosely as subscribe_loosely,
+    )
+    from teleopctl.node.waiting.user_waitable import Waitable as Waitable
+    from teleopctl.node.waiting.wait_set import WaitSet as WaitSet
 else:
     from teleopctl.lazy import attach
 
@@ -263,8 +273,10 @@ else:
             "QoSPolicyKind",
             "endpoints.service": "Service",
             "endpoints.service_introspection": "ServiceIntrospectionState",
-            "endpoints.subscription": "ContentFilterOptions MessageInfo Subscription",
+            "endpoints.subscription": "ContentFilterOptions MessageInfo Subscription "
+            "SubscriptionHandle",
             "endpoints.timer": "Rate Timer",
+            "endpoints.waitable": "NumberOfEntities",
             "executor": "Executor",
             "executors": "MultiThreadedExecutor SingleThreadedExecutor",
             "lifecycle.managed_entity": "ManagedEntity SimpleManagedEntity",
@@ -293,6 +305,7 @@ else:
             "RCLError ROSInterruptException ServiceUnavailableError ShutdownException "
             "TimeoutException",
             "values.future": "Future Task",
+            "values.handle": "Handle",
             "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
             "get_logger_level reset_levels set_logger_level severity_from_name",
             "values.names": "absolute_namespace expand_name expand_unchecked "
@@ -313,5 +326,9 @@ else:
             "values.signals": "SignalHandlerOptions heeded_signals",
             "values.time": "ClockType Duration Infinite Time",
             "values.type_hash": "TypeHash",
+            "waiting.event_handle": "EventHandle",
+            "waiting.loose": "GuardHandle subscribe_loosely",
+            "waiting.user_waitable": "Waitable",
+            "waiting.wait_set": "WaitSet",
         },
     )

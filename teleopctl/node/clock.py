@@ -27,9 +27,13 @@ class Clock:
         return super().__new__(ROSClock if clock_type == ClockType.ROS_TIME else cls)
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
+        if not isinstance(clock_type, ClockType):
+            raise TypeError(f"clock_type must be a ClockType, not {type(clock_type).__name__}")
         self._clock_type = clock_type
         # Replaced, never changed, so that a jump may iterate without a lock.
         self._jump_handles: tuple[JumpHandle, ...] = ()
+        # Told when simulated time begins or ends, which it does in a `ROSClock` only.
+        self._on_switch: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(clock_type={self._clock_type.name})"
@@ -105,7 +109,8 @@ class Clock:
         """Sleep until the clock shows a time.
 
         Returns:
-            True when it was reached, False when the context was shut down before.
+            True when it was reached, False when the context was shut down before, or simulated
+            time began or ended.
 
         Raises:
             NotInitializedException: The context does not run.
@@ -118,9 +123,12 @@ class Clock:
             raise NotInitializedException
         wake = threading.Event()
         owner.on_shutdown(wake.set)
+        self._on_switch.append(wake.set)
         try:
-            return owner.ok() and self.wait_until(until.nanoseconds, wake)
+            reached = owner.ok() and self.wait_until(until.nanoseconds, wake)
+            return reached and not wake.is_set()
         finally:
+            self._on_switch.remove(wake.set)
             owner.forget_on_shutdown(wake.set)
 
     def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
@@ -156,13 +164,16 @@ class ROSClock(Clock):
 
     def set_simulated(self, active: bool) -> None:
         """Switch between simulated and system time."""
-        if active == self._simulated or not self._jump_handles:
+        switches = active != self._simulated
+        if not switches or not self._jump_handles:
             self._simulated = active
         else:
             from teleopctl.node.clock_jumps import ClockChange
 
             change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
             self._jump(change, 0, lambda: setattr(self, "_simulated", active))
+        for listener in tuple(self._on_switch) if switches else ():
+            listener()
         self._tell()
 
     def set_simulated_time(self, nanoseconds: int) -> None:
@@ -224,8 +235,8 @@ class ROSClock(Clock):
             return super().wait_until(deadline_ns, wake)
         with self._moved:
             while self.nanoseconds() < deadline_ns:
-                # The event may be set by a thread that does not move the clock: look now and then.
-                self._moved.wait(0.1)
                 if wake.is_set():
                     return False
+                # The event may be set by a thread that does not move the clock: look now and then.
+                self._moved.wait(0.1)
         return True

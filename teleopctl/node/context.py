@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from teleopctl.node.values import signals
 from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Context:
                 Ctrl-C raises KeyboardInterrupt in any case.
 
         Raises:
-            RuntimeError: The context runs already.
+            RuntimeError: The context runs already, or the domain is negative.
             TeleopctlError: A ROS argument or the domain is malformed.
         """
         from teleopctl.wire import domain_id as domain_of_environment
@@ -92,6 +93,8 @@ class Context:
         with self._lock:
             if self._running:
                 raise RuntimeError("Context.init() must only be called once")
+            if domain_id is not None and domain_id < 0:
+                raise RuntimeError(f"a ROS domain is not negative, as {domain_id} is")
             self.try_shutdown()
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
             self.domain_id = domain_of_environment() if domain_id is None else domain_id
@@ -238,6 +241,16 @@ class Context:
     def destroy(self) -> None:
         """End the context if it runs."""
         self.try_shutdown()
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the context."""
+        return Handle(self)
+
+    @property
+    def is_destroyed(self) -> bool:
+        """Whether it has ended, or has not begun (ours)."""
+        return not self._initialized
 
     def get_domain_id(self) -> int:
         """Return the ROS domain."""

@@ -102,10 +102,8 @@ class Executor:
             if node in self._nodes:
                 return False
             self._nodes = (*self._nodes, node)
-        if node.executor is not None:
-            node.executor.remove_node(node)
         node.executor = self
-        for waitable in node.waitables():
+        for waitable in node.receivers():
             if waitable.pending():
                 self.schedule(waitable)
         if node.failure is not None:

@@ -28,8 +28,8 @@ class Node(NodeParameters):
         enable_rosout: Publish log messages on ``/rosout``.
         rosout_qos_profile: For that.
         start_parameter_services: Offer the parameters to the graph.
-        parameter_overrides: Values that replace the defaults of declarations, and are themselves
-            replaced by the command line's.
+        parameter_overrides: Values that replace the defaults of declarations, and what the command
+            line says of them, as in rclpy.
         allow_undeclared_parameters: Let undeclared parameters be set.
         automatically_declare_parameters_from_overrides: Declare what the overrides name.
         enable_logger_service: Offer ``~/get_logger_levels`` and ``~/set_logger_levels``.

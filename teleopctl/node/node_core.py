@@ -35,7 +35,6 @@ class NodeCore(GraphView):
         use_global_arguments: Whether the command-line arguments of ``init()`` apply.
 
     Attributes:
-        executor: The executor that runs its callbacks, or None.
         failure: What a thread of the node's own ended with, see `fail`.
         enclave: The security enclave that it announces.
         entity_id: Its number within the session.
@@ -66,7 +65,7 @@ class NodeCore(GraphView):
         self._name = name
         self._namespace = absolute_namespace(space)
         self.enclave = self._context.arguments.enclave
-        self.executor: Scheduler | None = None
+        self._executor: Scheduler | None = None
         self.failure: BaseException | None = None
         self._clock = ROSClock()
         self._logger = logging.get_logger(
@@ -109,6 +108,22 @@ class NodeCore(GraphView):
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:
             token.undeclare()
+
+    @property
+    def executor(self) -> Scheduler | None:
+        """The executor that runs its callbacks; one that is set serves the node from now on."""
+        return self._executor
+
+    @executor.setter
+    def executor(self, executor: Scheduler | None) -> None:
+        before = self._executor
+        if executor is before:
+            return
+        if before is not None:
+            before.remove_node(self)
+        self._executor = executor
+        if executor is not None:
+            executor.add_node(self)
 
     @property
     def context(self) -> Context:

@@ -256,12 +256,12 @@ class NodeEndpoints(NodeTimers):
 
     # -- what there is ---------------------------------------------------------------------------
 
-    def waitables(self) -> list[Waitable]:
-        """Return what may have arrivals for an executor."""
+    def receivers(self) -> list[Waitable]:
+        """Return what may have arrivals for an executor (ours)."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
             events = [event for endpoint in self._endpoints for event in endpoint.events]
-            return [*receiving, *self._guards, *events]
+            return [*receiving, *self._guards, *events, *self._waitables]
 
     # Any: each of them has a type of its own.
 
@@ -353,6 +353,9 @@ class NodeEndpoints(NodeTimers):
             timers, self._timers = self._timers, ()
             endpoints, self._endpoints = self._endpoints, []
             self._guards = []
+            waitables, self._waitables = self._waitables, []
+        for waitable in waitables:
+            waitable.close()
         for timer in timers:
             timer.destroy()
         for endpoint in reversed(endpoints):

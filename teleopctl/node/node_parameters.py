@@ -19,6 +19,7 @@ from teleopctl.node.parameters.parameter_store import (
     PostSetCallback,
     PreSetCallback,
 )
+from teleopctl.node.values.exceptions import ParameterAlreadyDeclaredException
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
@@ -40,11 +41,12 @@ class NodeParameters(NodeEndpoints):
         self, given: Iterable[Parameter], *, allow_undeclared: bool, start_services: bool
     ) -> None:
         """Read the overrides and open the services."""
-        overrides = {parameter.name: parameter for parameter in given}
-        # The node's own command line wins over the process's.
+        overrides: dict[str, Parameter] = {}
+        # The node's own command line wins over the process's, and the program over both, as there.
         for arguments in reversed(self._arguments):
             values = arguments.parameter_overrides(self._name, self._namespace)
             overrides.update((name, Parameter(name, value=value)) for name, value in values.items())
+        overrides.update((parameter.name, parameter) for parameter in given)
         self._parameter_events = self.create_publisher(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",
@@ -133,13 +135,17 @@ class NodeParameters(NodeEndpoints):
     ) -> list[Parameter]:
         """Declare several below a prefix; each is ``(name[, value[, descriptor]])``."""
         prefix = f"{namespace}." if namespace else ""
-        declared = []
-        for entry in parameters:
-            name, value, descriptor = (*entry, None, None)[:3]
-            declared.append(
-                self.declare_parameter(prefix + name, value, descriptor, ignore_override)
-            )
-        return declared
+        padded = [(*entry, None, None)[:3] for entry in parameters]
+        entries = [(prefix + name, value, descriptor) for name, value, descriptor in padded]
+        names = [name for name, _, _ in entries]
+        if declared := [name for name in names if self.has_parameter(name)]:
+            raise ParameterAlreadyDeclaredException(declared)
+        # One that is named twice is declared as it is named last.
+        made = {
+            name: self.declare_parameter(name, value, descriptor, ignore_override)
+            for name, value, descriptor in {entry[0]: entry for entry in entries}.values()
+        }
+        return [made[name] for name in names]
 
     def undeclare_parameter(self, name: str) -> None:
         """Forget a parameter; see `ParameterStore.undeclare` for what it raises."""

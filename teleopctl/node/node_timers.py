@@ -1,9 +1,10 @@
-"""What has a node's callbacks run without a message: timers, rates, guard conditions."""
+"""What has callbacks run without a message: timers, rates, guard conditions, waitables."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import from_seconds
 from teleopctl.node.clock import Clock
@@ -13,9 +14,12 @@ from teleopctl.node.endpoints.timer import Rate, Timer
 from teleopctl.node.node_core import NodeCore
 from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 
+if TYPE_CHECKING:
+    from teleopctl.node.waiting.user_waitable import ServedWaitable, Waitable
+
 
 class NodeTimers(NodeCore):
-    """The part of a node that holds its timers and guard conditions."""
+    """The part of a node that holds its timers, guard conditions and a program's waitables."""
 
     def __init__(
         self,
@@ -29,6 +33,7 @@ class NodeTimers(NodeCore):
         # Replaced, never changed, so that executors may iterate without a lock.
         self._timers: tuple[Timer, ...] = ()
         self._guards: list[GuardCondition] = []
+        self._waitables: list[ServedWaitable] = []
         self._endpoints_lock = threading.Lock()
         self._default_callback_group = MutuallyExclusiveCallbackGroup()
 
@@ -101,6 +106,28 @@ class NodeTimers(NodeCore):
     def guards(self) -> list[GuardCondition]:
         """The node's guard conditions."""
         return list(self._guards)
+
+    def add_waitable(self, waitable: Waitable) -> None:
+        """Have executors serve a waitable of the program's own, until it is removed."""
+        from teleopctl.node.waiting.user_waitable import ServedWaitable
+
+        served = ServedWaitable(self, waitable)
+        with self._endpoints_lock:
+            self._waitables.append(served)
+        served.tell_executor()
+
+    def remove_waitable(self, waitable: Waitable) -> None:
+        """Serve a waitable no more; unknown ones are ignored."""
+        with self._endpoints_lock:
+            removed = [served for served in self._waitables if served.waitable is waitable]
+            self._waitables = [served for served in self._waitables if served not in removed]
+        for served in removed:
+            served.close()
+
+    @property
+    def waitables(self) -> list[Waitable]:
+        """The program's own waitables."""
+        return [served.waitable for served in self._waitables]
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Destroy a timer; False when it is not this node's."""

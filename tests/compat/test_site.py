@@ -32,7 +32,7 @@ rclpy.subscription_content_filter_options rclpy.task rclpy.time rclpy.time_sourc
 rclpy.topic_endpoint_info rclpy.topic_or_service_is_hidden rclpy.type_description_service
 rclpy.type_hash rclpy.type_support rclpy.utilities rclpy.validate_full_topic_name
 rclpy.validate_namespace rclpy.validate_node_name rclpy.validate_parameter_name
-rclpy.validate_topic_name rclpy.wait_for_message
+rclpy.validate_topic_name rclpy.wait_for_message rclpy.waitable
 """
 
 

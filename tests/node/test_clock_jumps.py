@@ -1,8 +1,12 @@
 """Clocks tell of their jumps as rcl's do."""
 
+import threading
+from typing import Any
+
 import pytest
 
 from teleopctl.node import (
+    Clock,
     ClockChange,
     ClockType,
     Duration,
@@ -78,3 +82,24 @@ def test_what_cannot_be_told_is_refused(clock):
         TimeJump(None, Duration())  # type: ignore[arg-type]
     with pytest.raises(TypeError):
         clock.set_ros_time_override(3)
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_a_sleep_ends_when_simulated_time_begins_or_ends(context, active):
+    clock = ROSClock()
+    clock.set_simulated(not active)
+    slept: list[bool] = []
+    sleeper = threading.Thread(
+        target=lambda: slept.append(clock.sleep_for(Duration(seconds=3600), context))
+    )
+    sleeper.start()
+    while not slept:  # it may not have begun to sleep
+        clock.set_simulated(not clock.ros_time_is_active)
+        sleeper.join(0.01)
+    assert slept == [False]
+
+
+def test_a_clock_has_one_of_the_types_that_there_are():
+    not_one: Any = "STEADY_TIME"
+    with pytest.raises(TypeError, match="ClockType"):
+        Clock(clock_type=not_one)

@@ -152,6 +152,15 @@ def test_a_node_moves_to_the_executor_that_gets_it_last(make_node, context, exec
     other.shutdown()
 
 
+def test_a_node_that_is_given_an_executor_is_served_by_it_alone(make_node, context, executor):
+    node = make_node()
+    other = SingleThreadedExecutor(context=context)
+    node.executor = other
+    assert (executor.get_nodes(), other.get_nodes()) == ([], [node])
+    node.executor = None
+    assert (node.executor, other.get_nodes()) == (None, [])
+
+
 def test_an_ended_future_does_not_cut_the_next_wait_short(make_node, executor):
     node = make_node()
     future: Future[Any] = Future()

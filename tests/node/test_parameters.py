@@ -48,6 +48,25 @@ def test_an_override_of_the_command_line_replaces_the_default(make_node):
     assert node.declare_parameter("name", "x").value == "arm"
 
 
+def test_an_override_of_the_program_replaces_that_of_the_command_line(make_node):
+    node = make_node(
+        cli_args=["--ros-args", "-p", "speed:=1.5"],
+        parameter_overrides=[Parameter("speed", value=2.5)],
+    )
+    assert node.declare_parameter("speed", 0.0).value == 2.5
+
+
+def test_several_are_declared_together_or_not_at_all(node):
+    node.declare_parameter("there", 1)
+    with pytest.raises(ParameterAlreadyDeclaredException):
+        node.declare_parameters("", [("new", 1), ("there", 2)])
+    assert not node.has_parameter("new")
+    declared = node.declare_parameters("arm", [("speed", 1.0), ("speed", 2.0)])
+    assert [(one.name, one.value) for one in declared] == [("arm.speed", 2.0)] * 2
+    with pytest.raises(TypeError, match="descriptor"):
+        node.declare_parameters("", [("new", 1, "described")])
+
+
 def test_an_override_of_another_type_is_refused(make_node):
     node = make_node("robot", cli_args=["--ros-args", "-p", "speed:=fast"])
     with pytest.raises(InvalidParameterTypeException):

@@ -115,7 +115,7 @@ def test_a_file_is_set_with_and_without_the_section_for_every_node(ask, robot, t
     assert list(parameter_messages(file, namespace="left")) == ["left.arm.speed"]
     assert all(each.successful for each in ask("load_parameter_file", file, True).results)
     assert (robot.get_parameter("arm.speed").value, robot.get_parameter("free").value) == (4.0, 7)
-    with pytest.raises(TeleopctlError, match="no parameters for /other"):
+    with pytest.raises(TeleopctlError, match="has none for /other"):
         parameter_messages(file, target_nodes=["other"])
 
 

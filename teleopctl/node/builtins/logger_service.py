@@ -39,7 +39,7 @@ class LoggerService:
                 logging.set_logger_level(wanted.name, wanted.level)
             except ValueError:
                 results.append(
-                    outcome(successful=False, reason=f"there is no level {wanted.level}")
+                    outcome(successful=False, reason="Failed reason: Invalid logger level.")
                 )
             else:
                 results.append(outcome(successful=True))

@@ -109,7 +109,7 @@ class Endpoint(abc.ABC):
             return
         self._destroyed = True
         for event in self.events:
-            event.close()
+            event.destroy()
         token, self._token = self._token, None
         if self.node.context.session_is_open:
             if token is not None:

@@ -39,7 +39,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
         self._sequence = itertools.count(1)
-        self._watching: list[EventHandler] = []
+        self._watching: tuple[EventHandler, ...] = ()
         self._channel = self._declare(qos)
         self._announce()
 
@@ -49,11 +49,13 @@ class Publisher(Endpoint, Generic[MessageT]):
         from teleopctl.node.endpoints.events.graph import IncompatibleTypeHandler, MatchedHandler
         from teleopctl.node.endpoints.events.liveliness import LivelinessLostHandler
 
+        watching: list[EventHandler] = []
         if callbacks.deadline is not None:
-            self._watching.append(DeadlineHandler(self, callbacks.deadline, group))
+            watching.append(DeadlineHandler(self, callbacks.deadline, group))
         if callbacks.liveliness is not None:
-            self._watching.append(LivelinessLostHandler(self, callbacks.liveliness, group))
-        self.events = tuple(self._watching)
+            watching.append(LivelinessLostHandler(self, callbacks.liveliness, group))
+        self._watching = (*self._watching, *watching)
+        self.events = (*self.events, *watching)
         if callbacks.incompatible_type is not None:
             handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
             self.events = (*self.events, handler)

@@ -18,6 +18,7 @@ from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
 from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
@@ -56,6 +57,21 @@ SubscriptionCallback: TypeAlias = (
 # A sample and when it came, in nanoseconds since the epoch.
 _Arrival: TypeAlias = tuple[zenoh.Sample, int]
 RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInfo], object]
+
+
+class SubscriptionHandle(Handle):
+    """Stands for a subscription from which a program takes messages itself."""
+
+    entity: Subscription[Any]
+
+    # Any: a message of the subscription's type.
+    def take_message(
+        self,
+        msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription knows
+        raw: bool,
+    ) -> tuple[Any, MessageInfo] | None:
+        """Take the oldest message that waits; see `Subscription.take_message`."""
+        return self.entity.take_message(raw=raw)
 
 
 class Subscription(Endpoint, Waitable, Generic[MessageT]):
@@ -125,7 +141,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
             watching.append(LivelinessChangedHandler(self, callbacks.liveliness, group))
         if callbacks.message_lost is not None:
             watching.append(MessageLostHandler(self.node, callbacks.message_lost, group))
-        self.events = self._watching = tuple(watching)
+        self._watching = (*self._watching, *watching)
+        self.events = (*self.events, *watching)
         if callbacks.incompatible_type is not None:
             handler = IncompatibleTypeHandler(self, callbacks.incompatible_type, group)
             self.events = (*self.events, handler)
@@ -192,6 +209,11 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         """
         raise RCLError("content filters are not supported by the middleware (Zenoh)")
 
+    @property
+    def handle(self) -> SubscriptionHandle:
+        """What programs enter while they use the subscription, and take messages from."""
+        return SubscriptionHandle(self, self.name)
+
     def get_publisher_count(self) -> int:
         """Return how many publishers the topic has, of the same type."""
         return len(self.node.matched(EntityKind.MP, self.name, self.type_name))
@@ -248,30 +270,54 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         meta = decode_attachment(sample.attachment.to_bytes())
         return meta is not None and time.time_ns() - meta.time_ns > self._lifespan_ns
 
+    def take_message(self, *, raw: bool = False) -> tuple[Any, MessageInfo] | None:
+        """Take the oldest message that waits, without an executor (ours).
+
+        Args:
+            raw: Return its bytes instead of a message.
+
+        Returns:
+            The message and what is known of it; None when none waits.
+        """
+        arrival = self._samples.take()
+        if arrival is None or self._has_expired(arrival[0]):
+            return None
+        message = self._decode(arrival[0], raw=raw)
+        info = None if message is None else self._info(*arrival)
+        return None if info is None else (message, info)
+
     def _arguments(self, sample: zenoh.Sample, received_ns: int) -> tuple[Any, ...] | None:
-        """Decode a sample; None when it has expired or, reported, is not what its key says."""
+        """Return what the callback gets; None when the sample has expired or cannot be read."""
         if self._has_expired(sample):
             return None
+        message = self._decode(sample, raw=self.raw)
+        if message is None or not self._wants_info:
+            return None if message is None else (message,)
+        info = self._info(sample, received_ns)
+        return None if info is None else (message, info)
+
+    def _decode(self, sample: zenoh.Sample, *, raw: bool) -> MessageT | bytes | None:
+        """Decode a sample; None, counted and reported, when it is not what its key says."""
         payload = sample.payload.to_bytes()
         try:
-            message = payload if self.raw else deserialize(payload, self.msg_type)
+            return payload if raw else deserialize(payload, self.msg_type)
         except TeleopctlError as error:
             self.refusals.refuse(error.message)
             return None
-        if not self._wants_info:
-            return (message,)
+
+    def _info(self, sample: zenoh.Sample, received_ns: int) -> MessageInfo | None:
+        """Read the attachment of a sample; None, counted and reported, when it cannot be read."""
         meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
         if meta is None:
             self.refusals.refuse("it came without a readable attachment")
             return None
-        info: MessageInfo = {
+        return {
             "source_timestamp": meta.time_ns,
             "received_timestamp": received_ns,
             "publication_sequence_number": meta.sequence,
             "reception_sequence_number": None,
             "publisher_gid": meta.gid,
         }
-        return (message, info)
 
     def _close(self) -> None:
         # First: undeclaring waits for a callback that waits for room.

@@ -30,6 +30,15 @@ class NumberOfEntities:
         self.num_services = num_services
         self.num_events = num_events
 
+    def __add__(self, other: NumberOfEntities) -> NumberOfEntities:
+        total = NumberOfEntities()
+        for kind, number in vars(self).items():
+            setattr(total, kind, number + getattr(other, kind))
+        return total
+
+    def __repr__(self) -> str:
+        return f"NumberOfEntities({', '.join(map(str, vars(self).values()))})"
+
 
 class Waitable:
     """Base of what queues arrivals on any thread until its node's executor takes them.
@@ -41,6 +50,9 @@ class Waitable:
     node: NodeCore
     callback_group: CallbackGroup
 
+    listener: Callable[[], None] | None = None
+    """Told of arrivals in the place of the executor, while somebody waits by hand."""
+
     def take(self) -> Callable[[], object] | None:
         """Return what is to be done for the oldest arrival; None when nothing is left."""
         raise NotImplementedError
@@ -51,5 +63,7 @@ class Waitable:
 
     def tell_executor(self) -> None:
         """Have the executor take what has arrived, if the node has one."""
-        if (executor := self.node.executor) is not None:
+        if self.listener is not None:
+            self.listener()
+        elif (executor := self.node.executor) is not None:
             executor.schedule(self)

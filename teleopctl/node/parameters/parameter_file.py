@@ -153,7 +153,8 @@ def parameter_messages(
     missing = [t for t in targets if not any(_is_meant(name, t) for name in chosen)]
     if missing:
         raise InvalidFileError(
-            f"{path} has no parameters for {', '.join(missing)}",
+            "Param file does not contain selected parameters: "
+            f"{path} has none for {', '.join(missing)}",
             hint=f"It has some for {', '.join(name for name, _ in sections)}.",
         )
     values: dict[str, Any] = {}

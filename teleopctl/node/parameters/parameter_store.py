@@ -124,11 +124,10 @@ class ParameterStore:
         with self._lock:
             if name in self._parameters:
                 raise ParameterAlreadyDeclaredException(name)
-            own = (
-                get_message("rcl_interfaces/msg/ParameterDescriptor")()
-                if descriptor is None
-                else descriptor
-            )
+            described = get_message("rcl_interfaces/msg/ParameterDescriptor")
+            own = described() if descriptor is None else descriptor
+            if not isinstance(own, described):
+                raise TypeError(f"a descriptor is expected, not {type(descriptor).__name__}")
             own.name = name
             if isinstance(value, get_message("rcl_interfaces/msg/ParameterValue")):
                 value = parameter_value_to_python(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from teleopctl.node.values.exceptions import InvalidHandle
 
@@ -22,25 +22,26 @@ class Handle:
     """Stands for an entity where rclpy has the entity of its C library.
 
     Args:
-        entity: The entity.
+        entity: The entity (ours).
         name: Its name: of the topic, the service or the node; empty where it has none.
     """
 
     def __init__(self, entity: Destroyable, name: str = "") -> None:
-        self._entity = entity
+        # Any: whoever knows of what it is the handle uses it as that.
+        self.entity: Any = entity
         self.name = name
 
     @property
     def pointer(self) -> int:
         """A number that no other living entity has."""
-        return id(self._entity)
+        return id(self.entity)
 
     def destroy_when_not_in_use(self) -> None:
         """Destroy the entity."""
-        self._entity.destroy()
+        self.entity.destroy()
 
     def __enter__(self) -> Self:
-        if self._entity.is_destroyed:
+        if self.entity.is_destroyed:
             raise InvalidHandle("Tried to use an entity that was destroyed")
         return self
 

@@ -267,12 +267,20 @@ class RcutilsLogger:
         skip_first: bool = False,
         once: bool = False,
         _depth: int = 1,
+        **unknown: object,
     ) -> bool:
         """Log a message.
 
         Returns:
             True when it came through the level and the filters.
+
+        Raises:
+            TypeError: A filter is not known, or lacks a parameter.
         """
+        if unknown:
+            raise TypeError(f"parameter {next(iter(unknown))!r} is not one of the recognized ones")
+        if throttle_time_source_type is not None and throttle_duration_sec is None:
+            raise TypeError("required parameter 'throttle_duration_sec' not specified")
         logger = self.name if name is None else name
         if severity < effective_level(logger):
             return False

@@ -137,6 +137,7 @@ def _rule(option: str, text: str) -> re.Match[str]:
     match = re.match(_RULE, text, re.DOTALL)
     if match is None:
         raise UsageError(
+            "Failed to parse ROS arguments: "
             f"Couldn't parse the rule '{shortened(text)}' of {option}",
             hint="rules have the form [NODE:]NAME:=VALUE",
         )
@@ -189,7 +190,7 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
             "--log-file-name",
         ):
             raise UsageError(
-                f"unknown ROS argument '{word}'",
+                f"Found unknown ROS arguments: {[word]}",
                 hint="end the ROS arguments with -- where the program's own follow",
             )
         value = attached or _value_of(option, words)

@@ -1,7 +1,29 @@
-"""``rclpy.signals``. Which signals a context heeds."""
+"""``rclpy.signals``. Which signals a context heeds, and waits that end with it."""
 
-from teleopctl.node import SignalHandlerOptions, heeded_signals
+from teleopctl.node import Context, GuardHandle, SignalHandlerOptions, heeded_signals
 
-__all__ = ["SignalHandlerOptions", "get_current_signal_handlers_options"]
+__all__ = [
+    "SignalHandlerGuardCondition",
+    "SignalHandlerOptions",
+    "get_current_signal_handlers_options",
+]
 
 get_current_signal_handlers_options = heeded_signals
+
+
+class SignalHandlerGuardCondition(GuardHandle):
+    """A guard condition that is triggered when a context ends, by a signal or otherwise."""
+
+    def __init__(self, context: Context | None = None) -> None:
+        self._context = context or Context.default()
+        super().__init__(self._context.handle)
+        self._context.on_shutdown(self.entity.trigger)
+
+    @property
+    def handle(self) -> GuardHandle:
+        """What is added to a wait set."""
+        return self
+
+    def destroy(self) -> None:
+        """Let the context end without it."""
+        self._context.forget_on_shutdown(self.entity.trigger)

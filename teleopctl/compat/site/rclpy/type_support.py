@@ -14,12 +14,21 @@ __all__ = [
 
 
 class NoTypeSupportImportedException(Exception):
-    """A class is no interface type."""
+    """A class is of ROS 2's own generator, whose C library is not used here."""
 
 
 # Any, here and below: what may be a class of messages or not is to be found out.
 def check_for_type_support(msg_or_srv_type: Any) -> None:
-    """Raise AttributeError unless the class is a message, service or action."""
+    """Raise AttributeError unless the class is a message, service or action.
+
+    Raises:
+        NoTypeSupportImportedException: It is, but one of ROS 2's own, for its C library.
+        AttributeError: It is none.
+    """
+    if hasattr(type(msg_or_srv_type), "__import_type_support__"):
+        raise NoTypeSupportImportedException(
+            f"{msg_or_srv_type!r} was made by ROS 2's generator; import it under teleopctl"
+        )
     if not isinstance(getattr(msg_or_srv_type, "TYPE_NAME", None), str):
         raise AttributeError(
             f"{msg_or_srv_type!r} is no message, service or action class; "

@@ -22,6 +22,7 @@ class EventHandler(Waitable):
         self.node = node
         self.callback_group = group
         self._callback = callback
+        self.is_destroyed = False
         self._lock = threading.Lock()
         self._changed = False
         group.add_entity(self)
@@ -37,6 +38,12 @@ class EventHandler(Waitable):
                 return None
             self._changed = False
             return functools.partial(self._callback, self._status())
+
+    def status(self) -> NamedTuple:
+        """Return what would be told to the callback now, and count from there."""
+        with self._lock:
+            self._changed = False
+            return self._status()
 
     def _status(self) -> NamedTuple:
         """Return what is told to the callback, and count from there."""
@@ -57,5 +64,7 @@ class EventHandler(Waitable):
         """Count no more."""
 
     def destroy(self) -> None:
-        """Count no more."""
-        self.close()
+        """Count no more. Idempotent."""
+        if not self.is_destroyed:
+            self.is_destroyed = True
+            self.close()

@@ -1,0 +1,110 @@
+"""What a program has executors wait for besides the entities of its node."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.node.endpoints.waitable import NumberOfEntities, Waitable as NodeWaitable
+from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.waiting.wait_set import WaitSet
+
+if TYPE_CHECKING:
+    from teleopctl.node.node_core import NodeCore
+    from teleopctl.node.values.future import Future
+
+
+class Waitable:
+    """Base of a program's own waitables (``rclpy.waitable.Waitable``); see ``Node.add_waitable``.
+
+    Args:
+        callback_group: Whose rules decide when it may execute.
+    """
+
+    def __init__(self, callback_group: CallbackGroup) -> None:
+        self.callback_group = callback_group
+        callback_group.add_entity(self)
+        self._futures: list[Future[Any]] = []  # Any: each of its own
+
+    def __enter__(self) -> None:
+        """Have what it waits for kept meanwhile."""
+
+    def __exit__(self, *_: object) -> None:
+        """Let it be destroyed again."""
+
+    def add_future(self, future: Future[Any]) -> None:
+        """Keep a future whose callbacks are to be run."""
+        self._futures.append(future)
+
+    def remove_future(self, future: Future[Any]) -> None:
+        """Forget it again."""
+        self._futures.remove(future)
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        """Tell whether `execute` is to be called."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    def take_data(self) -> Any:  # Any: what `execute` gets
+        """Take what has arrived."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    async def execute(self, taken_data: Any) -> Any:
+        """Do the work with what was taken."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """Return how many entities it adds to a wait set."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        """Add what it waits for."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+
+class ServedWaitable(NodeWaitable):
+    """Has the executor of a node serve a program's own waitable.
+
+    It is looked at when it is added to the node, and whenever something arrives for what it has
+    added to the wait set then or the last time.
+
+    Args:
+        node: The node that it was added to.
+        waitable: The program's.
+    """
+
+    def __init__(self, node: NodeCore, waitable: Waitable) -> None:
+        self.node = node
+        self.callback_group = waitable.callback_group
+        self.waitable = waitable
+        self._wait_set = WaitSet(node.context)
+        self._is_due = True
+
+    def look(self) -> None:
+        """Have the executor look at it."""
+        self._is_due = True
+        self.tell_executor()
+
+    def pending(self) -> int:
+        """Return 1 while it is to be looked at."""
+        return int(self._is_due)
+
+    def take(self) -> Callable[[], object] | None:
+        """Return the execution of the waitable; None when it is not ready."""
+        self._is_due = False
+        self._wait_set.clear_entities()
+        with self.waitable:
+            self.waitable.add_to_wait_set(self._wait_set)
+            self._wait_set.listen(self.look)
+            self._wait_set.look()
+            if not self.waitable.is_ready(self._wait_set):
+                return None
+            data = self.waitable.take_data()
+        # More than was taken may have come before.
+        self._is_due = self._is_due or self._wait_set.has_arrivals()
+        return functools.partial(self.waitable.execute, data)
+
+    def close(self) -> None:
+        """Wait for nothing any more."""
+        self._is_due = False
+        self._wait_set.clear_entities()

@@ -1,0 +1,114 @@
+"""Waitables of a program's own, which executors serve beside the entities of the node."""
+
+import time
+from typing import Any
+
+import pytest
+
+from teleopctl.node import (
+    GuardHandle,
+    MultiThreadedExecutor,
+    Node,
+    NumberOfEntities,
+    ReentrantCallbackGroup,
+    SingleThreadedExecutor,
+    Waitable,
+    WaitSet,
+)
+
+
+class Bell(Waitable):
+    """Calls back with how often it has rung."""
+
+    def __init__(self, node, callback) -> None:
+        super().__init__(ReentrantCallbackGroup())
+        self.guard = GuardHandle(node.context.handle)
+        self.callback = callback
+        self.rung = 0
+        self.index = 0
+        self.looks = 0
+
+    def ring(self) -> None:
+        self.rung += 1
+        self.guard.trigger_guard_condition()
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        self.looks += 1
+        self.index = wait_set.add_guard_condition(self.guard)
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        return wait_set.is_ready("guard_condition", self.index)
+
+    def take_data(self) -> int:
+        return self.rung
+
+    async def execute(self, taken_data: int) -> None:
+        self.callback(taken_data)
+
+    def get_num_entities(self) -> NumberOfEntities:
+        return NumberOfEntities(num_guards=1)
+
+
+@pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
+def executor(context, request):
+    executor = request.param(context=context)
+    yield executor
+    executor.shutdown()
+
+
+@pytest.fixture
+def spin_until(executor):
+    """Spin in short turns: to look at one that is not ready is no callback, and ends no turn."""
+
+    def spin(condition) -> None:
+        deadline = time.monotonic() + 10.0
+        while not condition():
+            assert time.monotonic() < deadline, "the condition did not come true in time"
+            executor.spin_once(0.02)
+
+    return spin
+
+
+def test_it_is_looked_at_when_it_is_added_and_executed_each_time_it_is_ready(make_node, spin_until):
+    node, got = make_node(), list[Any]()
+    bell = Bell(node, got.append)
+    node.add_waitable(bell)
+    assert node.waitables == [bell]
+    spin_until(lambda: bell.looks)
+    bell.ring()
+    spin_until(lambda: got == [1])
+    bell.ring()
+    spin_until(lambda: got == [1, 2])
+
+
+def test_what_was_ready_before_the_node_had_an_executor_is_not_missed(
+    context, executor, spin_until
+):
+    with Node("tester", context=context) as node:
+        got = list[Any]()
+        bell = Bell(node, got.append)
+        node.add_waitable(bell)
+        bell.ring()
+        executor.add_node(node)
+        spin_until(lambda: got)
+        assert got == [1]
+
+
+def test_one_that_was_removed_is_not_executed(make_node, spin_until):
+    node, got = make_node(), list[Any]()
+    removed, kept = Bell(node, got.append), Bell(node, got.append)
+    for bell in (removed, kept):
+        node.add_waitable(bell)
+    spin_until(lambda: removed.looks and kept.looks)
+    node.remove_waitable(removed)
+    removed.ring()
+    kept.rung = 10
+    kept.ring()
+    spin_until(lambda: got)
+    assert got == [11]
+    assert node.waitables == [kept]
+
+
+def test_numbers_of_entities_add_up():
+    total = NumberOfEntities(1, 2, 3, 4, 5, 6) + NumberOfEntities(num_guards=1, num_events=2)
+    assert repr(total) == "NumberOfEntities(1, 3, 3, 4, 5, 8)"
