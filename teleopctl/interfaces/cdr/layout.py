@@ -7,6 +7,8 @@ The rules are those of XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.3), called PLAIN_
 * A number stands at a multiple of its size, after as many bytes of padding as that takes. A bool,
   an octet and a char take one byte.
 * A string is a uint32, the number of its bytes with a NUL at the end, and these bytes.
+* A wide string is a uint32, the number of its UTF-16 units, and these, of two bytes each, without
+  an end: what version 2 of Fast CDR writes, that of ROS 2 Jazzy and later. XTypes counts bytes.
 * A sequence is a uint32, the number of its elements, and the elements. An array is the elements.
 * A message is its fields, without padding of its own; one without fields has a byte in ROS 2.
 
@@ -140,7 +142,7 @@ class Layout:
         if kind.base in BLOCK_CODES:
             return ITEM_SIZES[BLOCK_CODES[kind.base]]
         if not kind.is_nested:
-            return _SHORTEST_STRING
+            return _COUNT_SIZE if kind.base == "wstring" else _SHORTEST_STRING
         if kind.base not in self._minimums:
             self._weight(kind.base, ())
             fields = self.definition(kind.base).wire_fields
@@ -157,11 +159,6 @@ class Layout:
             raise InvalidMessageError(f"{type_name} contains itself")
         if type_name not in self._weights:
             fields = self.definition(type_name).wire_fields
-            for field in fields:
-                if field.type.base == "wstring":
-                    raise InvalidMessageError(
-                        f"{type_name} has a wide string, which cannot be sent or received"
-                    )
             self._weights[type_name] = 1 + sum(
                 self._weight(kind.base, (*outer, type_name)) if kind.is_nested else 1
                 for kind in (field.type for field in fields)

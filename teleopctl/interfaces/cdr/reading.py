@@ -105,6 +105,9 @@ class Read(Generator):
             return
         self.value(_COUNT, "n")
         self.flush()
+        if kind.base == "wstring":
+            self._wide_string(kind, place)
+            return
         self.line("e = p + n - 1")
         with self.indented("if not p <= e < end or d[e]:"):
             self.line("raise bad_text(n, p)")
@@ -115,6 +118,19 @@ class Read(Generator):
         self.line("p = e")
         self.anywhere()
         self.skip_byte()
+
+    def _wide_string(self, kind: FieldType, place: str) -> None:
+        self.line("e = p + n * 2")
+        with self.indented("if e > end:"):
+            self.line("raise bad_count(n, p)")
+        # Half a pair, which Python could not print, becomes the character for what is unreadable.
+        code = f"utf-16-{'le' if self.order == '<' else 'be'}"
+        self.line(f'{place} = str(d[p:e], "{code}", "replace")')
+        if kind.string_capacity:
+            with self.indented(f"if len({place}) > {kind.string_capacity}:"):
+                self.line("raise bad_count(n, p)")
+        self.line("p = e")
+        self.anywhere()
 
     def fixed_block(self, kind: FieldType, place: str) -> None:
         """Emit the reading of a fixed array."""

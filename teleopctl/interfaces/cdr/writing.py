@@ -60,12 +60,15 @@ class Write(Generator):
             self.value(BLOCK_CODES[kind.base], place)
             return
         text = self.fresh("t")
-        self.line(f"{text} = {place}.encode()")
-        self.value(_COUNT, f"len({text}) + 1")
+        is_wide = kind.base == "wstring"
+        code = '"utf-16-le"' if is_wide else ""
+        self.line(f"{text} = {place}.encode({code})")
+        self.value(_COUNT, f"len({text}) >> 1" if is_wide else f"len({text}) + 1")
         self.flush()
         self.line(f"out += {text}")
         self.anywhere()
-        self.skip_byte()
+        if not is_wide:
+            self.skip_byte()
 
     def fixed_block(self, kind: FieldType, place: str) -> None:
         """Emit the writing of a fixed array."""

@@ -225,10 +225,35 @@ def test_only_messages_can_be_sent():
         deserialize(b"", str)
 
 
-def test_wide_strings_are_refused_by_name():
-    add_definition_text("wide_msgs/msg/Wide", "wstring data\n")
-    with pytest.raises(TeleopctlError, match="wide_msgs/msg/Wide has a wide string"):
-        serialize(get_message("wide_msgs/msg/Wide")())
+def wide(**values):
+    add_definition_text("wide_msgs/msg/Wide", "wstring data\nwstring<=3[] more\nuint8 last\n")
+    return get_message("wide_msgs/msg/Wide")(**values)
+
+
+def test_wide_strings_are_counted_utf_16_units_without_an_end():
+    message = wide(data="h\u00e4\U0001f916", more=["", "x"], last=7)
+    payload = bytes.fromhex(
+        "00010000 04000000 6800 e400 3ed8 16dd 02000000 00000000 01000000 7800 07".replace(" ", "")
+    )
+    assert serialize(message) == payload
+    assert deserialize(payload, type(message)) == message
+    swapped = bytes.fromhex(
+        "00000000 00000004 0068 00e4 d83e dd16 00000002 00000000 00000001 0078 07".replace(" ", "")
+    )
+    assert deserialize(swapped, type(message)) == message
+
+
+@given(st.text(), st.lists(st.text(max_size=3)))
+def test_wide_strings_come_back(text, more):
+    message = wide(data=text, more=more)
+    assert deserialize(serialize(message), type(message)) == message
+
+
+@given(st.binary(max_size=40))
+def test_nonsense_for_wide_strings_is_refused_or_can_be_printed(data):
+    with contextlib.suppress(TeleopctlError):
+        read = deserialize(b"\0\1\0\0" + data, type(wide()))
+        str(read).encode()
 
 
 def test_nan_is_kept():
