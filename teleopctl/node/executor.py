@@ -98,6 +98,7 @@ class Executor:
         """
         if self._is_shutdown:
             raise ShutdownException
+        node = node.itself
         with self._nodes_lock:
             if node in self._nodes:
                 return False
@@ -113,6 +114,7 @@ class Executor:
 
     def remove_node(self, node: NodeEndpoints) -> None:
         """Stop serving a node; unknown ones are ignored."""
+        node = node.itself
         with self._nodes_lock:
             if node not in self._nodes:
                 return

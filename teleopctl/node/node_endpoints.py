@@ -51,6 +51,11 @@ class NodeEndpoints(NodeTimers):
         super().__init__(node_name, context, cli_args, namespace, use_global_arguments)
         self._endpoints: list[Endpoint] = []
 
+    @property
+    def itself(self) -> Self:
+        """The node, also where a program's object only forwards to it by ``__getattr__`` (ours)."""
+        return self
+
     # -- making endpoints ------------------------------------------------------------------------
 
     def create_publisher(

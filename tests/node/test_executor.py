@@ -12,6 +12,7 @@ from teleopctl.node import (
     MutuallyExclusiveCallbackGroup,
     Node,
     SingleThreadedExecutor,
+    spin,
 )
 from teleopctl.node.values.exceptions import (
     ExternalShutdownException,
@@ -150,6 +151,23 @@ def test_a_node_moves_to_the_executor_that_gets_it_last(make_node, context, exec
     assert node.executor is other
     assert node not in executor.get_nodes()
     other.shutdown()
+
+
+def test_an_object_that_forwards_to_a_node_is_served_as_the_node(context):
+    class Forwarding:
+        def __init__(self) -> None:
+            self.inner = Node("inner", context=context)
+            self.inner.create_timer(0.001, self.tick)
+
+        def tick(self) -> None:
+            context.try_shutdown()
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.inner, name)
+
+    forwarding: Any = Forwarding()
+    spin(forwarding, SingleThreadedExecutor(context=context))
+    assert not context.ok()
 
 
 def test_a_node_that_is_given_an_executor_is_served_by_it_alone(make_node, context, executor):

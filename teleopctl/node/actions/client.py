@@ -7,7 +7,8 @@ import uuid
 import weakref
 from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
-from teleopctl.interfaces import FeedbackMessage, FeedbackT, GoalT, ResultT, get_message
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import FeedbackT, GoalT, ResultT, deserialize, get_message
 from teleopctl.node.actions.client_goal import ClientGoalHandle
 from teleopctl.node.actions.feedback import FeedbackCallback, FeedbackCallbacks
 from teleopctl.node.actions.goal_state import FEEDBACK_QOS, GoalState, goal_key
@@ -91,6 +92,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             self._pass_feedback_on,
             feedback_sub_qos_profile,
             callback_group=callback_group,
+            raw=True,  # each one counts, also one that cannot be read
         )
         self._status = node.create_subscription(
             parts.GoalStatusMessage,
@@ -233,14 +235,37 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         future: ResponseFuture[CancelGoal.Response] = self._cancels.call_async(request)
         return future
 
-    def ask_for_result(self, goal_id: UUID) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Ask the server for the end state and the result of a goal, whoever sent it (ours)."""
+    def ask_for_result(
+        self, goal_id: UUID, *, at_once: bool = False
+    ) -> ResponseFuture[ResultResponse[ResultT]]:
+        """Ask the server for the end state and the result of a goal, whoever sent it (ours).
+
+        Args:
+            goal_id: Its id.
+            at_once: Not to wait until an executor has passed on the feedback that came before, for
+                who blocks the executor meanwhile.
+        """
         request = self._action_type.Impl.GetResultService.Request(goal_id=goal_id)
-        future: ResponseFuture[ResultResponse[ResultT]] = self._results.call_async(request)
+        response: ResponseFuture[ResultResponse[ResultT]] = self._results.call_async(request)
+        future: ResponseFuture[ResultResponse[ResultT]] = self._results.make_future()
         key = goal_key(goal_id)
-        future.on_end(lambda: self._callbacks.end(key, self._feedback.pending()))
+
+        def pass_on() -> None:
+            answer = response.result()
+            if answer is None:
+                future.cancel()
+            else:
+                future.set_result(answer)
+
+        def take() -> None:
+            waiting = 0 if self._node.executor is None else self._feedback.pending()
+            if at_once:
+                pass_on()
+            self._callbacks.end(key, waiting, (lambda: None) if at_once else pass_on)
+
+        response.on_end(take)
         what = f"the request for the result of goal {key.hex()}"
-        future.when_unanswered(lambda: self._miss_server(future, what))
+        response.when_unanswered(lambda: self._miss_server(future, what))
         return future
 
     # Any: of whatever is waited for.
@@ -259,7 +284,12 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
 
     # -- topics ----------------------------------------------------------------------------------
 
-    def _pass_feedback_on(self, message: FeedbackMessage[FeedbackT]) -> object:
+    def _pass_feedback_on(self, data: bytes) -> object:
+        try:
+            message = deserialize(data, self._action_type.Impl.FeedbackMessage)
+        except TeleopctlError as error:
+            self._feedback.refusals.refuse(error.message)
+            message = None
         return self._callbacks.call(message)
 
     def _follow_states(self, message: GoalStatusArray) -> None:

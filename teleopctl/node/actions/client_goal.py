@@ -32,7 +32,9 @@ class GoalClient(Protocol[ResultT]):
     def cancel(self, goal_id: UUID) -> ResponseFuture[CancelGoal.Response]:
         """Ask the server to cancel a goal."""
 
-    def ask_for_result(self, goal_id: UUID) -> ResponseFuture[ResultResponse[ResultT]]:
+    def ask_for_result(
+        self, goal_id: UUID, *, at_once: bool = False
+    ) -> ResponseFuture[ResultResponse[ResultT]]:
         """Ask the server for the result of a goal."""
 
 
@@ -113,7 +115,8 @@ class ClientGoalHandle(Generic[ResultT]):
         """Ask the server for the end state and the result.
 
         Returns:
-            A future of the answer, which comes when the goal has ended.
+            A future of the answer, which comes when the goal has ended and the callbacks of the
+            feedback that came before have been called.
         """
         return self._client.ask_for_result(self._goal_id)
 
@@ -123,4 +126,4 @@ class ClientGoalHandle(Generic[ResultT]):
         Raises:
             ExternalShutdownException: The context was shut down meanwhile.
         """
-        return self.get_result_async().wait_until_answered()
+        return self._client.ask_for_result(self._goal_id, at_once=True).wait_until_answered()

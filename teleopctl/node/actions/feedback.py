@@ -22,7 +22,8 @@ class FeedbackCallbacks(Generic[FeedbackT]):
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._callbacks: dict[bytes, FeedbackCallback[FeedbackT]] = {}
-        self._last: dict[bytes, int] = {}
+        # After which message a goal's feedback ends, and what is done then.
+        self._last: dict[bytes, tuple[int, Callable[[], object]]] = {}
         self._taken = 0
 
     def add(self, key: bytes, callback: FeedbackCallback[FeedbackT]) -> None:
@@ -30,21 +31,42 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         with self._lock:
             self._callbacks[key] = callback
 
-    def end(self, key: bytes, waiting: int = 0) -> None:
-        """Call no more for a goal, once so many messages that wait have been taken."""
+    def end(self, key: bytes, waiting: int = 0, then: Callable[[], object] = lambda: None) -> None:
+        """Call no more for a goal, once so many messages that wait have been taken.
+
+        Args:
+            key: The goal's.
+            waiting: Messages that wait, of whatever goals.
+            then: Called when they have been taken; at once where nobody wants them.
+        """
         with self._lock:
             if waiting and key in self._callbacks:
-                self._last[key] = self._taken + waiting
-            else:
-                self._callbacks.pop(key, None)
+                self._last[key] = (self._taken + waiting, then)
+                return
+            self._callbacks.pop(key, None)
+        then()
 
-    def call(self, message: FeedbackMessage[FeedbackT]) -> object:
-        """Pass a message on; returns what the callback returns, which may be a coroutine."""
+    def call(self, message: FeedbackMessage[FeedbackT] | None) -> object:
+        """Pass a message on, None for one that could not be read.
+
+        Returns:
+            What the callback returns, which may be a coroutine.
+        """
         with self._lock:
             self._taken += 1
+            taken = self._taken
+            callback = None if message is None else self._callbacks.get(goal_key(message.goal_id))
+        try:
+            return None if message is None or callback is None else callback(message)
+        finally:
             if self._last:
-                for key in [key for key, last in self._last.items() if last < self._taken]:
-                    del self._last[key]
-                    self._callbacks.pop(key, None)
-            callback = self._callbacks.get(goal_key(message.goal_id))
-        return None if callback is None else callback(message)
+                self._end_goals(taken)
+
+    def _end_goals(self, taken: int) -> None:
+        with self._lock:
+            ended = [key for key, (last, _) in self._last.items() if last <= taken]
+            thens = [self._last.pop(key)[1] for key in ended]
+            for key in ended:
+                self._callbacks.pop(key, None)
+        for then in thens:
+            then()
