@@ -270,6 +270,7 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         meta = decode_attachment(sample.attachment.to_bytes())
         return meta is not None and time.time_ns() - meta.time_ns > self._lifespan_ns
 
+    # Any: a message of the subscription's type, or bytes.
     def take_message(self, *, raw: bool = False) -> tuple[Any, MessageInfo] | None:
         """Take the oldest message that waits, without an executor (ours).
 

@@ -25,13 +25,15 @@ class Waitable:
     def __init__(self, callback_group: CallbackGroup) -> None:
         self.callback_group = callback_group
         callback_group.add_entity(self)
-        self._futures: list[Future[Any]] = []  # Any: each of its own
+        self._futures: list[Future[Any]] = []
 
     def __enter__(self) -> None:
         """Have what it waits for kept meanwhile."""
 
     def __exit__(self, *_: object) -> None:
         """Let it be destroyed again."""
+
+    # Any, here and below: each waitable has its own, and `execute` gets what it has taken.
 
     def add_future(self, future: Future[Any]) -> None:
         """Keep a future whose callbacks are to be run."""
@@ -45,7 +47,7 @@ class Waitable:
         """Tell whether `execute` is to be called."""
         raise NotImplementedError("Must be implemented by subclass")
 
-    def take_data(self) -> Any:  # Any: what `execute` gets
+    def take_data(self) -> Any:
         """Take what has arrived."""
         raise NotImplementedError("Must be implemented by subclass")
 
