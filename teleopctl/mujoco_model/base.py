@@ -7,6 +7,7 @@ all wheeled robots have theirs at the height of the axles.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription
 
 WORLD = "world"
+
+# A link bears the robot when it ends at most this part of its joint's height above the ground.
+_REACH = 0.1
+# The cosine from which an axis counts as upright.
+_UPRIGHT = 0.7
 
 _Kind = mujoco.mjtGeom
 
@@ -94,7 +100,7 @@ def place_base(
     data.qpos[:] = positions
     data.qpos[start : start + 7] = [*place, *turn]
     mujoco.mj_kinematics(bare, data)
-    lowest = _lowest_point(bare, data, body)
+    lowest = _lowest_point(bare, data, _whole_robot(bare, body))
     rests = lowest is not None and place[2] == 0.0
     if lowest is not None and rests:
         place[2] = -lowest
@@ -104,15 +110,72 @@ def place_base(
     return replace(base, height_m=float(place[2]), rests=rests, can_touch=lowest is not None)
 
 
-# Any stands for MuJoCo's types, here and below: they have no static ones.
-def _lowest_point(model: Any, data: Any, root: int) -> float | None:
-    """Height of the lowest point of what can touch; None where nothing can."""
-    heights = [
-        _lowest_of(model, data, geom)
-        for geom in range(model.ngeom)
-        if model.geom_contype[geom] and model.body_rootid[model.geom_bodyid[geom]] == root
-    ]
-    return min(heights, default=None)
+def borne_inertias(
+    bare: mujoco.MjModel, base: FreeBase, positions: np.ndarray, joints: Iterable[str]
+) -> dict[str, float]:
+    """What the drives of wheels and legs move while the robot stands on them.
+
+    The ground holds what touches it, so that the joint moves the robot instead: all its mass m, at
+    the height h of the axis above the ground, as m h^2 (for sliding joints m).
+
+    Args:
+        bare: The robot without drives, in its place.
+        base: Its root link.
+        positions: Where the joints start, as MuJoCo's ``qpos``.
+        joints: The names of its movable joints.
+
+    Returns:
+        By the names of those joints whose links reach the ground, in kg m^2 or kg.
+    """
+    data = mujoco.MjData(bare)
+    data.qpos[:] = positions
+    mujoco.mj_kinematics(bare, data)
+    root = int(bare.body(base.body.link).id)
+    ground = _lowest_point(bare, data, _whole_robot(bare, root))
+    if ground is None:
+        return {}
+    mass = float(bare.body_subtreemass[root])
+    borne = {}
+    for name in joints:
+        joint = bare.joint(name)
+        carried = _carried_by(bare, int(joint.bodyid[0]))
+        lowest = _lowest_point(bare, data, carried)
+        height = float(data.xanchor[joint.id][2]) - ground
+        if lowest is None or lowest - ground > _REACH * height:
+            continue
+        upright = abs(float(data.xaxis[joint.id][2])) > _UPRIGHT
+        slides = bool(bare.jnt_type[joint.id] == mujoco.mjtJoint.mjJNT_SLIDE)
+        if upright == slides:
+            borne[name] = mass if slides else mass * height**2
+    return borne
+
+
+def _whole_robot(model: Any, root: int) -> list[int]:
+    return [body for body in range(model.nbody) if model.body_rootid[body] == root]
+
+
+def _carried_by(model: Any, body: int) -> list[int]:
+    """A body and all that hangs on it."""
+    found = [body]
+    for later in range(body + 1, model.nbody):
+        if model.body_parentid[later] in found:
+            found.append(later)
+    return found
+
+
+# Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
+def _lowest_point(model: Any, data: Any, bodies: list[int]) -> float | None:
+    """Height of the lowest point of what of some bodies can touch; None where nothing can."""
+    geoms = (
+        geom
+        for body in bodies
+        for geom in range(
+            model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]
+        )
+    )
+    return min(
+        (_lowest_of(model, data, geom) for geom in geoms if model.geom_contype[geom]), default=None
+    )
 
 
 def _lowest_of(model: Any, data: Any, geom: int) -> float:

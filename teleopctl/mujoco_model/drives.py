@@ -17,6 +17,8 @@ instead. `teleopctl.sim.drives` plans each period's set-points.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -126,13 +128,19 @@ def _add_mimic(spec: mujoco.MjSpec, name: str, leader: str, mimic: Mimic) -> Non
     constraint.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
 
 
-def add_drives(spec: mujoco.MjSpec, model: mujoco.MjModel, joints: list[JointSpec]) -> None:
+def add_drives(
+    spec: mujoco.MjSpec,
+    model: mujoco.MjModel,
+    joints: list[JointSpec],
+    borne: Mapping[str, float] = MappingProxyType({}),
+) -> None:
     """Add the actuators, tuned to the inertia that each joint moves.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
         model: The same spec compiled without actuators, for the joints' inertias.
         joints: The robot's movable joints.
+        borne: What joints move besides while the robot stands on them, by name.
     """
     moved = _moved_inertias(model, joints)
     for joint in joints:
@@ -144,7 +152,7 @@ def add_drives(spec: mujoco.MjSpec, model: mujoco.MjModel, joints: list[JointSpe
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor
-        _add_drive(spec, joint, inertia)
+        _add_drive(spec, joint, inertia + borne.get(joint.name, 0.0))
         if "effort" in joint.command_interfaces:
             motor = spec.add_actuator(
                 name=motor_name(joint.name),

@@ -11,7 +11,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
-from teleopctl.mujoco_model.base import FreeBase, free_base, place_base, world_frame
+from teleopctl.mujoco_model.base import FreeBase, borne_inertias, free_base, place_base, world_frame
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
 from teleopctl.mujoco_model.contacts import exclude_adjacent, hold_by_friction, overlaps
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
@@ -115,7 +115,11 @@ def build_model(
         for pair in overlapping
         if not pair.one_robot
     ]
-    add_drives(spec, bare, joints)
+    borne: dict[str, float] = {}
+    if base is not None:
+        start, names = initial_positions(bare, joints), [joint.name for joint in joints]
+        borne = borne_inertias(bare, base, start, names)
+    add_drives(spec, bare, joints, borne)
     model = _compile(spec)
     return RobotModel(
         name=description.name,

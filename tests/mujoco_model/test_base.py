@@ -128,3 +128,36 @@ def test_a_cylinder_on_its_side_rolls_without_slip() -> None:
     assert simulation.free_bodies.pose(0)[0] == pytest.approx(1.0, rel=0.01)
     twist = simulation.free_bodies.twist(0)
     assert twist[0] == pytest.approx(0.1 * twist[4], rel=2e-3)
+
+
+def test_wheels_take_up_their_speed_with_the_robot_on_them() -> None:
+    rest = 'ixy="0" ixz="0" iyz="0"'
+    shape = (
+        '<origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.02"/>'
+    )
+    wheel = f"""<inertial><mass value="0.1"/>
+      <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" {rest}/></inertial>
+      <collision>{shape}</geometry></collision>"""
+    body = f"""<inertial><mass value="10"/>
+      <inertia ixx="0.04" iyy="0.14" izz="0.17" {rest}/></inertial>
+      {box("collision", "0.4 0.2 0.1")}"""
+    names = ("front_left", "front_right", "rear_left", "rear_right")
+    places = ("0.15 0.12 -0.05", "0.15 -0.12 -0.05", "-0.15 0.12 -0.05", "-0.15 -0.12 -0.05")
+    wheels = [
+        link(name, wheel)
+        + joint(f"{name}_joint", "body", name, kind="continuous", xyz=xyz, axis="0 1 0", limit="")
+        for name, xyz in zip(names, places, strict=True)
+    ]
+    joints = [f"{name}_joint" for name in names]
+    parts = (link("body", body), *wheels, control(**dict.fromkeys(joints, "velocity")))
+    simulation = Simulation(build_model(robot(*parts)), control_period_ns=10_000_000)
+    simulation.apply(joints, velocity=[2.0] * 4)
+    simulation.step(50)
+    simulation.read()
+    assert simulation.velocities == pytest.approx([2.0] * 4, rel=0.02)
+    simulation.step(150)
+    simulation.read()
+    assert simulation.velocities == pytest.approx([2.0] * 4, rel=0.01)
+    start = float(simulation.free_bodies.pose(0)[0])
+    simulation.step(2000)
+    assert simulation.free_bodies.pose(0)[0] - start == pytest.approx(0.2, rel=0.01)
