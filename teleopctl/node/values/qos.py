@@ -105,6 +105,19 @@ class QoSProfile:
             depth.
     """
 
+    # ros2cli's daemon hands over what they name; in rclpy's order, which is that of the repr.
+    __slots__ = (  # noqa: RUF023
+        "history",
+        "_depth",
+        "reliability",
+        "durability",
+        "lifespan",
+        "deadline",
+        "liveliness",
+        "liveliness_lease_duration",
+        "avoid_ros_namespace_conventions",
+    )
+
     def __init__(
         self,
         *,
@@ -205,12 +218,12 @@ class QoSProfile:
     # Any: whatever type each policy has.
     def to_dict(self) -> dict[str, Any]:
         """Return what to make the same profile of (rclpy: of the C library's profile)."""
-        return {name.lstrip("_"): value for name, value in vars(self).items()}
+        return {name.lstrip("_"): getattr(self, name) for name in self.__slots__}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, QoSProfile):
             return NotImplemented
-        return vars(self) == vars(other)
+        return self.to_dict() == other.to_dict()
 
     __hash__ = None  # type: ignore[assignment]
 

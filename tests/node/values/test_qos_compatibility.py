@@ -1,5 +1,8 @@
 """Which profiles of a publisher and a subscription fit each other."""
 
+import copy
+import pickle
+
 import pytest
 
 from teleopctl.node import (
@@ -55,3 +58,6 @@ def test_what_is_left_to_the_system_is_a_warning_where_it_may_matter(undecided):
 def test_a_profile_is_made_again_of_its_fields():
     profile = QoSProfile(depth=3, deadline=Duration(seconds=5))
     assert QoSProfile(**profile.get_c_qos_profile().to_dict()) == profile
+    slots = {name.lstrip("_"): getattr(profile, name) for name in profile.__slots__}
+    assert QoSProfile(**slots) == profile  # as ros2cli's daemon hands it over
+    assert copy.deepcopy(profile) == pickle.loads(pickle.dumps(profile)) == profile

@@ -64,7 +64,9 @@ def get_interface_path(interface_name: str) -> str:
     if len(parts) == 3 and ending in ("", parts[1]):
         with suppress(TeleopctlError):
             return str(definition_file(name))
-    raise LookupError(f"Could not find the interface '{interface_name}'")
+    # ROS 2 looks for what a build makes of it.
+    missing = interface_name if ending else f"{interface_name}.idl"
+    raise LookupError(f"Could not find the interface '{missing}'")
 
 
 def _prefix(package: str) -> str:
