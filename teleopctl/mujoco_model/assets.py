@@ -7,6 +7,7 @@ simulation: half of a shape would touch what the whole one does not.
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import mujoco
 import numpy as np
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.mujoco_model.paint import drawn_by, paint, parts_of
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import collada_unit_m
 
@@ -40,7 +42,7 @@ def resolve_meshes(
     complained: set[str] = set()
     for mesh in list(spec.meshes):
         uri: str = mesh.file
-        reason = _use_file(mesh, uri, folder or Path(), try_each=try_each)
+        reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
         if reason is None:
             continue
         if uri not in complained:
@@ -51,8 +53,9 @@ def resolve_meshes(
 
 
 # Any stands for MuJoCo's meshes, here and below: their class has no types.
-def _use_file(mesh: Any, uri: str, folder: Path, *, try_each: bool) -> str | None:
+def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -> str | None:
     """Give a mesh its file or its vertices; returns why that was not possible, or None."""
+    uri: str = mesh.file
     try:
         path = folder / resolve_uri(uri)
         path.stat()
@@ -63,16 +66,41 @@ def _use_file(mesh: Any, uri: str, folder: Path, *, try_each: bool) -> str | Non
         return f"{uri} cannot be read: {reason}"
     if not path.is_file():
         return f"{path} is no file"
-    refusal = None
+    refusal, is_read = None, False
     if path.suffix.lower() in _READ_BY_MUJOCO:
         mesh.file = str(path.absolute())
         refusal = _refusal(mesh) if try_each else None
-        if refusal is None:
+        is_read = refusal is None
+        if is_read and not (drawn_by(spec, mesh) and _names_materials(path)):
             return None
-    fault = _convert(mesh, path)
-    if fault is not None:
-        return refusal or fault
-    return _refusal(mesh) if try_each else None
+    scene = _load(path)
+    if isinstance(scene, str):
+        return None if is_read else refusal or scene
+    if not is_read:
+        fault = _convert(mesh, path, scene)
+        if fault is None and try_each:
+            fault = _refusal(mesh)
+        if fault is not None:
+            return refusal or fault
+    if drawn_by(spec, mesh):
+        _paint(spec, mesh, path, scene, try_each=try_each)
+    return None
+
+
+def _names_materials(path: Path) -> bool:
+    """Whether MuJoCo reads the triangles of a file, but not its colours."""
+    return path.suffix.lower() == ".obj" and b"mtllib" in path.read_bytes()
+
+
+def _paint(spec: mujoco.MjSpec, mesh: Any, path: Path, scene: Any, *, try_each: bool) -> None:
+    """Give a mesh the colours of its file, where it has some."""
+    is_gltf = path.suffix.lower() in (".glb", ".gltf")
+    try:
+        parts = parts_of(scene, _unit_m(path, scene), is_gltf=is_gltf)
+    except Exception:  # noqa: BLE001 - as in _load; then it has no colours, and all of its shape
+        return
+    if parts:
+        paint(spec, mesh, parts, lambda part: not (try_each and _refusal(part)))
 
 
 def _refusal(mesh: Any) -> str | None:
@@ -87,20 +115,32 @@ def _refusal(mesh: Any) -> str | None:
     return None
 
 
-def _convert(mesh: Any, path: Path) -> str | None:
-    """Load a format that MuJoCo does not read through trimesh, as plain triangles."""
+def _load(path: Path) -> Any:
+    """Read a file with trimesh; returns its scene, or why that was not possible."""
     import trimesh
 
+    # A picture that is not there makes trimesh log a traceback.
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
-        # One mesh of the whole scene graph. Left to itself trimesh takes triangles without a word
-        # whose corners are no numbers.
-        scene: Any = trimesh.load_scene(path, process=False)
-        loaded: Any = scene.to_mesh()
-        if path.suffix.lower() == ".dae":
-            parts = scene.geometry.values()
-            loaded.apply_scale(collada_unit_m(part.metadata for part in parts))
+        # Left to itself it takes triangles without a word whose corners are no numbers.
+        return trimesh.load_scene(path, process=False)
     except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
         return f"{path} cannot be read: {error}"
+
+
+def _unit_m(path: Path, scene: Any) -> float:
+    if path.suffix.lower() != ".dae":
+        return 1.0
+    return collada_unit_m(part.metadata for part in scene.geometry.values())
+
+
+def _convert(mesh: Any, path: Path, scene: Any) -> str | None:
+    """Give a mesh all triangles of a scene, or say why that is not possible."""
+    try:
+        loaded: Any = scene.to_mesh()
+    except Exception as error:  # noqa: BLE001 - as above
+        return f"{path} cannot be read: {error}"
+    loaded.apply_scale(_unit_m(path, scene))
     if len(loaded.faces) == 0:
         return f"{path} holds no triangles"
     # A comparison with NaN is false.

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 # Ground and robot visuals are drawn, collision shapes only when a viewer asks for group 3.
 VISUAL_GROUP = 1
 COLLISION_GROUP = 3
+# What is neither drawn nor touched, and gives links their mass that have no other.
+WEIGHING_GROUP = 4
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
 

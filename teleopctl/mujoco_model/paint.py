@@ -1,0 +1,209 @@
+"""The colours and pictures of mesh files, which a mesh of MuJoCo's does not have.
+
+A file whose parts are of several materials becomes as many meshes, each in its colour or with its
+picture. They are drawn only: what touches and weighs stays one mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.mujoco_model.urdf_import import WEIGHING_GROUP
+
+# More colours of single triangles than these are taken for one, their mean.
+_MOST_COLOURS = 32
+# A side of a picture in pixels; larger ones are reduced.
+_LARGEST_PICTURE = 1024
+# What glTF's colours, which are amounts of light, are raised by for a screen.
+_SCREEN_GAMMA = 1.0 / 2.2
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What of a mesh file has one material.
+
+    Attributes:
+        vertices: Corners, (n, 3), in metres.
+        faces: Triangles as numbers of corners, (m, 3).
+        rgba: Its colour; None where the file names none.
+        picture: Pixels, (height, width, 3), the lowest row first; or None.
+        uv: Where in the picture each corner is, (n, 2), from 0 to 1; None without a picture.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64]
+    rgba: Rgba | None
+    picture: npt.NDArray[np.uint8] | None = None
+    uv: npt.NDArray[np.float64] | None = None
+
+
+# Any stands for trimesh's results, whose types do not hold for every kind of file, and for
+# MuJoCo's elements, which have none.
+def parts_of(scene: Any, unit_m: float, *, is_gltf: bool) -> list[Part]:
+    """The parts of a file by their materials; none where it says nothing of colours.
+
+    Args:
+        scene: What trimesh has read.
+        unit_m: The file's unit of length.
+        is_gltf: Whether its colours are amounts of light.
+    """
+    found: dict[object, list[Part]] = {}
+    for mesh in scene.dump(concatenate=False):
+        if not len(getattr(mesh, "faces", ())):
+            continue
+        mesh.apply_scale(unit_m)
+        for key, part in _parts_of_mesh(mesh, is_gltf=is_gltf):
+            found.setdefault(key, []).append(part)
+    parts = [_joined(alike) for alike in found.values()]
+    return parts if any(part.rgba is not None for part in parts) else []
+
+
+def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
+    """The shapes that draw a mesh and touch nothing."""
+    return [geom for geom in spec.geoms if geom.meshname == mesh.name and not geom.contype]
+
+
+def paint(
+    spec: mujoco.MjSpec, mesh: Any, parts: list[Part], is_taken: Callable[[Any], bool]
+) -> None:
+    """Draw the parts of a mesh where it is drawn, unless MuJoCo refuses one of them.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        mesh: The mesh.
+        parts: Its parts.
+        is_taken: Whether MuJoCo takes a mesh.
+    """
+    meshes = [_add_mesh(spec, mesh, f"{mesh.name}/{number}", p) for number, p in enumerate(parts)]
+    if not all(map(is_taken, meshes)):
+        for added in meshes:
+            spec.delete(added)
+        return
+    for part, added in zip(parts, meshes, strict=True):
+        if part.picture is not None:
+            _add_picture(spec, added.name, part)
+    for geom in drawn_by(spec, mesh):
+        for part, added in zip(parts, meshes, strict=True):
+            _add_geom(geom, part, added.name)
+        body = geom.parent
+        weighed = body.explicitinertial or any(other.contype for other in body.geoms)
+        if weighed or not len(body.joints):
+            spec.delete(geom)
+        else:
+            # A link that moves has the mass of its shapes, if it has no other.
+            geom.group = WEIGHING_GROUP
+    if not any(geom.meshname == mesh.name for geom in spec.geoms):
+        spec.delete(mesh)
+
+
+def _add_mesh(spec: mujoco.MjSpec, whole: Any, name: str, part: Part) -> Any:
+    mesh = spec.add_mesh(name=name, scale=whole.scale)
+    # Sheets have no volume; nothing is weighed by them.
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    mesh.uservert = part.vertices.astype("float32").ravel().tolist()
+    mesh.userface = part.faces.astype("int32").ravel().tolist()
+    if part.uv is not None:
+        mesh.usertexcoord = part.uv.astype("float32").ravel().tolist()
+        mesh.userfacetexcoord = mesh.userface
+    return mesh
+
+
+def _add_picture(spec: mujoco.MjSpec, name: str, part: Part) -> None:
+    assert part.picture is not None
+    assert part.rgba is not None
+    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D)
+    texture.height, texture.width, texture.nchannel = part.picture.shape
+    texture.data = part.picture.tobytes()
+    material = spec.add_material(name=name, rgba=list(part.rgba))
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def _add_geom(geom: Any, part: Part, mesh: str) -> None:
+    added = geom.parent.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=mesh,
+        pos=geom.pos,
+        quat=geom.quat,
+        group=geom.group,
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+    )
+    if part.picture is not None:
+        added.material = mesh
+    else:
+        added.rgba = geom.rgba if part.rgba is None else part.rgba
+
+
+def _parts_of_mesh(mesh: Any, *, is_gltf: bool) -> Iterator[tuple[object, Part]]:
+    visual = mesh.visual
+    material = getattr(visual, "material", None)
+    if material is None:
+        yield from _parts_by_triangles(mesh)
+        return
+    mesh.merge_vertices()
+    visual, rgba = mesh.visual, _rgba(material, is_gltf=is_gltf)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    uv = getattr(visual, "uv", None)
+    if image is None or uv is None or max(image.size) <= 2:
+        # trimesh makes up pictures of 2 x 2 pixels.
+        yield rgba, Part(mesh.vertices, mesh.faces, rgba)
+        return
+    image = image.convert("RGB")
+    image.thumbnail((_LARGEST_PICTURE, _LARGEST_PICTURE))
+    picture = np.flipud(np.asarray(image, np.uint8))
+    white = (1.0, 1.0, 1.0, 1.0) if rgba is None else rgba
+    yield (rgba, picture.tobytes()), Part(mesh.vertices, mesh.faces, white, picture, np.asarray(uv))
+
+
+def _parts_by_triangles(mesh: Any) -> Iterator[tuple[object, Part]]:
+    if getattr(mesh.visual, "kind", None) not in ("face", "vertex"):
+        yield None, Part(mesh.vertices, mesh.faces, None)
+        return
+    colours, which = np.unique(np.asarray(mesh.visual.face_colors), axis=0, return_inverse=True)
+    if len(colours) > _MOST_COLOURS:
+        colours, which = colours.mean(axis=0, keepdims=True), np.zeros(len(mesh.faces), int)
+    for number, colour in enumerate(colours):
+        rgba = _as_rgba(colour / 255.0)
+        yield rgba, Part(mesh.vertices, mesh.faces[which.ravel() == number], rgba)
+
+
+def _rgba(material: Any, *, is_gltf: bool) -> Rgba | None:
+    """The colour of a material; None where trimesh has made it up."""
+    from trimesh.visual.material import SimpleMaterial
+
+    if isinstance(material, SimpleMaterial) and not material.kwargs:
+        return None
+    colour = np.asarray(material.main_color, float) / 255.0
+    if is_gltf:
+        colour[:3] **= _SCREEN_GAMMA
+    return _as_rgba(colour)
+
+
+def _as_rgba(colour: npt.NDArray[np.float64]) -> Rgba:
+    red, green, blue, alpha = colour.tolist()
+    # COLLADA's writers do not agree on which end of transparency is opaque.
+    return red, green, blue, alpha or 1.0
+
+
+def _joined(parts: list[Part]) -> Part:
+    """One part of several with the same material, without the corners that none of them has."""
+    vertices, faces, uvs, count = [], [], [], 0
+    for part in parts:
+        used, numbers = np.unique(part.faces, return_inverse=True)
+        vertices.append(part.vertices[used])
+        faces.append(numbers.reshape(-1, 3) + count)
+        if part.uv is not None:
+            uvs.append(part.uv[used])
+        count += len(used)
+    first = parts[0]
+    uv = np.concatenate(uvs) if uvs else None
+    return Part(np.concatenate(vertices), np.concatenate(faces), first.rgba, first.picture, uv)
