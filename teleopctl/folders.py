@@ -36,8 +36,7 @@ def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
         for place in (env.get("XDG_RUNTIME_DIR"), f"/run/user/{os.getuid()}"):
             if place and _is_private(Path(place)):
                 return Path(place) / "teleopctl"
-        state = env.get("XDG_STATE_HOME")
-        return (Path(state) if state else Path.home() / ".local" / "state") / "teleopctl"
+        return state_dir(env)
     from platformdirs import user_runtime_path
 
     return user_runtime_path("teleopctl")
@@ -52,6 +51,18 @@ def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
         return Path(chosen).expanduser()
     home = env.get("ROS_HOME")
     return (Path(home).expanduser() if home else Path.home() / ".ros") / "log"
+
+
+def state_dir(env: Mapping[str, str] = os.environ) -> Path:
+    """The folder of what is to be remembered from one day to the next."""
+    from pathlib import Path
+
+    if sys.platform == "linux":
+        chosen = env.get("XDG_STATE_HOME")
+        return (Path(chosen) if chosen else Path.home() / ".local" / "state") / "teleopctl"
+    from platformdirs import user_state_path
+
+    return user_state_path("teleopctl", appauthor=False)
 
 
 def cache_dir(env: Mapping[str, str] = os.environ) -> str:

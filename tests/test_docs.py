@@ -22,7 +22,7 @@ PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 TYPED = {
     page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
     for page in (
-        *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "launch_files", "nodes"),
+        *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "json", "launch_files", "nodes"),
         *("page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
         "launch_tests",
     )

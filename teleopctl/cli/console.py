@@ -82,9 +82,37 @@ def out_json(document: Json, *, compact: bool = False) -> None:
     sys.stdout.write(printable_json(text) + "\n")
 
 
+def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
+    """Say what a verb has done: as a text for a person, or as one JSON document."""
+    if as_json:
+        out_json(document)
+    else:
+        out_text(text)
+
+
 def note(text: str) -> None:
     """Write a line about what goes on, for a person, to stderr."""
     _note(printable_text(text))
+
+
+def note_once(key: str, text: str) -> None:
+    """Write such a line the first time only, and only where a person reads it.
+
+    Args:
+        key: What a file in the user's state folder is called once it has been said.
+        text: The line.
+    """
+    if not sys.stderr.isatty():
+        return
+    from teleopctl.folders import state_dir
+
+    said = state_dir() / "said" / key
+    try:
+        said.parent.mkdir(parents=True, exist_ok=True)
+        said.open("x").close()
+    except OSError:  # it has been said, or there is no place to remember it in
+        return
+    note(text)
 
 
 def warn(text: str) -> None:

@@ -8,7 +8,7 @@ from teleopctl.cli import console
 from teleopctl.errors import InvalidTypeNameError, NotFoundError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     NamesAndTypes = Sequence[tuple[str, Sequence[str]]]
 
@@ -44,6 +44,14 @@ def out_types(types: Sequence[str], *, as_json: bool) -> None:
         console.out_json(list(types))
     else:
         console.out_lines(types)
+
+
+def out_files(files: Iterable[object], *, as_json: bool) -> None:
+    """Print the paths of files that were written, one a line or as a list."""
+    if as_json:
+        console.out_json({"files": [str(file) for file in files]})
+    else:
+        console.out_lines(map(str, files))
 
 
 def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Annotated, Any, Literal
@@ -22,6 +23,9 @@ from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.verb import Group, Option, Parameter, Verb, parameters
 from teleopctl.cli.words.typer_line import typer_line
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
+
+# What a line or two have room for.
+_MOST_OFFERED = 12
 
 
 def run(words: Sequence[str]) -> int:
@@ -47,7 +51,7 @@ def run(words: Sequence[str]) -> int:
     except typer.Abort:
         return 1
     except typer.TyperException as wrong:
-        raise _usage_error(wrong) from wrong
+        raise _usage_error(wrong, words) from wrong
     return status if isinstance(status, int) else 0
 
 
@@ -210,11 +214,27 @@ def _placeholder() -> None:
     """Stands for a verb that is listed and not loaded."""
 
 
-def _usage_error(wrong: typer.TyperException) -> TeleopctlError:
+def _usage_error(wrong: typer.TyperException, words: Sequence[str]) -> TeleopctlError:
     context = getattr(wrong, "ctx", None)
     path = context.command_path if context is not None else PROGRAM
     return UsageError(
         # "Value error" is how the library behind Typer's types introduces any wrong value.
         wrong.format_message().replace("Value error, ", ""),
-        hint=f"See `{path} --help`.",
+        hint=f"{_what_is_missing(wrong, words)}See `{path} --help`.",
     )
+
+
+def _what_is_missing(wrong: typer.TyperException, words: Sequence[str]) -> str:
+    """What Tab would offer in the place of an argument that was left out, for who sees a terminal.
+
+    A script gets no answer that depends on what runs.
+    """
+    is_missing = type(wrong).__name__ == "MissingParameter"
+    if not (is_missing and sys.stdin.isatty() and sys.stderr.isatty()):
+        return ""
+    from teleopctl.cli.completion import completing
+
+    offered = [each for each in completing.candidates(words, "") if not each.startswith("-")]
+    more = len(offered) - _MOST_OFFERED
+    names = ", ".join(offered[:_MOST_OFFERED]) + (f" and {more} more" if more > 0 else "")
+    return f"There are {names}.\n  " if names else ""

@@ -130,7 +130,7 @@ def test_what_a_killed_launch_leaves_behind_is_listed_and_can_be_stopped(ros):
     # Nobody reads its output any more: it goes on, in its log.
     before = ros.run("logs simple_subscriber-2").stdout
     eventually(lambda: len(ros.run("logs simple_subscriber-2").stdout) > len(before))
-    assert "simple_publisher-1 has been stopped" in ros.run("stop").stdout
+    assert "simple_publisher-1 has been stopped" in ros.run("stop --yes").stdout
     assert not runs(left)
     assert list(processes(ros)) == ["router"]
 
@@ -146,12 +146,12 @@ def test_what_a_killed_launch_in_the_foreground_leaves_behind_can_be_stopped(ros
         lambda: list(processes(ros)) == ["router", "simple_publisher-1", "simple_subscriber-2"]
     )
     left = [entry["pid"] for name, entry in processes(ros).items() if name != "router"]
-    told = ros.run("stop")
+    told = ros.run("stop --yes")
     assert "simple_publisher-1 has been stopped" in told.stdout
     assert told.stderr == ""
     assert not any(runs(pid) for pid in left)
     assert list(processes(ros)) == ["router"]
-    assert "Nothing runs" in ros.run("stop").stderr
+    assert "Nothing runs" in ros.run("stop --yes").stderr
 
 
 def test_a_launch_in_the_foreground_that_ends_leaves_no_record(ros):
@@ -176,7 +176,7 @@ def test_a_detached_launch_with_a_node_that_dies_fails_and_says_why(ros):
     assert result.returncode == 1
     assert "sh-2 died with exit code 3" in result.stderr
     assert "my last words" in result.stderr
-    told = ros.run("stop").stderr
+    told = ros.run("stop --yes").stderr
     assert "dies/sh-2 exited 3" in told
     assert "my last words" not in told
 
@@ -238,7 +238,7 @@ def test_a_process_of_a_launch_that_is_killed_later_is_seen_with_its_signal(ros)
     psutil.Process(processes(ros)["simple_subscriber-2"]["pid"]).kill()
     # The launch has ended with its processes, and they are still told of.
     eventually(lambda: "two" not in processes(ros))
-    told = ros.run("stop").stderr
+    told = ros.run("stop --yes").stderr
     assert "WARNING: two/simple_publisher-1 killed by SIGKILL" in told
     assert "Publishing at 1.0 Hz" in told
     assert list(processes(ros)) == ["router"]
@@ -301,7 +301,7 @@ def test_an_unknown_name_is_an_error_that_lists_what_runs(ros, verb):
 
 def test_stop_ends_the_nodes_and_all_the_router_too(ros):
     ros.run("run -d simple_publisher")
-    assert ros.run("stop").stdout == "simple_publisher has been stopped\n"
+    assert ros.run("stop --yes").stdout == "simple_publisher has been stopped\n"
     assert list(processes(ros)) == ["router"]
     assert ros.run("stop --all").stdout == "router has been stopped\n"
     nothing = ros.run("ps")

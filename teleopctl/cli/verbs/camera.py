@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Group, Option, Verb
 from teleopctl.cli.verbs.topic.source import find_source
 from teleopctl.errors import (
@@ -52,6 +53,7 @@ def save(
     timeout: Annotated[
         float | None, Option("--timeout", help="Give up after this many seconds.")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Save the next picture of a camera as a PNG file."""
     path = Path(file)
@@ -62,7 +64,15 @@ def save(
         _picture(image).save(path, optimize=True)
     except OSError as error:
         raise SystemFailureError(f"Cannot write {path}: {error.strerror or error}") from error
-    console.out(f"{path}: {image.width} x {image.height}, {path.stat().st_size // 1000} kB")
+    size = path.stat().st_size
+    console.out_done(
+        f"{path}: {image.width} x {image.height}, {size // 1000} kB",
+        as_json=as_json,
+        file=str(path),
+        width=image.width,
+        height=image.height,
+        bytes=size,
+    )
 
 
 # Any, here and below: a class that is made from its definition.

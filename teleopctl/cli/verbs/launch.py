@@ -150,6 +150,11 @@ def launch(
             _print(request)
             return 0
         if detach:
+            console.note_once(
+                "launch-d",
+                "-d means --detach here; ROS 2's -d, for messages of the launch, is --debug. "
+                "(This is said once.)",
+            )
             _start(request, file.stem.removesuffix(".launch"))
             return 0
         return run_here(

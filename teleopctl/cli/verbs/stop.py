@@ -1,11 +1,13 @@
 """``teleopctl stop``: ends what runs in the background."""
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import NotFoundError
+from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.launch import (
     Running,
     died,
@@ -17,6 +19,7 @@ from teleopctl.launch import (
     running,
     stop_running,
 )
+from teleopctl.printable import printable_line
 
 VERB = Verb(
     f"{__name__}:stop",
@@ -29,13 +32,17 @@ def stop(
         list[str] | None,
         Argument(
             metavar="NAME",
-            help="As `teleopctl ps` lists them, or nodes; none for every node and launch.",
+            help="As `teleopctl ps` lists them, or nodes; without one it asks whether to stop all.",
             complete="running_processes",
         ),
     ] = None,
     everything: Annotated[
         bool, Option("--all", help="Stop every node and launch, and then the router.")
     ] = False,
+    yes: Annotated[
+        bool, Option("-y", "--yes", help="Stop every node and launch, without asking.")
+    ] = False,
+    as_json: AsJson = False,
 ) -> int:
     """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
 
@@ -50,23 +57,50 @@ def stop(
         chosen = [entry for entry in running() if entry.launch is None]
         if not everything:
             chosen = [entry for entry in chosen if entry.record.kind != "router"]
+            if chosen and not yes and not _agreed(chosen):
+                console.note("Nothing has been stopped.")
+                return 1
     for entry in gone:
         if entry.is_told:
             console.warn(f"{entry.qualified_name} {entry.ending}, as has been told")
             continue
         console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")
         console.note(log_tail(entry.record.log_file))
-    if not chosen and not gone:
+    if not chosen and not gone and not as_json:
         console.note("Nothing runs in the background.")
         return 0
     # What is in a launch that ends anyway ends with it, and the router is needed until the last.
     ending = {entry.record.pid for entry in chosen}
     chosen = [entry for entry in chosen if entry.launch is None or entry.launch.pid not in ending]
-    _stop_together([entry for entry in chosen if entry.record.kind != "router"])
-    _stop_together([entry for entry in chosen if entry.record.kind == "router"])
+    stopped = []
+    for name in _stop_in_order(chosen):
+        stopped.append(name)
+        if not as_json:
+            console.out(f"{name} has been stopped")
+            console.flush()
+    if as_json:
+        died_before = [{"name": each.qualified_name, "ending": str(each.ending)} for each in gone]
+        console.out_json({"stopped": stopped, "died": died_before})
     for entry in gone:
         forget_died(entry)
     return 0
+
+
+def _agreed(entries: Sequence[Running]) -> bool:
+    """Ask whether to stop all of them.
+
+    Raises:
+        UsageError: There is nobody to ask.
+    """
+    names = ", ".join(entry.record.name for entry in entries)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise UsageError(
+            f"Name what to stop: {names}",
+            hint="`teleopctl stop --yes` stops all of these, `--all` the router as well.",
+        )
+    sys.stderr.write(f"Stop {printable_line(names)}? [y/N] ")
+    sys.stderr.flush()
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def _names_of(entry: Running) -> set[str]:
@@ -84,13 +118,15 @@ def _found(name: str, told: set[str]) -> list[Running]:
         raise
 
 
-def _stop_together(entries: Sequence[Running]) -> None:
+def _stop_in_order(entries: Sequence[Running]) -> Iterator[str]:
+    """Stop all at the same time but for the router, which is the last; yields their names."""
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(max_workers=max(1, len(entries))) as threads:
-        for name in threads.map(_stop, entries):
-            console.out(f"{name} has been stopped")
-            console.flush()
+    routers = [entry for entry in entries if entry.record.kind == "router"]
+    others = [entry for entry in entries if entry.record.kind != "router"]
+    for together in (others, routers):
+        with ThreadPoolExecutor(max_workers=max(1, len(together))) as threads:
+            yield from threads.map(_stop, together)
 
 
 def _stop(entry: Running) -> str:

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from teleopctl.cli import console
+from teleopctl.cli.listing import out_files
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
 from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
@@ -26,6 +28,7 @@ def view_controller_chains(
         ),
     ] = None,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Draw controllers and their interfaces.
 
@@ -37,7 +40,7 @@ def view_controller_chains(
         diagram = picture(client.list_controllers())
     base = Path(output) if output else Path(tempfile.gettempdir()) / _NAME
     files = write_files(base, to_dot(diagram), to_svg(diagram), console.note)
-    console.out_lines(map(str, files))
+    out_files(files, as_json=as_json)
 
 
 # Any: ControllerState of controller_manager_msgs.

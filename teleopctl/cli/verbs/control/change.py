@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.control.session import (
     DEFAULT_MANAGER,
@@ -35,6 +36,7 @@ def load_controller(
         ),
     ] = None,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Load a controller."""
     if param_file and not Path(param_file).is_file():
@@ -49,8 +51,11 @@ def load_controller(
                 _set_param_file(client, name, param_file)
             if not client.load_controller(name):
                 raise _refused(f"Failed loading controller {name} {_LOGS}", client, name)
-            console.out(f"Successfully loaded controller {name}")
+            if set_state is None or not as_json:
+                _say(f"Successfully loaded controller {name}", name, "unconfigured", as_json)
         if set_state is None:
+            if as_json and name in states:
+                _say("", name, states[name], as_json)
             return
         unconfigured = states.get(name, "unconfigured") == "unconfigured"
         if unconfigured and not client.configure_controller(name):
@@ -59,7 +64,8 @@ def load_controller(
             ok, message = client.switch_controllers([name])
             if not ok:
                 raise RefusedError(f"Error activating controller : {name}, {_LOGS}", hint=message)
-        console.out(f"Successfully loaded controller {name} into state {set_state}")
+        text = f"Successfully loaded controller {name} into state {set_state}"
+        _say(text, name, set_state, as_json)
 
 
 def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> None:
@@ -73,31 +79,36 @@ def _set_param_file(client: "ControllerManagerClient", name: str, file: str) -> 
 def unload_controller(
     controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Unload a controller."""
     with manager_client(controller_manager) as client:
         if not client.unload_controller(controller_name):
             text = f"Error unloading controller {controller_name}, {_LOGS}"
             raise _refused(text, client, controller_name)
-    console.out(f"Successfully unloaded controller {controller_name}")
+    text = f"Successfully unloaded controller {controller_name}"
+    _say(text, controller_name, None, as_json)
 
 
 def cleanup_controller(
     controller_name: ControllerName,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Bring a controller back to unconfigured."""
     with manager_client(controller_manager) as client:
         if not client.cleanup_controller(controller_name):
             text = f"Error cleaning up controller {controller_name}, {_LOGS}"
             raise _refused(text, client, controller_name)
-    console.out(f"Successfully cleaned up controller {controller_name}")
+    text = f"Successfully cleaned up controller {controller_name}"
+    _say(text, controller_name, "unconfigured", as_json)
 
 
 def set_controller_state(
     controller_name: ControllerName,
     state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Bring a controller to a state."""
     name = controller_name
@@ -109,21 +120,21 @@ def set_controller_state(
             case "inactive", "unconfigured":
                 if not client.cleanup_controller(name):
                     raise _refused(f"Error cleaning up controller, {_LOGS}", client, name)
-                console.out(f"successfully cleaned up {name}")
+                _say(f"successfully cleaned up {name}", name, state, as_json)
             case "unconfigured", "inactive":
                 if not client.configure_controller(name):
                     raise _refused(f"Error configuring controller, {_LOGS}", client, name)
-                console.out(f"Successfully configured {name}")
+                _say(f"Successfully configured {name}", name, state, as_json)
             case "active", "inactive":
                 ok, message = client.switch_controllers((), [name])
                 if not ok:
                     raise RefusedError(f"Error stopping controller, {_LOGS}", hint=message)
-                console.out(f"Successfully deactivated {name}")
+                _say(f"Successfully deactivated {name}", name, state, as_json)
             case "inactive", "active":
                 ok, message = client.switch_controllers([name])
                 if not ok:
                     raise RefusedError(f"Error activating controller, {_LOGS}", hint=message)
-                console.out(f"Successfully activated {name}")
+                _say(f"Successfully activated {name}", name, state, as_json)
             case _:
                 refused = {
                     "unconfigured": f"cleanup {name}",
@@ -155,6 +166,7 @@ def switch_controllers(
         float, Option("--switch-timeout", help="Longest time for the switch, s.", metavar="S")
     ] = 5.0,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Stop and start controllers in one go."""
     if strict and best_effort:
@@ -169,7 +181,13 @@ def switch_controllers(
         )
     if not ok:
         raise RefusedError(message)
-    console.out_text(message)
+    console.out_done(
+        message,
+        as_json=as_json,
+        activate=activate or [],
+        deactivate=deactivate or [],
+        message=message,
+    )
 
 
 def reload_controller_libraries(
@@ -177,6 +195,7 @@ def reload_controller_libraries(
         bool, Option("--force-kill", help="Stop active controllers as well.")
     ] = False,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Unload all controllers, so that their code can be loaded anew."""
     with manager_client(controller_manager) as client:
@@ -185,7 +204,12 @@ def reload_controller_libraries(
         )
     if not response.ok:
         raise RefusedError(f"Error reloading libraries, {_LOGS}")
-    console.out("Reload successful")
+    console.out_done("Reload successful", as_json=as_json, reloaded=True)
+
+
+def _say(text: str, controller: str, state: str | None, as_json: bool) -> None:
+    """Say in which state a controller is now; None once it is unloaded."""
+    console.out_done(text, as_json=as_json, controller=controller, state=state)
 
 
 def _refused(text: str, client: "ControllerManagerClient", controller: str) -> RefusedError:

@@ -83,6 +83,7 @@ def set_hardware_component_state(
     component_name: Annotated[str, Argument(help="The hardware component.")],
     state: TargetState,
     controller_manager: ManagerName = DEFAULT_MANAGER,
+    as_json: AsJson = False,
 ) -> None:
     """Bring a hardware component to a state."""
     from teleopctl.interfaces import get_message
@@ -99,7 +100,12 @@ def set_hardware_component_state(
         raise RefusedError(
             f"Error {_DOING[state]} hardware component, check controller_manager logs"
         )
-    console.out(f"Successfully set {component_name} to state {response.state}")
+    console.out_done(
+        f"Successfully set {component_name} to state {response.state}",
+        as_json=as_json,
+        component=component_name,
+        state={"id": response.state.id, "label": response.state.label},
+    )
 
 
 def _name(interface: Any) -> str:

@@ -31,6 +31,7 @@ def hello(
     once: Annotated[
         bool, Option("-1", "--once", help="Print one table, after one period, and end.")
     ] = False,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a period.")] = False,
 ) -> None:
     """See which other machines can be talked to; run it on each of them.
 
@@ -65,7 +66,10 @@ def hello(
             time.sleep(emit_period)
             if once or time.monotonic() >= next_table:
                 next_table += print_period
-                console.out_lines(summary.table(topic, print_period))
+                if as_json:
+                    console.out_json(summary.document(topic), compact=True)
+                else:
+                    console.out_lines(summary.table(topic, print_period))
                 console.flush()
                 summary.forget()
             if once:
@@ -105,6 +109,15 @@ class _Summary:
         self.sent = 0
         self.by_topic.clear()
         self.by_multicast.clear()
+
+    def document(self, topic: str) -> dict[str, console.Json]:
+        """Return the same for programs."""
+        return {
+            "topic": topic,
+            "sent": self.sent,
+            "heard_by_topic": dict(self.by_topic),
+            "heard_by_multicast": dict(self.by_multicast),
+        }
 
     def table(self, topic: str, period_s: float) -> Iterator[str]:
         """Return the lines that ros2 prints."""

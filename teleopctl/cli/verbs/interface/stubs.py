@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError
 from teleopctl.interfaces import known_types, write_stubs
@@ -25,6 +26,7 @@ def stubs(
         bool,
         Option("--all", help="Those of all packages, for a ROS_DISTRO that is not the default."),
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write what editors and type checkers read of your own message packages.
 
@@ -44,7 +46,8 @@ def stubs(
             "TELEOPCTL_PACKAGE_PATH, that has msg/, srv/ or action/.",
         )
     packages = write_stubs(Path(folder), names, known.find)
-    console.out(f"Wrote {', '.join(packages)} to {folder}")
+    said = f"Wrote {', '.join(packages)} to {folder}"
+    console.out_done(said, as_json=as_json, folder=folder, packages=list(packages))
     import json
 
     console.note("\n" + _CONFIGURATION.format(folder=json.dumps(Path(folder).as_posix())))

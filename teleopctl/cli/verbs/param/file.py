@@ -14,6 +14,7 @@ from teleopctl.cli.verbs.param.graph_parameters import (
 )
 from teleopctl.cli.verbs.param.loading import load_values
 from teleopctl.cli.verbs.param.options import HiddenNodes, Nodes, ServiceTimeout, Timeout
+from teleopctl.cli.verbs.param.results import Results
 from teleopctl.errors import NotFoundError, TeleopctlError
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def load_parameters(
     include_hidden: HiddenNodes = False,
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+    as_json: AsJson = False,
 ) -> int:
     """Set parameters from a file.
 
@@ -107,12 +109,14 @@ def load_parameters(
 
     wanted = read_parameter_file(Path(parameter_file))
     failed = False
+    told = Results(as_json=as_json)
     with open_parameters(timeout, service_timeout) as parameters:
         for node in parameters.meant(node_name, include_hidden=include_hidden):
             values = wanted.for_node(node, use_wildcard=not no_use_wildcard)
             if not values:
                 raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
-            failed |= not load_values(parameters, node, values)
+            failed |= not load_values(parameters, node, values, told)
+    told.finish()
     return int(failed)
 
 
@@ -124,6 +128,7 @@ def restore_parameters(
     include_hidden: HiddenNodes = False,
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+    as_json: AsJson = False,
 ) -> int:
     """Set the parameters of nodes from one file.
 
@@ -133,14 +138,16 @@ def restore_parameters(
 
     wanted = read_parameter_file(Path(parameter_file))
     failed = False
+    told = Results(as_json=as_json)
     with open_parameters(timeout, service_timeout) as parameters:
         names = node_names or _sections(wanted)
         for node in _nodes(parameters, names, include_hidden=include_hidden):
             values = wanted.for_node(node)
             if not values:
                 raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
-            console.out(f"{node}:")
-            failed |= not load_values(parameters, node, values, indent="  ")
+            told.say(f"{node}:")
+            failed |= not load_values(parameters, node, values, told, indent="  ")
+    told.finish()
     return int(failed)
 
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.cli import console
-
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
 
     from teleopctl.cli.verbs.param.graph_parameters import Parameters
+    from teleopctl.cli.verbs.param.results import Results
 
 
 def load_values(
     parameters: Parameters,
     node: str,
     values: Mapping[str, Any],  # Any: YAML's values
+    told: Results,
     indent: str = "",
 ) -> bool:
     """Set parameters of a node, each for itself, and print what became of it.
@@ -28,6 +28,7 @@ def load_values(
         parameters: How to reach the node.
         node: Its full name.
         values: The values by name.
+        told: Who says what became of it.
         indent: What each line begins with.
 
     Returns:
@@ -45,13 +46,16 @@ def load_values(
     for name, result in results.items():
         reason = f": {result.reason}" if result.reason else ""
         if result.successful:
-            console.out(f"{indent}Set parameter {name} successful{reason}")
+            line = f"{indent}Set parameter {name} successful{reason}"
+            told.tell(line, node, [name], result.reason)
         elif name in present and present[name] == wanted[name].value:
-            console.out(f"{indent}Set parameter {name} successful: it has this value already")
+            reason = "it has this value already"
+            line = f"{indent}Set parameter {name} successful: {reason}"
+            told.tell(line, node, [name], reason)
         else:
             all_well = False
-            console.flush()
-            console.note(f"{indent}Set parameter {name} failed{reason}")
+            line = f"{indent}Set parameter {name} failed{reason}"
+            told.tell(line, node, [name], result.reason, successful=False)
     return all_well
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
@@ -18,6 +18,7 @@ from teleopctl.cli.verbs.param.options import (
     ServiceTimeout,
     Timeout,
 )
+from teleopctl.cli.verbs.param.results import Results
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import RefusedError, UsageError
 
@@ -37,6 +38,7 @@ def set_parameter(
     include_hidden: HiddenNodes = False,
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+    as_json: AsJson = False,
 ) -> int:
     """Change parameters.
 
@@ -47,10 +49,13 @@ def set_parameter(
     if len(words) % 2:
         raise UsageError(f"'{words[-1]}' has no value", hint="Write NAME VALUE NAME VALUE …")
     wishes = dict(zip(words[::2], words[1::2], strict=True))
+    told = Results(as_json=as_json)
     with open_parameters(timeout, service_timeout) as parameters:
         nodes = parameters.meant(node_name, include_hidden=include_hidden)
-        setting = _Setting(parameters, nodes, wishes, is_pattern=is_pattern(node_name))
-        return setting.together() if atomic else setting.each()
+        setting = _Setting(parameters, nodes, wishes, told, is_pattern=is_pattern(node_name))
+        status = setting.together() if atomic else setting.each()
+    told.finish()
+    return status
 
 
 class _Setting:
@@ -61,12 +66,14 @@ class _Setting:
         parameters: Parameters,
         nodes: Sequence[str],
         wishes: dict[str, str],
+        told: Results,
         *,
         is_pattern: bool,
     ) -> None:
         self._parameters = parameters
         self._nodes = nodes
         self._wishes = wishes
+        self._told = told
         self._names_nodes = is_pattern
         self._are_several = len(wishes) > 1
 
@@ -78,7 +85,7 @@ class _Setting:
             answer = self._parameters.ask(
                 node, lambda remote: remote.set_parameters_atomically(wanted)
             )
-            failed |= self._tell(node, "parameters", answer.result)
+            failed |= self._tell(node, "parameters", list(self._wishes), answer.result)
         return int(failed)
 
     def each(self) -> int:
@@ -87,7 +94,7 @@ class _Setting:
         for node in self._nodes:
             for name, result in self._set(node).items():
                 what = f"parameter {name}" if self._are_several else "parameter"
-                failed |= self._tell(node, what, result)
+                failed |= self._tell(node, what, [name], result)
         return int(failed)
 
     def _set(self, node: str) -> "dict[str, SetParametersResult]":
@@ -104,7 +111,9 @@ class _Setting:
             results |= {name: result for name, result in again.items() if result.successful}
         return results
 
-    def _tell(self, node: str, what: str, result: "SetParametersResult") -> bool:
+    def _tell(
+        self, node: str, what: str, names: Sequence[str], result: "SetParametersResult"
+    ) -> bool:
         """Print a result; whether it is a failure.
 
         Raises:
@@ -113,13 +122,13 @@ class _Setting:
         if self._names_nodes:
             what += f" of {node}"
         if result.successful:
-            console.out(_with_reason(f"Set {what} successful", result.reason))
+            line = _with_reason(f"Set {what} successful", result.reason)
+            self._told.tell(line, node, names, result.reason)
             return False
         text = _with_reason(f"Setting {what} failed", result.reason)
         if not self._names_nodes and not self._are_several:
             raise RefusedError(text)
-        console.flush()
-        console.note(text)
+        self._told.tell(text, node, names, result.reason, successful=False)
         return True
 
 
@@ -149,16 +158,20 @@ def delete_parameter(
     include_hidden: HiddenNodes = False,
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
+    as_json: AsJson = False,
 ) -> None:
     """Delete a parameter."""
     from teleopctl.node import Parameter
 
+    told = Results(as_json=as_json)
     with open_parameters(timeout, service_timeout) as parameters:
         for node in parameters.meant(node_name, include_hidden=include_hidden):
             result = parameters.set(node, [Parameter(parameter_name)])[parameter_name]
             if not result.successful:
                 raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
-            console.out(_with_reason("Deleted parameter successfully", result.reason))
+            line = _with_reason("Deleted parameter successfully", result.reason)
+            told.tell(line, node, [parameter_name], result.reason)
+    told.finish()
 
 
 def _with_reason(text: str, reason: str) -> str:

@@ -3,6 +3,7 @@
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
 from teleopctl.packages import (
@@ -61,6 +62,7 @@ def create(
     library_name: Annotated[
         str | None, Option("--library-name", help="A library that it is to have.")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Create a new package.
 
@@ -69,7 +71,9 @@ def create(
     import os
 
     if license == "?":
-        console.out_lines(["Supported licenses:", *license_names()])
+        names = list(license_names())
+        text = "\n".join(["Supported licenses:", *names])
+        console.out_done(text, as_json=as_json, licenses=names)
         return
     if package_name is None:
         raise UsageError("Missing argument 'PACKAGE_NAME'.")
@@ -92,8 +96,20 @@ def create(
         library_name,
     )
     directory = os.path.abspath(destination_directory)  # noqa: PTH100 - as it was named
-    console.out_lines(_summary(package, directory))
-    create_package(package, destination_directory, console.out)
+    if as_json:
+        create_package(package, destination_directory, lambda _: None)
+        console.out_json(
+            {
+                "package": package.name,
+                "folder": os.path.join(directory, package.name),  # noqa: PTH118
+                "build_type": package.build_type,
+                "node": package.node_name,
+                "library": package.library_name,
+            }
+        )
+    else:
+        console.out_lines(_summary(package, directory))
+        create_package(package, destination_directory, console.out)
     if license not in license_names():
         console.flush()
         console.warn(

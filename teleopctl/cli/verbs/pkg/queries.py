@@ -98,6 +98,7 @@ def prefix(
     share: Annotated[
         bool, Option("--share", help="Print the folder of the package's files instead.")
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print the folder below which a package is installed.
 
@@ -105,7 +106,11 @@ def prefix(
     name, those that it hides are named on stderr.
     """
     package = packages.find_package(name)
-    console.out(str(package.share if share else package.prefix))
+    if as_json:
+        folders = {"prefix": str(package.prefix), "share": str(package.share)}
+        console.out_json({"package": name, **folders})
+    else:
+        console.out(str(package.share if share else package.prefix))
     console.flush()
     for hidden in dict(_others(package)).get("hides", ()):
         programs = ", ".join(sorted(hidden.executables)) or "none"
@@ -123,6 +128,7 @@ def xml(
             complete="manifest_tags",
         ),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Print the manifest of a package, or the text of one of its tags."""
     from lxml import etree
@@ -138,7 +144,8 @@ def xml(
     except (OSError, etree.XMLSyntaxError) as error:
         raise InvalidFileError(f"{manifest}: {error}") from error
     if tag is None:
-        console.out_text(etree.tostring(root, encoding="unicode"))
+        text = etree.tostring(root, encoding="unicode")
+        console.out_done(text, as_json=as_json, package=name, file=str(manifest), xml=text)
         return
     found = root.findall(tag)
     if not found:
@@ -146,5 +153,5 @@ def xml(
             f"XML tag not found: {manifest} has no <{tag}>",
             hint=did_you_mean(tag, {str(element.tag) for element in root}),
         )
-    for element in found:
-        console.out_text(element.text or "")
+    texts = [element.text or "" for element in found]
+    console.out_done("\n".join(texts), as_json=as_json, package=name, tag=tag, texts=texts)

@@ -4,6 +4,8 @@ from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
+from teleopctl.cli.listing import out_files
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.nodes.tf2.frames_view import view_frames
 
@@ -20,6 +22,7 @@ def view(
     tf_static_topic: Annotated[
         str, Option("--tf_static_topic", help="The topic of frames that stand still.")
     ] = "/tf_static",
+    as_json: AsJson = False,
 ) -> None:
     """Draw the tree of frames, after a few seconds of listening.
 
@@ -34,4 +37,4 @@ def view(
             tf_topic=tf_topic,
             tf_static_topic=tf_static_topic,
         )
-    console.out_lines(map(str, files))
+    out_files(files, as_json=as_json)

@@ -103,6 +103,7 @@ def publish(
     qos_depth: Depth = None,
     qos_liveliness: LivelinessName = None,
     qos_liveliness_lease_duration_seconds: LeaseDuration = None,
+    as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
 ) -> None:
     """Publish messages to a topic.
 
@@ -161,20 +162,33 @@ def publish(
         publisher = node.create_publisher(message_class, absolute_name(topic_name), qos)
         if subscribers:
             _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
-        console.out("publisher: beginning loop")
-        console.flush()
+        if not as_json:
+            console.out("publisher: beginning loop")
+            console.flush()
         if use_sim_time:
             wait_for_clock(node)
         for number in _paced(node, rate, count):
             message = messages.at(number, node)
             if print_every and number % print_every == 0:
-                console.out_text(f"publishing #{number}: {message!r}\n")
-                console.flush()
+                _tell(number, publisher.topic_name, message, as_json)
             publisher.publish(message)
         if keep_alive is not None:
             time.sleep(keep_alive)
         elif not router_has_all(node.context.session):
             time.sleep(_KEEP_ALIVE_S)
+
+
+# Any: a message of any type.
+def _tell(number: int, topic: str, message: Any, as_json: bool) -> None:
+    if as_json:
+        from teleopctl.cli.verbs.topic.text import json_value
+
+        console.out_json(
+            {"topic": topic, "number": number, "message": json_value(message)}, compact=True
+        )
+    else:
+        console.out_text(f"publishing #{number}: {message!r}\n")
+    console.flush()
 
 
 class _Messages:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import CompressionName, MaxBagDuration, MaxBagSize
 from teleopctl.errors import UsageError
@@ -42,6 +43,7 @@ def convert_bag(
     compression: CompressionName = "zstd",
     max_bag_size: MaxBagSize = 0,
     max_bag_duration: MaxBagDuration = 0.0,
+    as_json: AsJson = False,
 ) -> None:
     """Write bags in another form, such as SQLite databases, packed ones and ROS 1's bags as MCAP.
 
@@ -60,7 +62,7 @@ def convert_bag(
         for remark in remarks:
             console.warn(remark)
     with writing.opened(paths, storages) as bags:
-        writing.write(bags, outputs)
+        writing.write(bags, outputs, as_json=as_json)
 
 
 def _inputs(inputs: Sequence[str], words: Sequence[str]) -> tuple[list[str], list[str | None]]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verbs.bag.options import (
     BagPath,
     CompressionName,
@@ -28,6 +29,7 @@ def cut_bag(
     max_bag_size: MaxBagSize = 0,
     max_bag_duration: MaxBagDuration = 0.0,
     storage: Storage = None,
+    as_json: AsJson = False,
 ) -> None:
     """Write a bag with a part of the time of another one, that can be played alone.
 
@@ -44,4 +46,4 @@ def cut_bag(
         cut = Output(
             Path(output), start_ns=start_ns, end_ns=end_ns, continues_latched=True, options=options
         )
-        writing.write(bags, [cut])
+        writing.write(bags, [cut], as_json=as_json)

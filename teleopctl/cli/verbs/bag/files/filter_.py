@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verbs.bag.options import (
     BagPath,
     ChosenServices,
@@ -41,6 +42,7 @@ def filter_bag(
     max_bag_size: MaxBagSize = 0,
     max_bag_duration: MaxBagDuration = 0.0,
     storage: Storage = None,
+    as_json: AsJson = False,
 ) -> None:
     """Write a bag with some of the topics of another one, or some of its time.
 
@@ -63,4 +65,8 @@ def filter_bag(
     with writing.opened([bag_path], [storage]) as bags:
         writing.require_topics(bags, topics or ())
         start_ns, end_ns = writing.time_range(bags, start_offset, duration, start, until)
-        writing.write(bags, [Output(Path(output), chooses, start_ns, end_ns, options=options)])
+        writing.write(
+            bags,
+            [Output(Path(output), chooses, start_ns, end_ns, options=options)],
+            as_json=as_json,
+        )

@@ -3,6 +3,7 @@
 from typing import Annotated
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 
 # What is there, with what ``-v`` says of it.
@@ -29,8 +30,14 @@ def list_plugins(
         str, Argument(help="Which ones.", metavar="KIND", choices=tuple(_PLUGINS))
     ],
     verbose: Annotated[bool, Option("-v", "--verbose", help="Say what each one is for.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the forms of files, messages and compression that bags may have."""
+    if as_json:
+        console.out_json(
+            [{"name": name, "description": text} for name, text in _PLUGINS[plugin_type].items()]
+        )
+        return
     if verbose:
         console.out(f"available {plugin_type} plugins are:")
     for name, description in _PLUGINS[plugin_type].items():

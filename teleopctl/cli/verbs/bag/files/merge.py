@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verbs.bag.options import (
     BagPaths,
     CompressionName,
@@ -19,6 +20,7 @@ def merge_bags(
     compression: CompressionName = "zstd",
     max_bag_size: MaxBagSize = 0,
     max_bag_duration: MaxBagDuration = 0.0,
+    as_json: AsJson = False,
 ) -> None:
     """Write one bag from several, in the order of their times."""
     from teleopctl.bag import Output
@@ -28,4 +30,4 @@ def merge_bags(
     excluded = frozenset(exclude_topics or ())
     with writing.opened(bag_paths) as bags:
         merged = Output(Path(output), lambda topic: topic.name not in excluded, options=options)
-        writing.write(bags, [merged])
+        writing.write(bags, [merged], as_json=as_json)

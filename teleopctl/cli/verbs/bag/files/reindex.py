@@ -3,10 +3,11 @@
 from pathlib import Path
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verbs.bag.options import BagPath, Storage
 
 
-def reindex_bag(bag_path: BagPath, storage: Storage = None) -> None:
+def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = False) -> None:
     """Make metadata.yaml anew from the files of a bag.
 
     Files that were not finished get their end.
@@ -17,3 +18,5 @@ def reindex_bag(bag_path: BagPath, storage: Storage = None) -> None:
     console.note(f"Beginning reindexing bag in directory: {bag_path}")
     metadata = reindex(Path(bag_path))
     console.note(f"Reindexing complete: {metadata.message_count} messages.")
+    if as_json:
+        console.out_json({"bags": [{"folder": bag_path, "messages": metadata.message_count}]})

@@ -42,7 +42,7 @@ def opened(paths: Iterable[str], storages: Sequence[str | None] = ()) -> Iterato
         yield bags
 
 
-def write(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
+def write(bags: Sequence[Bag], outputs: Sequence[Output], *, as_json: bool) -> None:
     """Copy, with progress on a terminal, and say what was written."""
     if any(output.options.database_settings is not None for output in outputs):
         files = {attachment.name for bag in bags for attachment in bag.attachments()}
@@ -50,8 +50,14 @@ def write(bags: Sequence[Bag], outputs: Sequence[Output]) -> None:
             console.warn(f"A database has no place for {', '.join(sorted(files))}: left out")
     with progress() as told:
         counts = copy_bags(bags, outputs, told)
-    for output, count in zip(outputs, counts, strict=True):
-        console.out(f"{output.folder}: {sum(count.values())} messages")
+    written = [
+        (output.folder, sum(count.values())) for output, count in zip(outputs, counts, strict=True)
+    ]
+    console.out_done(
+        "\n".join(f"{folder}: {messages} messages" for folder, messages in written),
+        as_json=as_json,
+        bags=[{"folder": str(folder), "messages": messages} for folder, messages in written],
+    )
 
 
 def writer_options(

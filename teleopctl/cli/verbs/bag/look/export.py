@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import NotFoundError, UsageError
@@ -64,6 +65,7 @@ def export(
         str, Option("--task", help="With lerobot: what was done, in words.", metavar="TEXT")
     ] = "teleoperation",
     form: Annotated[str, Option("--format", help="What is written.", choices=_FORMATS)] = "csv",
+    as_json: AsJson = False,
 ) -> None:
     """Write a bag for other programs: tables, films, or a data set of LeRobot.
 
@@ -83,45 +85,80 @@ def export(
     with open_bag(path) as bag:
         for remark in bag.remarks:
             console.warn(remark)
+        written = _Written(as_json)
         if form == "lerobot":
-            _export_lerobot(bag, folder, state, action, camera or [], fps, task)
+            _export_lerobot(bag, folder, state, action, camera or [], fps, task, written)
         elif form == "mp4":
-            _export_films(bag, folder, topics, fps)
+            _export_films(bag, folder, topics, fps, written)
         else:
-            _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv")
+            _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv", written)
+    if as_json:
+        console.out_json({"format": form, "written": written.records})
+
+
+class _Written:
+    """Says what has been written: at once for a person, and in the end for a program.
+
+    Args:
+        as_json: For a program.
+    """
+
+    def __init__(self, as_json: bool) -> None:
+        self._as_json = as_json
+        self.records: list[dict[str, console.Json]] = []
+
+    def say(self, text: str, **record: "console.Json") -> None:
+        """Say it, or keep it."""
+        self.records.append(record)
+        if not self._as_json:
+            console.out_text(text)
 
 
 def _export_tables(
-    bag: "Bag", folder: Path, topics: list[str] | None, form: Literal["csv", "parquet"]
+    bag: "Bag",
+    folder: Path,
+    topics: list[str] | None,
+    form: Literal["csv", "parquet"],
+    written: _Written,
 ) -> None:
     from teleopctl.bag import TableExport
 
     tables = TableExport(bag, folder, topics, form)
     for topic, reason in tables.left_out.items():
         console.warn(f"{topic} is left out. {reason}")
-    written = 0
     for file in tables.files():
-        console.out(f"{file.path}: messages {file.rows}, columns {file.columns}")
+        written.say(
+            f"{file.path}: messages {file.rows}, columns {file.columns}",
+            path=str(file.path),
+            topic=file.topic,
+            messages=file.rows,
+            columns=file.columns,
+        )
         if file.unreadable:
             console.warn(f"{file.topic}: {file.unreadable} not readable. {file.reason}")
-        written += 1
-    if not written:
+    if not written.records:
         raise NotFoundError(f"{bag.path} has no topic that makes a table")
 
 
-def _export_films(bag: "Bag", folder: Path, topics: list[str] | None, rate: float | None) -> None:
+def _export_films(
+    bag: "Bag", folder: Path, topics: list[str] | None, rate: float | None, written: _Written
+) -> None:
     from teleopctl.bag import FilmExport
 
-    written = 0
     for film in FilmExport(bag, folder, topics, rate).films():
         width, height = film.size
-        console.out(
-            f"{film.path}: frames {film.frames}, {width} x {height}, {film.duration_s:.1f} s"
+        written.say(
+            f"{film.path}: frames {film.frames}, {width} x {height}, {film.duration_s:.1f} s",
+            path=str(film.path),
+            topic=film.topic,
+            frames=film.frames,
+            width=width,
+            height=height,
+            duration_s=film.duration_s,
         )
         if film.left_out:
             console.warn(f"{film.topic}: {film.left_out} not shown. {film.reason}")
-        written += 1
-    if not written:
+    if not written.records:
         raise NotFoundError(f"{bag.path} has no topic with pictures")
 
 
@@ -133,6 +170,7 @@ def _export_lerobot(
     cameras: list[str],
     fps: float | None,
     task: str,
+    written: _Written,
 ) -> None:
     from teleopctl.bag import LeRobotOptions, export_lerobot
 
@@ -140,8 +178,14 @@ def _export_lerobot(
         raise UsageError(f"LeRobot's rates are whole numbers; {fps:g} is none")
     options = LeRobotOptions(state, action, cameras, int(fps or 30), task)
     summary = export_lerobot(bag, folder, options)
-    console.out(f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode")
-    for key, names in summary.names.items():
-        console.out(f"  {key}: {', '.join(names)}")
+    lines = [f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode"]
+    lines += [f"  {key}: {', '.join(names)}" for key, names in summary.names.items()]
+    written.say(
+        "\n".join(lines),
+        path=str(folder),
+        frames=summary.frames,
+        fps=options.fps,
+        names={key: list(names) for key, names in summary.names.items()},
+    )
     for topic, count in summary.left_out.items():
         console.warn(f"{topic}: {count} messages left out")
