@@ -15,6 +15,9 @@ from teleopctl.packages.finding import (
 from teleopctl.packages.own import builtin_package
 from teleopctl.packages.records import DISTRIBUTION, SOURCES, Executable, Package
 
+# Where the functions of our own executables are.
+_OURS = "teleopctl.nodes."
+
 
 def find_executable(package: str | None, name: str, *, builtin: bool = False) -> Executable:
     """Find a program by package and name, by its name alone, or by its path.
@@ -78,9 +81,13 @@ def _executable_file(path: str) -> Executable:
 
 
 def _only_executable(name: str) -> Executable:
-    """Return the program of that name, which several packages may share."""
+    """Return the program of that name, which several packages may share.
+
+    One of the user's own comes before ours: `talker` is in half of all packages, and in our demos.
+    """
     packages = list_packages()
     found = [entry.executables[name] for entry in packages if name in entry.executables]
+    found = [entry for entry in found if not entry.target.startswith(_OURS)] or found
     if not found:
         every = {executable for entry in packages for executable in entry.executables}
         raise NotFoundError("No executable found", hint=did_you_mean(name, every))

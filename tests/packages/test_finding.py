@@ -226,6 +226,12 @@ def test_a_name_that_means_different_programs_has_to_be_qualified(empty_folder):
     assert caught.value.exit_status == 2
 
 
+def test_a_program_of_ones_own_comes_before_ours_of_the_name(empty_folder):
+    # Two packages of demos have it.
+    make_package(empty_folder / "mine", "mine", setup_dot_py=SETUP_PY)
+    assert packages.find_executable(None, "talker").package == "mine"
+
+
 def test_a_file_is_an_executable(empty_folder):
     (empty_folder / "node.py").touch()
     found = packages.find_executable(None, "./node.py")

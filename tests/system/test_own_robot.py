@@ -3,6 +3,8 @@
 import re
 import shlex
 
+import pytest
+
 from teleopctl.testing import eventually
 from tests import ROOT
 from tests.test_docs import BLOCK, FILE_NAME, text_of
@@ -15,13 +17,19 @@ def positions(ros):
     return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
 
 
-def test_a_robot_without_controllers_of_its_own_is_told_what_the_default_ones_lack(ros):
+def test_a_robot_without_controllers_of_its_own_is_moved_by_those_that_are_made_for_it(ros):
     urdf = next(text for _, text in BLOCK.findall(text_of(PAGE)) if "head/head.urdf -->" in text)
-    (ros.folder / "head.urdf").write_text(urdf, encoding="utf-8")
+    (ros.folder / "head.urdf").write_text(
+        urdf.replace("gz_ros2_control/GazeboSimSystem", "vendor/Driver"), encoding="utf-8"
+    )
     result = ros.run("launch sim.yaml model:=head.urdf camera:=false --detach")
-    assert result.returncode == 1
-    assert "Failed to activate controller : arm_controller: Unable to activate" in result.stderr
-    assert "the command interface 'joint_1/position' is not available" in result.stderr
+    assert result.returncode == 0, result.stdout + result.stderr
+    point = "{positions: [0.5, -0.3], time_from_start: {nanosec: 500000000}}"
+    goal = f"{{trajectory: {{joint_names: [pan, tilt], points: [{point}]}}}}"
+    action = "/joint_trajectory_controller/follow_joint_trajectory"
+    type_name = "control_msgs/action/FollowJointTrajectory"
+    assert ros.run(["action", "send_goal", action, type_name, goal]).returncode == 0
+    assert positions(ros) == pytest.approx([0.5, -0.3], abs=0.01)
 
 
 def test_the_commands_of_the_page_work_in_their_order(ros):
