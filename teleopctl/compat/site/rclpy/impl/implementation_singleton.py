@@ -16,6 +16,7 @@ from teleopctl.node import (
     Handle,
     InvalidHandle,
     LifecycleStateMachine,
+    QoSPresetProfiles,
     QoSProfile,
     RCLError,
     SubscriptionHandle,
@@ -39,6 +40,13 @@ def _subscription(
     return subscribe_loosely(node.entity, msg_type, topic, qos)
 
 
+def _predefined(name: str) -> QoSProfile:
+    """Return the profile that rmw has by a name such as ``qos_profile_default``."""
+    profile = QoSPresetProfiles[name.removeprefix("qos_profile_").upper()].value
+    assert isinstance(profile, QoSProfile)
+    return profile
+
+
 rclpy_implementation = SimpleNamespace(
     EventHandle=event_handle,
     GuardCondition=GuardHandle,
@@ -53,4 +61,5 @@ rclpy_implementation = SimpleNamespace(
     WaitSet=_wait_set,
     rcl_publisher_event_type_t=QoSPublisherEventType,
     rcl_subscription_event_type_t=QoSSubscriptionEventType,
+    rmw_qos_profile_t=SimpleNamespace(predefined=_predefined),
 )
