@@ -265,7 +265,7 @@ class NodeEndpoints(NodeTimers):
         """Return what may have arrivals for an executor (ours)."""
         with self._endpoints_lock:
             receiving = [e for e in self._endpoints if isinstance(e, Waitable)]
-            events = [event for endpoint in self._endpoints for event in endpoint.events]
+            events = [e for point in self._endpoints for e in point.events if e.is_served]
             return [*receiving, *self._guards, *events, *self._waitables]
 
     # Any: each of them has a type of its own.

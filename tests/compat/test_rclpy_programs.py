@@ -16,6 +16,7 @@ PROGRAMS = Path(__file__).parent / "programs"
         ("actions", []),
         ("parameters", ["--ros-args", "-p", "my_parameter:=from outside"]),
         ("clocks", []),
+        ("waiting_by_hand", []),
         ("beside_rclpy", []),
         (
             "graph",

@@ -9,6 +9,7 @@ from teleopctl.node.endpoints.events.callbacks import (
     PublisherEventCallbacks,
     SubscriptionEventCallbacks,
 )
+from teleopctl.node.endpoints.events.handler import EventHandler, taken_by_hand
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.endpoints.qos_overrides import QoSPolicyKind
 from teleopctl.node.endpoints.waitable import Waitable
@@ -16,7 +17,6 @@ from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
-    from teleopctl.node.endpoints.events.handler import EventHandler
     from teleopctl.node.endpoints.subscription import Subscription
 
 
@@ -59,7 +59,7 @@ class EventHandle(Handle):
         if event == "incompatible_qos":
             return _NeverHappens()
         # Any: whichever of them the event has.
-        callback: dict[str, Any] = {event: _never_called}
+        callback: dict[str, Any] = {event: taken_by_hand}
         group = ReentrantCallbackGroup()
         if isinstance(endpoint, Publisher):
             endpoint.watch(PublisherEventCallbacks(**callback), group)
@@ -70,7 +70,3 @@ class EventHandle(Handle):
     def take_event(self) -> NamedTuple:
         """Return what has happened so far, and what of it since the last call."""
         return self.entity.status()
-
-
-def _never_called(info: object) -> None:
-    del info

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
+def taken_by_hand(info: object) -> None:
+    """Stand for the callback of an event that a program takes itself; never called."""
+    del info
+
+
 class EventHandler(Waitable):
     """Counts events on any thread and tells a callback of them through the executor of a node."""
 
@@ -22,10 +27,16 @@ class EventHandler(Waitable):
         self.node = node
         self.callback_group = group
         self._callback = callback
+        self.is_served = callback is not taken_by_hand
         self.is_destroyed = False
         self._lock = threading.Lock()
         self._changed = False
         group.add_entity(self)
+
+    def tell_executor(self) -> None:
+        """Have the executor take what has happened, unless the program does so itself."""
+        if self.is_served or self.listener is not None:
+            super().tell_executor()
 
     def pending(self) -> int:
         """Return 1 while there is something to tell."""
