@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = os.environ.get("TELEOPCTL_RCLPY_TESTS")
+PACKAGES = os.environ.get("TELEOPCTL_PACKAGE_PATH", "")
 PAGE = Path(__file__).parents[2] / "docs" / "rclpy_tests.md"
 
 
@@ -50,6 +51,7 @@ def test_all_pass_but_those_that_the_page_lists(ros, tmp_path):
     shutil.copytree(FOLDER, tmp_path / "test")
     # It loads a library in C++, of one of the tests.
     (tmp_path / "test" / "__init__.py").write_text("")
+    ros.env["TELEOPCTL_PACKAGE_PATH"] = PACKAGES
     report = tmp_path / "report.xml"
     options = ["--timeout=100", "--continue-on-collection-errors", f"--junit-xml={report}"]
     ended = ros.run_module(
