@@ -109,7 +109,8 @@ def test_a_prototype_is_the_yaml_of_what_is_sent(ros):
 
 def test_types_are_listed_by_kind(ros):
     text = printed(ros, "list")
-    assert text.startswith("Messages:\n    action_msgs/msg/GoalInfo\n")
+    assert text.startswith("Messages:\n    ")
+    assert "    action_msgs/msg/GoalInfo\n" in text.partition("\nServices:\n")[0]
     assert text.index("\nServices:\n    ") < text.index("\nActions:\n    ")
     assert "    gadget_msgs/msg/Gadget\n" in text
     assert printed(ros, "list --only-actions").splitlines()[0] == "Actions:"
