@@ -34,10 +34,8 @@ if TYPE_CHECKING:
 
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
-
 # A word to the spinning thread that carries no work: something changed, look at everything again.
 _LOOK_AGAIN = object()
-
 
 # What is to be called, and the entity and the node whose callback it is.
 Ready: TypeAlias = tuple[Task[Any], "Waitable | Timer | None", "NodeEndpoints | None"]
@@ -172,9 +170,11 @@ class Executor:
         Raises:
             ExternalShutdownException: A signal shut the context down.
         """
+        # A `spin_once` of the user's own counts; ours would take the guard for each callback.
+        once = self._spin_once if type(self).spin_once is Executor.spin_once else self.spin_once
         with self._spinner:
             while self._context.ok() and not self._is_shutdown:
-                self.spin_once()
+                once()
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
@@ -253,7 +253,7 @@ class Executor:
         if self._context.ended_by_signal:
             raise ExternalShutdownException
 
-    def _spin_once(self, deadline: float | None, future: Future[ResultT] | None) -> None:
+    def _spin_once(self, deadline: float | None = None, future: Future[Any] | None = None) -> None:
         """Run one callback; return without one at the deadline and when something ends."""
         while self._context.ok() and not self._is_shutdown:
             if future is not None and future.ended():
@@ -367,8 +367,8 @@ class Executor:
 
     def _look_at_held(self) -> None:
         """Ask again for what a group did not let run."""
-        with contextlib.suppress(KeyError):  # threads of a pool come here as well
-            while self._held:
+        while self._held:
+            with contextlib.suppress(KeyError):  # threads of a pool come here as well
                 self.schedule(self._held.pop())
 
     def _run_waitable(self, waitable: Waitable) -> bool:

@@ -1,113 +1,170 @@
-"""Publisher to subscriber between two processes, against raw Zenoh in Python.
+"""Publisher to subscribers between processes, against raw Zenoh in Python.
 
-A message of the given size goes over and a small answer comes back; both sides of a pair are timed
-in turn in the same run, and the ratio of the medians is what counts.
+One way: a message goes over, and each subscriber answers with the time at which it had it decoded;
+the last one counts. Rate: bursts of small messages, of each of which the last is answered. Both
+pairs run in turn in the same minute, and the ratio of the medians is what counts.
 """
+
+from __future__ import annotations
 
 import statistics
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from tests.benchmarks import echo_peers
 
 STRING, IMAGE = "std_msgs/msg/String", "sensor_msgs/msg/Image"
-# Size of the payload in bytes, type, round trips.
-CASES = [(64, STRING, 3000), (1024, STRING, 3000), (2304 * 1296 * 3, IMAGE, 60)]
+BURST = 50
 
 
-class Partner:
-    """The echo process."""
+class Case(NamedTuple):
+    size: int
+    type_name: str
+    rounds: int
+    processes: int = 1
+    each: int = 1
 
-    def __init__(self, kind, type_name, env):
-        import os
-
-        self._process = subprocess.Popen(
-            [sys.executable, str(Path(echo_peers.__file__)), kind, type_name],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env={**os.environ, **env},
-        )
-        assert self._process.stdout is not None
-        assert self._process.stdout.readline() == "ready\n"
-
-    def stop(self):
-        assert self._process.stdin is not None and self._process.stdout is not None
-        self._process.stdin.close()
-        self._process.wait(10)
-        self._process.stdout.close()
+    @property
+    def subscribers(self) -> int:
+        return self.processes * self.each
 
 
-def raw_round_trip(size, _):
+CASES = [
+    Case(64, STRING, 2000),
+    Case(64, STRING, 800, each=4),
+    Case(64, STRING, 300, each=16),
+    Case(64, STRING, 500, processes=4),
+    Case(1024, STRING, 2000),
+    Case(65536, IMAGE, 500),
+    Case(2**20, IMAGE, 200),
+    Case(2304 * 1296 * 3, IMAGE, 60),
+    Case(2304 * 1296 * 3, IMAGE, 30, each=4),
+]
+
+
+class Side:
+    """A publisher here, its subscribers in other processes, and their answers.
+
+    Attributes:
+        publish: Sends the message once.
+    """
+
+    def __init__(self, kind: str, case: Case, every: int) -> None:
+        self._answers: list[int] = []
+        self._wanted = case.subscribers
+        self._all = threading.Event()
+        self.publish, self._close = (raw_side if kind == "raw" else node_side)(case, self._hear)
+        script = str(Path(echo_peers.__file__))
+        self._peers = [
+            subprocess.Popen(
+                [sys.executable, script, kind, case.type_name, str(case.each), str(every)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            for _ in range(case.processes)
+        ]
+        for peer in self._peers:
+            assert peer.stdout is not None
+            assert peer.stdout.readline() == "ready\n"
+        # Until everybody has met, some answers are missing.
+        deadline = time.monotonic() + 20
+        while self.seconds(every, 0.5) is None:
+            assert time.monotonic() < deadline, "the subscribers do not answer"
+
+    def _hear(self, time_ns: int) -> None:
+        self._answers.append(time_ns)
+        if len(self._answers) == self._wanted:
+            self._all.set()
+
+    def seconds(self, messages: int = 1, longest_s: float = 5.0) -> float | None:
+        """Publish, and return how long it took until the last subscriber had the last message."""
+        self._answers.clear()
+        self._all.clear()
+        start = time.monotonic_ns()
+        for _ in range(messages):
+            self.publish()
+        return (max(self._answers) - start) / 1e9 if self._all.wait(longest_s) else None
+
+    def close(self) -> None:
+        for peer in self._peers:
+            assert peer.stdin is not None and peer.stdout is not None
+            peer.stdin.close()
+            peer.wait(10)
+            peer.stdout.close()
+        self._close()
+
+
+def raw_side(case: Case, hear: Callable[[int], None]):
     session = echo_peers.open_raw()
-    answered = threading.Event()
     publisher = session.declare_publisher(echo_peers.PING_KEY)
-    session.declare_subscriber(echo_peers.PONG_KEY, lambda _: answered.set())
-    payload = bytes(size)
-
-    def once():
-        answered.clear()
-        publisher.put(payload)
-        return answered.wait(5)
-
-    return once, session.close
+    session.declare_subscriber(
+        echo_peers.PONG_KEY,
+        lambda sample: hear(int.from_bytes(sample.payload.to_bytes(), "little")),
+    )
+    payload = bytes(case.size)
+    return lambda: publisher.put(payload), session.close
 
 
-def node_round_trip(size, type_name):
+def node_side(case: Case, hear: Callable[[int], None]):
     from teleopctl.interfaces.store import get_message
     from teleopctl.node import Context, Node
 
     context = Context()
     context.init([])
     node = Node("pinger", context=context)
-    message_class, empty = get_message(type_name), get_message("std_msgs/msg/Empty")
-    answered = threading.Event()
-    publisher = node.create_publisher(message_class, "ping", 10)
-    node.create_subscription(empty, "pong", lambda _: answered.set(), 10, immediate=True)
-    message = message_class(data="x" * (size - 9) if type_name == STRING else bytes(size))
-
-    def once():
-        answered.clear()
-        publisher.publish(message)
-        return answered.wait(5)
+    message_class, when = get_message(case.type_name), get_message("std_msgs/msg/UInt64")
+    publisher = node.create_publisher(message_class, "ping", 100)
+    node.create_subscription(when, "pong", lambda m: hear(m.data), 100, immediate=True)
+    is_text = case.type_name == STRING
+    message = message_class(data="x" * (case.size - 9) if is_text else bytes(case.size))
 
     def close():
         node.destroy_node()
         context.try_shutdown()
 
-    return once, close
+    return lambda: publisher.publish(message), close
 
 
-@pytest.mark.parametrize(("size", "type_name", "rounds"), CASES)
-def test_round_trip(ros, monkeypatch, size, type_name, rounds, capsys):
-    for name, value in ros.env.items():
-        monkeypatch.setenv(name, value)
-    sides = {}
-    for kind, make in {"raw": raw_round_trip, "node": node_round_trip}.items():
-        sides[kind] = (Partner(kind, type_name, ros.env), *make(size, type_name))
+def measured(case: Case, messages: int) -> dict[str, float]:
+    """Median seconds of each kind."""
+    sides = {kind: Side(kind, case, messages) for kind in ("raw", "node")}
     times: dict[str, list[float]] = {kind: [] for kind in sides}
-    for _, once, _ in sides.values():
-        deadline = time.monotonic() + 10
-        while not once():
-            assert time.monotonic() < deadline, "the partner does not answer"
-        for _ in range(20):
-            once()
-    for _ in range(rounds):
-        for kind, (_, once, _) in sides.items():
-            start = time.perf_counter()
-            assert once()
-            times[kind].append(time.perf_counter() - start)
-    for partner, _, close in sides.values():
-        close()
-        partner.stop()
-    medians = {kind: statistics.median(values) * 1e6 for kind, values in times.items()}
+    for _ in range(case.rounds):
+        for kind, side in sides.items():
+            taken = side.seconds(messages)
+            assert taken is not None, f"{kind}: a message was lost"
+            times[kind].append(taken)
+    for side in sides.values():
+        side.close()
+    return {kind: statistics.median(values) for kind, values in times.items()}
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_one_way(ros, case, capsys):
+    medians = measured(case, 1)
+    raw_us, node_us = (medians[kind] * 1e6 for kind in ("raw", "node"))
+    where = f"in {case.processes} processes" if case.processes > 1 else "in one process"
     with capsys.disabled():
         print(
-            f"\n{size:>8} B: raw {medians['raw']:8.0f} us, node {medians['node']:8.0f} us, "
-            f"ratio {medians['node'] / medians['raw']:.2f}"
+            f"\n{case.size:>8} B to {case.subscribers:2} {where}: raw {raw_us:6.0f} us, "
+            f"node {node_us:6.0f} us, ratio {node_us / raw_us:.2f}"
+        )
+
+
+@pytest.mark.parametrize("each", [1, 4])
+def test_rate(ros, each, capsys):
+    medians = measured(Case(64, STRING, 200, each=each), BURST)
+    rates = {kind: BURST / seconds for kind, seconds in medians.items()}
+    with capsys.disabled():
+        print(
+            f"\n64 B to {each}: raw {rates['raw']:.0f} Hz, node {rates['node']:.0f} Hz, "
+            f"ratio of the times {medians['node'] / medians['raw']:.2f}"
         )

@@ -93,6 +93,9 @@ def string_cdr(text: bytes) -> bytes:
     return b"\0\1\0\0" + struct.pack("<I", len(text) + 1) + text + b"\0"
 
 
+_ODD_FLOATS = (0.0, -0.0, float("inf"), -float("inf"))
+
+
 def random_message(source: Random, type_name: str) -> Any:
     """Return a message of one type with random values; quicker than a strategy."""
     cls = get_message(type_name)
@@ -111,12 +114,14 @@ def _random_values(source: Random, kind: FieldType) -> Any:
 
 def _random_single(source: Random, kind: FieldType) -> Any:
     if kind.base in INTEGER_RANGES:
-        return source.randint(*INTEGER_RANGES[kind.base])
+        least, most = INTEGER_RANGES[kind.base]
+        return source.choice((least, most, source.randint(least, most)))
     match kind.base:
         case "float32":
-            return struct.unpack("<f", struct.pack("<f", source.uniform(-1e6, 1e6)))[0]
+            value = source.choice((*_ODD_FLOATS, 2.0**-149, source.uniform(-1e6, 1e6)))
+            return struct.unpack("<f", struct.pack("<f", value))[0]
         case "float64":
-            return source.uniform(-1e300, 1e300)
+            return source.choice((*_ODD_FLOATS, 5e-324, source.uniform(-1e300, 1e300)))
         case "bool":
             return source.random() < 0.5
         case "byte":

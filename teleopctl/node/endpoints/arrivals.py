@@ -25,7 +25,13 @@ _LONGEST_HOLD_S = 30.0
 
 
 class KeepLast(Generic[ItemT]):
-    """As many arrivals as a depth says; the oldest falls out."""
+    """As many arrivals as a depth says; the oldest falls out.
+
+    Attributes:
+        counts_bytes: Whether it asks how many bytes an arrival holds.
+    """
+
+    counts_bytes = False
 
     def __init__(self, depth: int) -> None:
         # Appending to a full one drops the oldest; both ends are safe to use from any thread.
@@ -63,7 +69,12 @@ class KeepAll(Generic[ItemT]):
 
     Args:
         is_patient: Whether to wait at all; a best-effort sender is not held up.
+
+    Attributes:
+        counts_bytes: As for `KeepLast`.
     """
+
+    counts_bytes = True
 
     def __init__(self, *, is_patient: bool) -> None:
         self._items: collections.deque[tuple[ItemT, int]] = collections.deque()

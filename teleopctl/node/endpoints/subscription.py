@@ -234,7 +234,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
 
     @transport_callback
     def _queue(self, sample: zenoh.Sample) -> None:
-        if not self._samples.put((sample, time.time_ns()), len(sample.payload)):
+        size = len(sample.payload) if self._samples.counts_bytes else 0
+        if not self._samples.put((sample, time.time_ns()), size):
             self.refusals.refuse("the queue is full, and nothing is taken from it")
         self._tell_of(sample)
         self.tell_executor()

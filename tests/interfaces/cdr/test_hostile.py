@@ -2,6 +2,7 @@
 
 import struct
 import traceback
+import tracemalloc
 from random import Random
 from typing import Any
 
@@ -14,9 +15,13 @@ from teleopctl.interfaces.cdr.codec import Codecs
 from teleopctl.interfaces.message import make_class
 from teleopctl.interfaces.parser import parse
 from teleopctl.interfaces.store import add_definition_text, get_message, list_types
+from tests.interfaces.cdr.test_oracle import SEED, type_names
 from tests.interfaces.messages import random_message
 
 TYPE_NAMES = [name for name in list_types("msg") if not name.startswith("shape_cases/")]
+ALL_TYPE_NAMES = type_names()
+# Of a message of a hundred bytes: its object, lists, and the texts of an error.
+MOST_BYTES = 200_000
 LITTLE = b"\0\1\0\0"
 
 add_definition_text("hostile_msgs/msg/Texts", "string[] data\n")
@@ -58,6 +63,33 @@ def test_damage_of_any_type_is_a_message_or_an_error(type_name, seed, little, da
         payload[at : at + len(new)] = new
     check(payload, get_message(type_name))
     check(payload[: data.draw(st.integers(0, len(payload)))], get_message(type_name))
+
+
+def spoilt(source: Random, payload: bytes) -> list[bytes]:
+    """What may come instead of a payload: a part of it, chance, and counts beyond reason."""
+    cut = source.randrange(len(payload))
+    at = source.randrange(4, len(payload) + 1)
+    return [
+        payload[:cut],
+        payload[:-1],
+        LITTLE + source.randbytes(60),
+        payload[:at] + b"\xff\xff\xff\x7f" + payload[at + 4 :],
+        payload[:at] + b"\xff\xff\0\0" + payload[at + 4 :],
+    ]
+
+
+def test_no_bytes_for_any_type_raise_anything_else_or_take_much_memory():
+    for name in ALL_TYPE_NAMES:
+        message_class, source = get_message(name), Random(SEED or name)
+        for _ in range(1 if SEED is None else 20):
+            payload = bytes(serialize(random_message(source, name)))
+            check(payload, message_class)  # what is made once stays out of the measurement
+            tracemalloc.start()
+            for data in spoilt(source, payload):
+                check(data, message_class)
+            _, most = tracemalloc.get_traced_memory()
+            tracemalloc.stop()
+            assert most < MOST_BYTES + 100 * len(payload), name
 
 
 @pytest.mark.parametrize(
