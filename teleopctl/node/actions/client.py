@@ -293,20 +293,27 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._callbacks.call(message)
 
     def _follow_states(self, message: GoalStatusArray) -> None:
-        for entry in message.status_list:
+        with self._lock:
+            meant = {*self._handles, *self._unanswered}
+        # The youngest stand at the end, behind all that ended in the last quarter of an hour.
+        for entry in reversed(message.status_list):
+            if not meant:
+                return
             key = goal_key(entry.goal_info.goal_id)
-            with self._lock:
-                handle = self._handles.get(key)
-                if handle is None and key not in self._unanswered:
-                    continue
-                try:
-                    state = GoalState(entry.status)
-                except ValueError:  # no state that there is
-                    continue
-                if handle is None:
-                    self._unanswered[key] = state
-                else:
-                    handle.follow(state)
+            if key in meant:
+                meant.discard(key)
+                self._follow_state(key, entry.status)
+
+    def _follow_state(self, key: bytes, number: int) -> None:
+        try:
+            state = GoalState(number)
+        except ValueError:  # no state that there is
+            return
+        with self._lock:
+            if (handle := self._handles.get(key)) is not None:
+                handle.follow(state)
+            elif key in self._unanswered:
+                self._unanswered[key] = state
 
     def destroy(self) -> None:
         """Give up what is pending and take the client out of the graph. Idempotent."""
