@@ -6,8 +6,6 @@ import time
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-import yaml
-
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.convert import check_length, converter, expected
 from teleopctl.interfaces.definition import (
@@ -21,11 +19,10 @@ from teleopctl.interfaces.definition import (
 from teleopctl.interfaces.message import Message
 from teleopctl.interfaces.stamps import Stamp, set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
-from teleopctl.ros_yaml import check_size
+from teleopctl.interfaces.yaml.plain import read_plain
 
 MessageType = TypeVar("MessageType")
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _TIME = "builtin_interfaces/msg/Time"
 _HEADER = "std_msgs/msg/Header"
 _NOW_WORDS = ("auto", "now")
@@ -109,9 +106,15 @@ def _load(text: str) -> object:
 
 
 def _load_all(text: str) -> list[object]:
+    if (values := read_plain(text)) is not None:
+        return [values]
+    import yaml
+
+    from teleopctl.ros_yaml import check_size
+
     try:
         check_size(text)
-        return list(yaml.load_all(text, _LOADER))
+        return list(yaml.load_all(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)))
     except UnicodeEncodeError:
         raise  # bytes that are no text: the command line names the word
     except (yaml.YAMLError, ValueError) as error:  # an integer of too many digits

@@ -5,42 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import yaml
-
 from teleopctl.interfaces.definition import FLOATS, STRINGS, Field, FieldType, Shape
 from teleopctl.interfaces.message import Message, stored
+from teleopctl.interfaces.yaml.plain import write_plain
 
 DEFAULT_TRUNCATION = 128
 """Elements of an array, and characters of a text, that are shown before the rest is cut."""
 
-_UNLIMITED = 2**31 - 1
 _ELLIPSIS = "..."
-_LONG_ESCAPE = "\\U"
-_NEXT_LINE = "\x85"
-
-
-class _PlainDumper(yaml.SafeDumper):
-    """Writes mappings as blocks in every style, as ROS 2 does."""
-
-    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
-        return True
-
-
-class _FastDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """The same on libyaml, which is many times faster."""
-
-    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
-        return True
-
-
-def _represent_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.MappingNode:
-    represent = dumper.represent_data
-    items = [(represent(key), represent(value)) for key, value in data.items()]
-    return yaml.MappingNode("tag:yaml.org,2002:map", items)
-
-
-_PlainDumper.add_representer(dict, _represent_mapping)
-_FastDumper.add_representer(dict, _represent_mapping)
 
 
 class _Options(NamedTuple):
@@ -67,20 +39,12 @@ def message_to_yaml(
         no_str: Write the length of texts instead of the texts.
     """
     values = _readable(message, _Options(truncate, no_arr, no_str))
-    text = _dump(values, _FastDumper, flow)
-    if _LONG_ESCAPE not in text:
+    text = write_plain(values, flow=flow)
+    if text is not None:
         return text
-    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it. It does so
-    # with a dumper that makes a line break of U+0085, which then stays escaped here.
-    plain = _dump(values, _PlainDumper, flow)
-    return text if _NEXT_LINE in plain else plain
+    from teleopctl.interfaces.yaml.dumping import dump
 
-
-def _dump(values: object, dumper: type[Any], flow: bool) -> str:
-    text: str = yaml.dump(
-        values, Dumper=dumper, allow_unicode=True, width=_UNLIMITED, default_flow_style=flow
-    )
-    return text
+    return dump(values, flow=flow)
 
 
 def message_to_dict(message: Message) -> dict[str, Any]:  # Any: whatever JSON holds

@@ -1,0 +1,59 @@
+"""What `output` writes by PyYAML."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+_UNLIMITED = 2**31 - 1
+_LONG_ESCAPE = "\\U"
+_NEXT_LINE = "\x85"
+
+
+class _PlainDumper(yaml.SafeDumper):
+    """Writes mappings as blocks in every style, as ROS 2 does."""
+
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+        return True
+
+
+class _FastDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """The same on libyaml, which is many times faster."""
+
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+        return True
+
+
+def _represent_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.MappingNode:
+    represent = dumper.represent_data
+    items = [(represent(key), represent(value)) for key, value in data.items()]
+    return yaml.MappingNode("tag:yaml.org,2002:map", items)
+
+
+_PlainDumper.add_representer(dict, _represent_mapping)
+_FastDumper.add_representer(dict, _represent_mapping)
+
+
+# Any: values of any fields.
+def dump(values: dict[str, Any], *, flow: bool) -> str:
+    """Write the fields of a message as YAML in blocks.
+
+    Args:
+        values: Numbers, texts, lists and mappings of these.
+        flow: Write lists on one line.
+    """
+    text = _dump(values, _FastDumper, flow)
+    if _LONG_ESCAPE not in text:
+        return text
+    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it. It does so
+    # with a dumper that makes a line break of U+0085, which then stays escaped here.
+    plain = _dump(values, _PlainDumper, flow)
+    return text if _NEXT_LINE in plain else plain
+
+
+def _dump(values: object, dumper: type[Any], flow: bool) -> str:
+    text: str = yaml.dump(
+        values, Dumper=dumper, allow_unicode=True, width=_UNLIMITED, default_flow_style=flow
+    )
+    return text
