@@ -14,6 +14,8 @@ from teleopctl.wire import topic_key
 from tests.benchmarks.processes import times_in_turn
 
 HERE = Path(__file__).parent
+# As a shell finds it; `python -m` would load runpy besides.
+TELEOPCTL = [sys.executable, str(Path(sys.executable).with_name("teleopctl"))]
 ROUNDS = 15
 STRING, TRIGGER = "std_msgs/msg/String", "std_srvs/srv/Trigger"
 GET_PARAMETERS = "rcl_interfaces/srv/GetParameters"
@@ -36,8 +38,8 @@ def ours(command: str) -> tuple[list[str], dict[str, str]]:
     """The command and the variables by which a shell asks it for completions."""
     words = command.split(" ", 5 if "topic pub" in command else -1)
     if words[-1] != "<Tab>":
-        return [sys.executable, "-m", "teleopctl", *words], {}
-    asked = [sys.executable, "-m", "teleopctl", "--", *words[:-1], ""]
+        return [*TELEOPCTL, *words], {}
+    asked = [*TELEOPCTL, "--", *words[:-1], ""]
     return asked, {"_TELEOPCTL_COMPLETE": "zsh"}
 
 
