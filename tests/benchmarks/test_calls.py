@@ -27,9 +27,13 @@ ROUNDS = 500
 def raw_call(session: zenoh.Session) -> None:
     """One query in the way in which a client library has to do it: by callback."""
     answered = threading.Event()
+
+    def receive(_: zenoh.Reply) -> None:
+        answered.set()
+
     session.get(
         RAW_KEY,
-        zenoh.handlers.Callback(lambda _: answered.set(), indirect=False),
+        zenoh.handlers.Callback(receive, indirect=False),
         target=zenoh.QueryTarget.ALL_COMPLETE,
         consolidation=zenoh.ConsolidationMode.NONE,
         payload=bytes(20),
