@@ -52,8 +52,8 @@ def test_a_saved_description_is_the_robot_of_all_and_a_broken_one_is_told(ros, m
     eventually(lambda: reloaded(SIZES.replace("0.1", "0.2"), "0.2"))
     save(model, MODEL.replace("${r}", "${nothing}"))
     eventually(lambda: "model.urdf.xacro:3: name 'nothing' is not defined" in page_log(ros))
-    save(model, MODEL.replace("sphere", "ball"))
-    eventually(lambda: "not reloaded: <ball>" in page_log(ros))
+    save(model, MODEL.replace("<link", '<link name="stray"/><link'))
+    eventually(lambda: "not reloaded: Two root links found" in page_log(ros))
     assert radius(ros) == ["0.2"]
     save(model, MODEL.replace("${r}", "0.3"))
     eventually(lambda: radius(ros) == ["0.3"])

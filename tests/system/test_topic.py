@@ -109,6 +109,21 @@ def test_info_says_when_two_ends_cannot_understand_each_other(ros):
     assert done.returncode == 0
 
 
+def test_info_says_where_a_publisher_offers_less_than_a_subscription_asks_for(ros):
+    talker(ros, "--qos-reliability", "best_effort", "-n", "mouth")
+    listener = ros.spawn(f"topic echo /chatter {STRING} --qos-reliability reliable -n ear")
+    listener.wait_for_line("^---$")
+    done = ros.run("topic info /chatter")
+    assert done.returncode == 0
+    assert done.stderr == (
+        "WARNING: /chatter: /mouth and /ear: reliability: BEST_EFFORT publisher and RELIABLE "
+        "subscription. On Zenoh they hear each other, with what the publisher offers; on DDS not "
+        "at all.\n"
+    )
+    listener.interrupt()
+    assert listener.wait() == 130
+
+
 def test_type_and_find(ros):
     talker(ros)
     assert ros.run("topic type /chatter").stdout == f"{STRING}\n"

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from teleopctl.cli.verbs.doctor.finding import Finding, warning
+from teleopctl.cli.verbs.topic.qos_pairs import ON_ZENOH, QosPair, qos_pairs
 from teleopctl.wire import EndpointToken, EntityKind, Graph
-
-if TYPE_CHECKING:
-    from teleopctl.node import QoSCompatibility
 
 # Somebody listens to these, or speaks there, only now and then.
 _OFTEN_ALONE = {"/parameter_events", "/rosout"}
@@ -76,30 +73,21 @@ def check_qos(graph: Graph) -> Iterator[Finding]:
     """Look for publishers that offer less than a subscription asks for."""
     from teleopctl.node import QoSCompatibility
 
-    for topic, publisher, subscription, verdict, reason in qos_pairs(graph):
-        if verdict is not QoSCompatibility.OK:
-            kind = "error" if verdict is QoSCompatibility.ERROR else "warning"
+    for topic, pair in pairs_by_topic(graph):
+        if pair.verdict is not QoSCompatibility.OK:
+            kind = "error" if pair.verdict is QoSCompatibility.ERROR else "warning"
             yield warning(
                 f"QoS compatibility {kind} found on topic '{topic}': "
-                f"{publisher.full_name} and {subscription.full_name}: "
-                f"{reason.partition(': ')[2]}",
-                "On Zenoh they hear each other, with what the publisher offers; on DDS not at all.",
+                f"{pair.publisher.full_name} and {pair.subscription.full_name}: {pair.reason}",
+                ON_ZENOH,
             )
 
 
-def qos_pairs(
-    graph: Graph,
-) -> Iterator[tuple[str, EndpointToken, EndpointToken, QoSCompatibility, str]]:
-    """Return each publisher with each subscription of its topic, and whether they fit."""
-    from teleopctl.node import QoSProfile, qos_check_compatible
-
+def pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
+    """Yield each publisher with each subscription of its topic, with the topic."""
     for topic, _ in graph.topic_names_and_types():
-        for publisher in graph.publishers(topic):
-            for subscription in graph.subscriptions(topic):
-                verdict, reason = qos_check_compatible(
-                    QoSProfile.from_wire(publisher.qos), QoSProfile.from_wire(subscription.qos)
-                )
-                yield topic, publisher, subscription, verdict, reason
+        for pair in qos_pairs(graph.publishers(topic), graph.subscriptions(topic)):
+            yield topic, pair
 
 
 def sessions(graph: Graph) -> dict[str, EndpointToken]:

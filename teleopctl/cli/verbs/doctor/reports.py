@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from importlib import metadata
 from typing import NamedTuple
 
-from teleopctl.cli.verbs.doctor.graph import qos_pairs
+from teleopctl.cli.verbs.doctor.graph import pairs_by_topic
 from teleopctl.wire import Graph
 
 _SMALLEST_WIDTH = 8
@@ -79,12 +79,12 @@ def machine(_: Graph) -> Report:
 def qos(graph: Graph) -> Report:
     """Return each publisher with each subscription of its topic."""
     items: list[tuple[str, str]] = []
-    for topic, publisher, subscription, _, reason in qos_pairs(graph):
+    for topic, pair in pairs_by_topic(graph):
         items += [
-            ("topic [type]", f"{topic} [{publisher.type_name}]"),
-            ("publisher node", publisher.node),
-            ("subscriber node", subscription.node),
-            ("compatibility status", reason.partition(": ")[2] or "OK"),
+            ("topic [type]", f"{topic} [{pair.publisher.type_name}]"),
+            ("publisher node", pair.publisher.node),
+            ("subscriber node", pair.subscription.node),
+            ("compatibility status", pair.reason or "OK"),
         ]
     none = [("compatibility status", "No publisher/subscriber pairs found")]
     return Report("QOS COMPATIBILITY LIST", items or none)

@@ -13,6 +13,7 @@ from teleopctl.cli.verbs.topic.endpoint_text import (
     endpoint_record,
     warn_of_mismatch,
 )
+from teleopctl.cli.verbs.topic.qos_pairs import warn_of_qos
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken
@@ -43,6 +44,7 @@ def topic_info(
         console.out_lines(_lines(types, publishers, subscriptions, verbose=verbose))
     console.flush()
     warn_of_mismatch(topic, [*publishers, *subscriptions])
+    warn_of_qos(topic, publishers, subscriptions)
 
 
 def _lines(
