@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from teleopctl.launch.evaluation.substitution import render
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Call, Template
+from teleopctl.packages import resolve_uri
 
 _MAX_DEPTH = 30
 
@@ -52,6 +53,25 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
     if any(declared.may_be_missing for declared in seen.values()):
         yield ""
         yield "* argument(s) which are only used if specific conditions occur"
+    yield from _of_descriptions(arguments.values(), seen)
+
+
+def _of_descriptions(values: Iterable[str], declared: Collection[str]) -> Iterator[str]:
+    """Yield what the robot descriptions among the given values take themselves."""
+    from teleopctl.robot import xacro_arguments
+
+    for value in values:
+        if not value.endswith(".xacro"):
+            continue
+        taken = xacro_arguments([resolve_uri(value)])
+        if names := [name for name in taken if name not in declared]:
+            yield ""
+            yield f"Arguments of {value}:"
+        for name in names:
+            yield ""
+            yield f"    '{name}'"
+            if (default := taken[name]) is not None:
+                yield f"        (default: '{default}')"
 
 
 def argument_names(file: Path) -> list[str]:

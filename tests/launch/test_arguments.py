@@ -33,3 +33,16 @@ def test_an_argument_is_told_with_its_choices_and_default(tmp_path):
         "        no description given",
         "        (default: $(var a)/d)",
     ]
+
+
+def test_a_description_that_is_given_tells_its_arguments_too(tmp_path):
+    file = tmp_path / "main.launch.xml"
+    file.write_text('<launch><arg name="model"/></launch>', encoding="utf-8")
+    arm = tmp_path / "arm.xacro"
+    arm.write_text(
+        '<robot xmlns:xacro="x"><xacro:arg name="kind"/><xacro:arg name="tall" default="1.5"/>'
+        '<xacro:arg name="model" default="declared by the launch file"/></robot>',
+        encoding="utf-8",
+    )
+    *_, kind, _, tall, default = describe_arguments(file, {"model": str(arm)})
+    assert (kind, tall, default) == ("    'kind'", "    'tall'", "        (default: '1.5')")
