@@ -19,6 +19,10 @@ from teleopctl.launch.model.template import Call, Template
 from teleopctl.packages import resolve_uri
 
 _MAX_DEPTH = 30
+# They expand a robot description, start a program, or write a file.
+_COSTLY = frozenset(
+    ("command", "robot", "robot-arguments", "robot-controllers", "simulated-robot", "xacro")
+)
 
 
 class _Declared(NamedTuple):
@@ -173,7 +177,7 @@ def _is_costly(text: Template) -> bool:
     return any(
         isinstance(part, Call)
         and (
-            part.name in ("xacro", "command")
+            part.name in _COSTLY
             or any(_is_costly(argument.template) for argument in part.arguments)
         )
         for part in text.parts

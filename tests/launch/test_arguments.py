@@ -1,6 +1,9 @@
 """What ``launch --show-args`` says."""
 
+import pytest
+
 from teleopctl.launch import describe_arguments
+from teleopctl.launch.finding import builtin_file
 
 
 def test_an_argument_is_told_with_its_choices_and_default(tmp_path):
@@ -46,3 +49,12 @@ def test_a_description_that_is_given_tells_its_arguments_too(tmp_path):
     )
     *_, kind, _, tall, default = describe_arguments(file, {"model": str(arm)})
     assert (kind, tall, default) == ("    'kind'", "    'tall'", "        (default: '1.5')")
+
+
+def test_no_description_is_expanded_to_tell_arguments(tmp_path, monkeypatch):
+    from teleopctl import robot
+
+    monkeypatch.setattr(robot, "read_xacro", lambda *_: pytest.fail("it was expanded"))
+    file = builtin_file("sim.yaml")
+    assert file is not None
+    assert "    'controllers_file':" in describe_arguments(file, {})
