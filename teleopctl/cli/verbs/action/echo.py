@@ -1,6 +1,5 @@
 """``teleopctl action echo``."""
 
-import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
@@ -10,7 +9,7 @@ from teleopctl.cli.listing import types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.action.listing import ActionName
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,
@@ -21,6 +20,16 @@ from teleopctl.cli.verbs.topic.qos_options import (
     ReliabilityName,
 )
 from teleopctl.cli.verbs.topic.text import TextStyle, json_value
+from teleopctl.cli.verbs.topic.text_options import (
+    TRUNCATE,
+    Csv,
+    FlowStyle,
+    FullLength,
+    NoArr,
+    NoStr,
+    TruncateLength,
+    style_of,
+)
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_action, get_message, normalize
 from teleopctl.node import (
@@ -30,10 +39,7 @@ from teleopctl.node import (
     qos_profile_services_default,
 )
 
-_TRUNCATE = 128
 _INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK", "STATUS")
-_EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
-_EVENT_TYPE = re.compile(r"^(  event_type: )([0-3])$", re.MULTILINE)
 
 
 def echo(
@@ -55,20 +61,13 @@ def echo(
             metavar="A|B",
         ),
     ] = None,
-    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False,
+    csv: Csv = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
-    flow_style: Annotated[
-        bool, Option("--flow-style", help="Print lists and mappings on one line.")
-    ] = False,
-    full_length: Annotated[
-        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
-    ] = False,
-    truncate_length: Annotated[
-        int,
-        Option("-l", "--truncate-length", help="Longest list or text that is printed in full."),
-    ] = _TRUNCATE,
-    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False,
-    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False,
+    flow_style: FlowStyle = False,
+    full_length: FullLength = False,
+    truncate_length: TruncateLength = TRUNCATE,
+    no_arr: NoArr = False,
+    no_str: NoStr = False,
     qos_profile: ProfileName = None,
     qos_reliability: ReliabilityName = None,
     qos_durability: DurabilityName = None,
@@ -83,18 +82,19 @@ def echo(
     where introspection of them is on. Ctrl-C ends it.
     """
     chosen = _chosen(interfaces)
+    style = style_of(
+        flow_style=flow_style,
+        full_length=full_length,
+        truncate_length=truncate_length,
+        no_arr=no_arr,
+        no_str=no_str,
+    )
     name = absolute_name(action_name)
     type_ = type_name or types_of(name, live_graph().action_names_and_types(), kind="action")[0]
     action = get_action(normalize(type_, "action"))
     wishes = QosWishes(
         *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
         *(qos_liveliness, qos_liveliness_lease_duration_seconds),
-    )
-    style = TextStyle(
-        truncate=None if full_length else truncate_length,
-        flow=flow_style,
-        no_arr=no_arr,
-        no_str=no_str,
     )
 
     def printer(interface: str) -> Callable[[Any], None]:
@@ -147,8 +147,7 @@ def _print(interface: str, message: Any, style: TextStyle, *, csv: bool, as_json
     elif csv:
         console.out(f"{interface},{style.csv(message)}")
     else:
-        text = style.yaml(message)
-        if interface.endswith("_SERVICE"):
-            text = _EVENT_TYPE.sub(lambda found: found[1] + _EVENTS[int(found[2])], text)
+        write = style.event if interface.endswith("_SERVICE") else style.yaml
+        text = write(message)
         console.out_text(f"interface: {interface}\n{text}---")
     console.flush()

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 from teleopctl.cli.verbs.doctor.finding import Finding, warning
-from teleopctl.cli.verbs.topic.qos_pairs import ON_ZENOH, QosPair, qos_pairs
+from teleopctl.cli.verbs.topic.qos.pairs import ON_ZENOH, QosPair, qos_pairs
 from teleopctl.wire import EndpointToken, EntityKind, Graph
 
 # Somebody listens to these, or speaks there, only now and then.

@@ -8,7 +8,7 @@ from teleopctl.cli.listing import types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import ServiceName, UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,
@@ -18,12 +18,19 @@ from teleopctl.cli.verbs.topic.qos_options import (
     QosWishes,
     ReliabilityName,
 )
-from teleopctl.cli.verbs.topic.text import TextStyle, json_value
+from teleopctl.cli.verbs.topic.text import json_value
+from teleopctl.cli.verbs.topic.text_options import (
+    TRUNCATE,
+    Csv,
+    FlowStyle,
+    FullLength,
+    NoArr,
+    NoStr,
+    TruncateLength,
+    style_of,
+)
 from teleopctl.cli.words.messages import service_class_named
-from teleopctl.cli.words.numbers import check_not_negative
 from teleopctl.errors import RefusedError
-
-_TRUNCATE = 128
 
 
 def echo(
@@ -34,20 +41,13 @@ def echo(
             help="Its type; otherwise the one that it has in the graph.", complete="service_types"
         ),
     ] = None,
-    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False,
+    csv: Csv = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object an event.")] = False,
-    flow_style: Annotated[
-        bool, Option("--flow-style", help="Print lists and mappings on one line.")
-    ] = False,
-    full_length: Annotated[
-        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
-    ] = False,
-    truncate_length: Annotated[
-        int,
-        Option("-l", "--truncate-length", help="Longest list or text that is printed in full."),
-    ] = _TRUNCATE,
-    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False,
-    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False,
+    flow_style: FlowStyle = False,
+    full_length: FullLength = False,
+    truncate_length: TruncateLength = TRUNCATE,
+    no_arr: NoArr = False,
+    no_str: NoStr = False,
     use_sim_time: UseSimTime = False,
     qos_profile: ProfileName = None,
     qos_reliability: ReliabilityName = None,
@@ -65,16 +65,16 @@ def echo(
     from teleopctl.node import SingleThreadedExecutor, qos_profile_services_default
     from teleopctl.wire import EntityKind
 
-    check_not_negative(truncate_length=truncate_length)
     wishes = QosWishes(
         *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
         *(qos_liveliness, qos_liveliness_lease_duration_seconds),
     )
     service = absolute_name(service_name)
     service_class = service_class_named(service_type or _type_of(service))
-    style = TextStyle(
-        truncate=None if full_length else truncate_length,
-        flow=flow_style,
+    style = style_of(
+        flow_style=flow_style,
+        full_length=full_length,
+        truncate_length=truncate_length,
         no_arr=no_arr,
         no_str=no_str,
     )

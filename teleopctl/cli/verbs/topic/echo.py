@@ -9,7 +9,7 @@ from teleopctl.cli.options import TopicName, UseSimTime
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.topic.echo_text import EchoText, LossReport
 from teleopctl.cli.verbs.topic.named_topics import NamedTopics
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,
@@ -20,8 +20,17 @@ from teleopctl.cli.verbs.topic.qos_options import (
     ReliabilityName,
 )
 from teleopctl.cli.verbs.topic.selection import filter_predicate
-from teleopctl.cli.verbs.topic.text import TextStyle
-from teleopctl.cli.words.numbers import check_not_negative, check_positive
+from teleopctl.cli.verbs.topic.text_options import (
+    TRUNCATE,
+    Csv,
+    FlowStyle,
+    FullLength,
+    NoArr,
+    NoStr,
+    TruncateLength,
+    style_of,
+)
+from teleopctl.cli.words.numbers import check_positive
 from teleopctl.errors import InvalidMessageError, UnavailableError
 from teleopctl.wire import query_graph
 
@@ -30,7 +39,6 @@ if TYPE_CHECKING:
     from teleopctl.node import BareNode, MessageInfo, Node
 
 _DEPTH = 10
-_TRUNCATE = 128
 
 
 def echo(
@@ -67,21 +75,14 @@ def echo(
         str | None,
         Option("--filter", help="Print a message m only where this Python is true: m.data > 3."),
     ] = None,
-    csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False,
+    csv: Csv = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a message.")] = False,
     raw: Annotated[bool, Option("--raw", help="Print the bytes as they arrive.")] = False,
-    flow_style: Annotated[
-        bool, Option("--flow-style", help="Print lists and mappings on one line.")
-    ] = False,
-    full_length: Annotated[
-        bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
-    ] = False,
-    truncate_length: Annotated[
-        int,
-        Option("-l", "--truncate-length", help="Longest list or text that is printed in full."),
-    ] = _TRUNCATE,
-    no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False,
-    no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False,
+    flow_style: FlowStyle = False,
+    full_length: FullLength = False,
+    truncate_length: TruncateLength = TRUNCATE,
+    no_arr: NoArr = False,
+    no_str: NoStr = False,
     include_message_info: Annotated[
         bool,
         Option("-i", "--include-message-info", help="Print times and numbers of each message."),
@@ -116,7 +117,6 @@ def echo(
     The quality of service follows what the publishers offer, so that latched messages are printed
     as well. Of several topics, each message has the name before it. Ctrl-C ends it.
     """
-    check_not_negative(truncate_length=truncate_length)
     check_positive(timeout=timeout)
     wishes = QosWishes(
         *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
@@ -128,9 +128,10 @@ def echo(
     wanted = filter_predicate(filter_expression) if filter_expression else None
     topics = NamedTopics([topic_name, *([message_type] if message_type else []), *(more or ())])
     text = EchoText(
-        TextStyle(
-            truncate=None if full_length else truncate_length,
-            flow=flow_style,
+        style_of(
+            flow_style=flow_style,
+            full_length=full_length,
+            truncate_length=truncate_length,
             no_arr=no_arr,
             no_str=no_str,
         ),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
-from teleopctl.cli.verbs.topic.qos_text import qos_lines, qos_record
+from teleopctl.cli.verbs.topic.qos.text import qos_lines, qos_record
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

@@ -13,7 +13,7 @@ from teleopctl.cli.verbs.topic.endpoint_text import (
     endpoint_record,
     warn_of_mismatch,
 )
-from teleopctl.cli.verbs.topic.qos_pairs import warn_of_qos
+from teleopctl.cli.verbs.topic.qos.pairs import warn_of_qos
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

@@ -12,7 +12,7 @@ from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.options import TopicName, UseSimTime
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,

@@ -14,7 +14,7 @@ from teleopctl.cli.verbs.topic.measuring.statistics import (
     bandwidth_text,
 )
 from teleopctl.cli.verbs.topic.measuring.table import Rows, table_of_topics
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,

@@ -11,7 +11,7 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.topic.measuring.listening import Listener
 from teleopctl.cli.verbs.topic.measuring.statistics import DelayWindow, Summary, delay_text
 from teleopctl.cli.verbs.topic.measuring.table import Rows, table_of_topics
-from teleopctl.cli.verbs.topic.qos_options import (
+from teleopctl.cli.verbs.topic.qos.options import (
     Depth,
     DurabilityName,
     HistoryName,

@@ -19,7 +19,7 @@ from teleopctl.cli.words.patterns import expanded
 from teleopctl.errors import UsageError, did_you_mean
 
 if TYPE_CHECKING:
-    from teleopctl.cli.verbs.topic.qos_options import QosWishes
+    from teleopctl.cli.verbs.topic.qos.options import QosWishes
     from teleopctl.node import Node
     from teleopctl.wire import Graph
 

@@ -1,0 +1,1 @@
+"""Quality of service: the flags, the text of ``info``, and which ends do not fit."""
