@@ -169,7 +169,7 @@ class Context:
         return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Call ``callback`` after each change of the graph, on the transport's thread."""
+        """Call ``callback`` after each change of the graph, on another thread."""
         with self._lock:
             self._on_graph_change.append(callback)
         _ = self.watcher

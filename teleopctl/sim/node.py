@@ -266,7 +266,7 @@ class MujocoSim(Node):
     # --- the controller -------------------------------------------------------------------
 
     def _on_graph(self) -> None:
-        """Look who is there; called on the transport's thread after each change."""
+        """Look who is there; called after each change of the graph, on another thread."""
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
