@@ -159,13 +159,22 @@ class Context:
         # Asked beside a watcher, Zenoh's answer now and then lacks tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_LOOK_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._tell_graph_change)
-        watcher.wait_for(
-            lambda graph: (
-                len(graph.endpoints) >= len(present.endpoints)
-                and len(graph.nodes) >= len(present.nodes)
-            ),
-            _FIRST_LOOK_S,
-        )
+        # One's own grow meanwhile, and would stand for others that are not heard of yet.
+        own = str(self.session.zid())
+
+        def of_others(graph: Graph) -> tuple[int, int]:
+            return (
+                sum(endpoint.zid != own for endpoint in graph.endpoints),
+                sum(node.zid != own for node in graph.nodes),
+            )
+
+        endpoints, nodes = of_others(present)
+
+        def is_whole(graph: Graph) -> bool:
+            heard_endpoints, heard_nodes = of_others(graph)
+            return heard_endpoints >= endpoints and heard_nodes >= nodes
+
+        watcher.wait_for(is_whole, _FIRST_LOOK_S)
         return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:

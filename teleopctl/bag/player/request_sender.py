@@ -13,6 +13,7 @@ from teleopctl.interfaces import deserialize, get_message, get_service
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
+_FIRST_LOOK_S = 1.0
 # service_msgs/msg/ServiceEventInfo: where an event was noted.
 _EVENTS = {"client_introspection": 0, "service_introspection": 1}
 
@@ -35,6 +36,7 @@ class RequestSender:
         self._event_type = _EVENTS[source]
         self._log = node.get_logger()
         self._told: set[str] = set()
+        self._patience_s = _FIRST_LOOK_S
         # Any: of the service's own types.
         self._client: Any = node.create_client(
             get_service(topic.type_name.removesuffix("_Event")),
@@ -59,13 +61,21 @@ class RequestSender:
                 f"'{self._name}' was metadata only!"
             )
             return False
-        if not self._client.service_is_ready():
+        if not self._is_served():
             self._log.error(
                 f"Service request hasn't been sent. The '{self._name}' service isn't ready !"
             )
             return False
         self._client.call_async(event.request[0])
         return True
+
+    def _is_served(self) -> bool:
+        # A player that has just begun may not have heard yet of a service that is there.
+        patience_s, self._patience_s = self._patience_s, 0.0
+        ready: bool = self._client.service_is_ready() or (
+            patience_s > 0 and self._client.wait_for_service(timeout_sec=patience_s)
+        )
+        return ready
 
     def close(self) -> None:
         """Destroy the client."""
