@@ -19,8 +19,9 @@ def stay():
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     print("waiting", flush=True)
     ends.wait()
-threading.Thread(target=stay, daemon=True).start()
 try:
+    # The start waits as well, and the interrupt may come in it.
+    threading.Thread(target=stay, daemon=True).start()
     ends.wait()
 except KeyboardInterrupt:
     print("interrupted")
