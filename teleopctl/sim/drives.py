@@ -45,6 +45,10 @@ class Drives:
         data: Its ``mujoco.MjData``.
         joints: The robot's movable joints.
         period_s: Time between two commands, in seconds.
+
+    Attributes:
+        settled: Whether `plan_period` would change nothing: set-points stand still, and nothing
+            was commanded since.
     """
 
     def __init__(
@@ -89,6 +93,7 @@ class Drives:
         self._effort: Array = np.array([joint.limits.effort for joint in driven])
         # The change of speed that the damper alone answers with all the joint's effort.
         self._speed_step: Array = self._effort / self._damping
+        self.settled = False
         self._command_names: tuple[str, ...] = ()
         self._command_rows = np.zeros(0, dtype=int)
         self._command_columns = np.zeros(0, dtype=int)
@@ -104,6 +109,7 @@ class Drives:
 
     def reset(self) -> None:
         """Stand still where the joints are, without commands."""
+        self.settled = False
         count = len(self._drive)
         self._mode = np.full(count, _POSITION)
         self._target = np.clip(self._d.qpos[self._qpos], self._lower, self._upper)
@@ -135,6 +141,7 @@ class Drives:
             velocity: Velocities (rad/s or m/s) in the same way.
             effort: Efforts (N m or N) in the same way.
         """
+        self.settled = False
         if tuple(names) != self._command_names:
             self._index_command(tuple(names))
         wanted_position = self._by_drive(position, _POSITION)
@@ -150,6 +157,7 @@ class Drives:
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
+        self.settled = False
         nothing = np.zeros(len(self._drive), dtype=bool)
         self._set_modes(nothing, nothing)
 
@@ -248,6 +256,10 @@ class Drives:
         self._fed_forward = fed
         self._planned_target[:] = self._target
         self._setpoint = setpoint + speed * self._period_s
+        # MuJoCo keeps a set-point that does not move, unless it lies outside of its range.
+        self.settled = not (moving.any() or speed.any() or fed.any()) and bool(
+            ((setpoint >= self._lower) & (setpoint <= self._upper)).all()
+        )
 
     def _within_stops(self, speed: Array) -> Array:
         """Speeds that end at the joints' limits, not beyond them."""

@@ -19,6 +19,10 @@ from teleopctl.sim.simulation import Simulation
 
 _CLOCK_RATE_HZ = 100.0
 
+# How far the loop goes at once while nobody takes part, in nanoseconds of simulated time: ten
+# times what it costs to go round, for the smallest robots, and short for whoever comes.
+_COAST_NS = 50_000_000
+
 
 @dataclass(frozen=True)
 class Command:
@@ -113,6 +117,8 @@ class LockstepLoop:
         self._requests: list[Callable[[], None]] = []
         self._partner = False
         self._viewed = False
+        self._clocked = True
+        self._attended = True
         self._lost = False
         self._lost_ns = 0
         self._command: Command | None = None
@@ -139,6 +145,18 @@ class LockstepLoop:
         """Say whether anybody looks at the pose."""
         with self._changed:
             self._viewed = viewed
+
+    def set_heard(self, *, clock: bool, ticks: bool) -> None:
+        """Say what anybody takes; all of it unless said otherwise.
+
+        Args:
+            clock: Whether the simulated time is to be told.
+            ticks: Whether control ticks have states to be sent, or commands to be waited for. The
+                loop may pass over them without.
+        """
+        with self._changed:
+            self._clocked = clock
+            self._attended = ticks
 
     def set_paused(self, paused: bool, timeout_s: float) -> bool:
         """Stop time at the next control tick, or let it go on.
@@ -217,7 +235,10 @@ class LockstepLoop:
                 continue
             stepping = self._steps_asked > 0
             count = self._block()
-            simulation.step(count)
+            if stepping or self._attended:
+                simulation.step(count)
+            else:
+                simulation.coast(count)
             with self._changed:
                 if stepping:
                     self._steps_asked -= count
@@ -264,12 +285,14 @@ class LockstepLoop:
         if self._simulation.diverged:
             self._simulation.reset_state()
             self._ports.diverged(now)
-        self._simulation.read()
         # Controllers take their time from the state; everybody else's clock may be coarser, which
         # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
-        if self._clock_beat.take(now) or self._steps_asked > 0:
+        stepping = self._steps_asked > 0
+        if self._clock_due(now) or stepping:
             self._ports.publish_clock(now)
-        self._ports.publish_state(now)
+        if self._attended or stepping:
+            self._simulation.read()
+            self._ports.publish_state(now)
         command = self._await_command(now)
         if command is not None:
             self._simulation.apply(
@@ -319,7 +342,10 @@ class LockstepLoop:
         """Physics steps until something has to be done."""
         simulation = self._simulation
         count = simulation.steps_to_tick
-        count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
+        if self._steps_asked == 0 and not self._attended:
+            count = max(count, simulation.steps_until(simulation.time_ns + _COAST_NS))
+        if self._clocked:
+            count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
         if self._viewed:
             count = min(count, simulation.steps_until(self._view_beat.next_ns) or 1)
         if self._sampler is not None and (due_ns := self._sampler.next_ns()) is not None:
@@ -327,6 +353,9 @@ class LockstepLoop:
         if self._steps_asked > 0:
             count = min(count, self._steps_asked)
         return count
+
+    def _clock_due(self, now: int) -> bool:
+        return self._clock_beat.take(now) and self._clocked
 
     def _wait_until_due(self, now: int) -> None:
         lag = self._pacer.give_up_lag(now)
@@ -340,7 +369,7 @@ class LockstepLoop:
 
     def _publish(self, now: int, *, force: bool = False) -> None:
         """What else is due at this time, between ticks as well as at them."""
-        if not self._simulation.at_tick and (self._clock_beat.take(now) or force):
+        if not self._simulation.at_tick and (self._clock_due(now) or force):
             self._ports.publish_clock(now)
         if self._viewed and (self._view_beat.take(now) or force):
             self._simulation.read()

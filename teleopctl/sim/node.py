@@ -269,7 +269,9 @@ class MujocoSim(Node):
         """Look who is there; called after each change of the graph, on another thread."""
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
-        self._loop.set_partner(self._commanders > 0 and self._ports.has_controller())
+        heard, commanded = self._ports.has_controller(), self._commanders > 0
+        self._loop.set_partner(heard and commanded)
+        self._loop.set_heard(clock=self._ports.has_clock(), ticks=heard or commanded)
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.look()
         self._markers.look()

@@ -40,10 +40,13 @@ class Parting:
         self._waiting = deque(self._pairs)
         self._m.exclude_signature[:] = self._excluded
 
+    @property
+    def waits(self) -> bool:
+        """Whether there are pairs to look at."""
+        return bool(self._waiting)
+
     def check(self) -> None:
         """Let the next pair touch from now on if it is apart."""
-        if not self._waiting:
-            return
         # Where the shapes are now: they are a physics step old, unless somebody asked.
         mujoco.mj_kinematics(self._m, self._d)
         pair = self._waiting.popleft()

@@ -84,6 +84,10 @@ class TopicPorts:
         """Whether somebody listens to the states of the control ticks."""
         return self._state_publisher.get_subscription_count() > 0
 
+    def has_clock(self) -> bool:
+        """Whether somebody listens to the simulated time."""
+        return self._clock_publisher.get_subscription_count() > 0
+
     def is_viewed(self) -> bool:
         """Whether somebody looks at the pose."""
         if self._view_publisher.get_subscription_count() > 0:

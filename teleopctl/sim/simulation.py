@@ -22,11 +22,13 @@ from teleopctl.sim.parting import Parting
 
 Array = npt.NDArray[np.float64]
 
-_DIVERGED = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+# MuJoCo's enumerations are slow as indices.
+_BAD_QPOS = int(mujoco.mjtWarning.mjWARN_BADQPOS)
+_BAD_QVEL = int(mujoco.mjtWarning.mjWARN_BADQVEL)
+_BAD_QACC = int(mujoco.mjtWarning.mjWARN_BADQACC)
+
+# At fast control, not every tick looks for links that have come apart: it may cost a physics step.
+_PARTING_NS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -84,10 +86,12 @@ class Simulation:
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
-        self._tick = 0
-        self._substep = 0
+        self._steps = 0
+        self._troubles = self._d.warning.number
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
         self._parting = Parting(self._m, self._d, model.excluded)
+        ticks = -(-_PARTING_NS // control_period_ns)
+        self._parting_steps = ticks * self.steps_per_period
         self.reset_state()
 
     # --- time -----------------------------------------------------------------------------
@@ -95,8 +99,9 @@ class Simulation:
     @property
     def time_ns(self) -> int:
         """Simulated time since the last reset, in nanoseconds."""
-        rest = self.control_period_ns * self._substep // self.steps_per_period
-        return self._tick * self.control_period_ns + rest
+        tick, substep = divmod(self._steps, self.steps_per_period)
+        rest = self.control_period_ns * substep // self.steps_per_period
+        return tick * self.control_period_ns + rest
 
     @property
     def timestep_s(self) -> float:
@@ -106,33 +111,56 @@ class Simulation:
     @property
     def at_tick(self) -> bool:
         """Whether a control period begins now."""
-        return self._substep == 0
+        return self._steps % self.steps_per_period == 0
 
     @property
     def steps_to_tick(self) -> int:
         """Physics steps from now to the next control tick, at least one."""
-        return self.steps_per_period - self._substep
+        return self.steps_per_period - self._steps % self.steps_per_period
 
     def steps_until(self, time_ns: int) -> int:
         """Physics steps from now to the first one at or after a time; 0 if it has passed."""
         tick, rest = divmod(time_ns, self.control_period_ns)
         within = -(-rest * self.steps_per_period // self.control_period_ns)
         wanted = tick * self.steps_per_period + within
-        return max(0, wanted - self._tick * self.steps_per_period - self._substep)
+        return max(0, wanted - self._steps)
 
     def step(self, count: int) -> None:
         """Advance by a number of physics steps."""
         while count > 0:
-            if self._substep == 0:
-                self._parting.check()
-                self._drives.plan_period()
-            block = min(count, self.steps_per_period - self._substep)
+            if self.at_tick:
+                self._begin_period()
+            block = min(count, self.steps_to_tick)
             mujoco.mj_step(self._m, self._d, block)
             count -= block
-            self._substep += block
-            if self._substep == self.steps_per_period:
-                self._substep = 0
-                self._tick += 1
+            self._steps += block
+
+    def coast(self, count: int) -> None:
+        """Advance by physics steps in one go, across control ticks that would change nothing.
+
+        The bits are those of `step`. It ends early, at a control tick, where the drives have
+        something to do, and at the one that would have found that physics broke down.
+        """
+        if self.at_tick:
+            self._begin_period()
+        to_tick = self.steps_to_tick
+        if not self._drives.settled:
+            count = min(count, to_tick)
+        elif self._parting.waits:
+            count = min(count, self._parting_steps - self._steps % self._parting_steps)
+        mujoco.mj_step(self._m, self._d, count)
+        self._steps += count
+        if count > to_tick and self.diverged:
+            # MuJoCo began its own time anew in the step that failed.
+            failed = self._steps - round(self._d.time / self.timestep_s) + 1
+            noticed = -(-failed // self.steps_per_period) * self.steps_per_period
+            self._steps = min(self._steps, noticed)
+
+    def _begin_period(self) -> None:
+        if self._parting.waits and self._steps % self._parting_steps == 0:
+            self._parting.check()
+        if not self._drives.settled:
+            self._drives.plan_period()
 
     def step_to(self, time_ns: int) -> None:
         """Advance to the first physics step at or after a time."""
@@ -141,8 +169,7 @@ class Simulation:
     def reset(self) -> None:
         """Back to time zero, initial positions and no commands."""
         self.reset_state()
-        self._tick = 0
-        self._substep = 0
+        self._steps = 0
 
     def reset_state(
         self,
@@ -225,4 +252,5 @@ class Simulation:
     @property
     def diverged(self) -> bool:
         """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
-        return any(self._d.warning[kind].number > 0 for kind in _DIVERGED)
+        troubles = self._troubles
+        return bool(troubles[_BAD_QPOS] or troubles[_BAD_QVEL] or troubles[_BAD_QACC])
