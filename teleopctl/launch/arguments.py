@@ -21,7 +21,15 @@ from teleopctl.packages import resolve_uri
 _MAX_DEPTH = 30
 # They expand a robot description, start a program, or write a file.
 _COSTLY = frozenset(
-    ("command", "robot", "robot-arguments", "robot-controllers", "simulated-robot", "xacro")
+    (
+        "command",
+        "robot",
+        "robot-arguments",
+        "robot-controllers",
+        "simulated-robot",
+        "with-plugins",
+        "xacro",
+    )
 )
 
 

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 from lxml import etree
 
+from teleopctl.robot import tags_of_plugin
+
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
@@ -116,7 +118,7 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
     """Plug-ins, and cameras that see nothing."""
     for plugin in gazebo.iterfind("plugin"):
         filename = plugin.get("filename", "")
-        if not _SERVED_PLUGINS.fullmatch(filename):
+        if tags_of_plugin(filename) is None and not _SERVED_PLUGINS.fullmatch(filename):
             yield (
                 f"Plug-in '{plugin.get('name')}' ({filename}, line {plugin.sourceline}) is left "
                 "out: nothing simulates what it does"
@@ -139,8 +141,20 @@ def _of_gazebo(gazebo: etree._Element, where: str, served: frozenset[str]) -> It
             along = gazebo.find("mu1")
             if along is None or _value(along) != _value(tag):
                 yield _Tag(tag, where)
-        elif tag.tag not in served | {"plugin"} and not _is_so_anyway(tag):
+        elif tag.tag == "plugin":
+            yield from _of_controller(tag)
+        elif tag.tag not in served and not _is_so_anyway(tag):
             yield _Tag(tag, where)
+
+
+def _of_controller(plugin: etree._Element) -> Iterator[_Tag]:
+    """The parameters of a plug-in that is a controller here."""
+    known = tags_of_plugin(plugin.get("filename", ""))
+    if known is None:
+        return  # told as a whole
+    for tag in plugin:
+        if tag.tag not in known | _OF_PLUGINS and not _is_so_anyway(tag):
+            yield _Tag(tag, f"plug-in '{plugin.get('name')}'")
 
 
 def _of_sensor(sensor: etree._Element, link: str) -> Iterator[_Tag]:

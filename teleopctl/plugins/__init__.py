@@ -260,7 +260,7 @@ _SUBSTITUTIONS = {
     "filename find-exec find-pkg-prefix find-pkg-share for-var if index launch_log_dir log_dir not "
     "not-equals optenv or param path-join string-join var",
     "own_substitutions": "file-controllers file-param first-file node-exists world-file",
-    "robots": "robot robot-arguments robot-controllers simulated-robot xacro",
+    "robots": "robot robot-arguments robot-controllers simulated-robot with-plugins xacro",
 }
 
 LAUNCH_SUBSTITUTIONS = Kind(

@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
     from teleopctl.robot.free_joints import JointSet as JointSet
+    from teleopctl.robot.gazebo_plugins.table import (
+        PluginControllers as PluginControllers,
+        plugin_controllers as plugin_controllers,
+        tags_of_plugin as tags_of_plugin,
+    )
     from teleopctl.robot.gazebo_tag import Plugin as Plugin, Sensor as Sensor
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
@@ -26,6 +31,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.simulated_hardware import (
         SimulatedDescription as SimulatedDescription,
         simulated as simulated,
+        with_plugin_joints as with_plugin_joints,
     )
     from teleopctl.robot.urdf import (
         Box as Box,
@@ -55,6 +61,7 @@ else:
             "any_robot": "controllers_for with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "free_joints": "JointSet",
+            "gazebo_plugins.table": "PluginControllers plugin_controllers tags_of_plugin",
             "gazebo_tag": "Plugin Sensor",
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
@@ -62,7 +69,7 @@ else:
             "mesh_units": "collada_unit_m",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
-            "simulated_hardware": "SimulatedDescription simulated",
+            "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "world_file": "World read_world",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",

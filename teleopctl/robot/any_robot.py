@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,15 +68,21 @@ def with_mesh_paths(urdf: str, folder: Path) -> str:
 
 
 # Any: parameters as they stand in YAML.
-def controllers_for(description: RobotDescription) -> dict[str, Any]:
+def controllers_for(description: RobotDescription, moved: Collection[str] = ()) -> dict[str, Any]:
     """Return parameters of controllers that move every joint of ``<ros2_control>``, and tell all.
 
     Joints that take positions follow trajectories; of the others each group takes its values.
 
     Args:
         description: The robot.
+        moved: Joints that something else moves.
     """
-    joints = [joint for system in description.ros2_control for joint in system.joints]
+    joints = [
+        joint
+        for system in description.ros2_control
+        for joint in system.joints
+        if joint.name not in moved
+    ]
     states = [{interface.name for interface in joint.state_interfaces} for joint in joints]
     read = [name for name in ("position", "velocity") if all(name in known for known in states)]
     of_kind: dict[str, list[str]] = {"position": [], "velocity": [], "effort": []}

@@ -26,12 +26,14 @@ class Plugin:
     """A simulator's plug-in and its settings.
 
     ``parameters`` maps the path of each element without children (``camera_name``,
-    ``ros/remapping``) to the texts that stand there.
+    ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the
+    URDF; 0 where that is not known.
     """
 
     name: str
     filename: str
     parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    line: int = 0
 
     def parameter(self, path: str, default: str = "") -> str:
         """Return the first text at a path, or the default."""
@@ -258,6 +260,7 @@ def _read_plugin(element: Element) -> Plugin:
         name=element.get("name") or "",
         filename=required(element, "filename"),
         parameters={path: tuple(texts) for path, texts in parameters.items()},
+        line=element.sourceline or 0,
     )
 
 

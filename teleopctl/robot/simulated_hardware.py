@@ -2,17 +2,20 @@
 
 Descriptions name the hardware that their authors have: a vendor's driver, a mock, another
 simulator. In simulation all of that is this one, whatever it was; a robot without any
-``<ros2_control>`` has a system that holds each joint.
+``<ros2_control>`` has a system that holds each joint. Joints that Gazebo's own plug-ins move take
+what the controllers command that stand for these here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from lxml import etree
 
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.elements import parse
+from teleopctl.robot.elements import parse, to_number
+from teleopctl.robot.gazebo_plugins.table import PluginControllers, plugin_controllers
 from teleopctl.robot.joints import Joints
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
@@ -50,13 +53,26 @@ def simulated(urdf: str) -> SimulatedDescription:
     """
     robot: etree._Element = parse(urdf)
     systems = robot.findall("ros2_control")
-    if systems:
-        remarks = _take_over(systems)
-    else:
-        remarks = _add_system(robot, RobotDescription.from_urdf(urdf))
-    if not remarks:
+    description = RobotDescription.from_urdf(urdf)
+    plugins = plugin_controllers(description)
+    remarks = _take_over(systems) if systems else _add_system(robot, description, plugins.commands)
+    if not (_let_plugins_command(robot, plugins) or remarks):
         return SimulatedDescription(urdf, ())
     return SimulatedDescription(etree.tostring(robot, encoding="unicode"), tuple(remarks))
+
+
+def with_plugin_joints(urdf: str) -> str:
+    """Return a description whose ``<ros2_control>`` has the joints that Gazebo's plug-ins move.
+
+    Args:
+        urdf: The expanded description; the same text comes back where nothing is missing.
+
+    Raises:
+        InvalidDescriptionError: When it is no robot.
+    """
+    robot: etree._Element = parse(urdf)
+    changed = _let_plugins_command(robot, plugin_controllers(RobotDescription.from_urdf(urdf)))
+    return etree.tostring(robot, encoding="unicode") if changed else urdf
 
 
 def _take_over(systems: list[etree._Element]) -> list[str]:
@@ -97,16 +113,63 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
     return [f"Without '_pid', since the simulator's drives follow exactly: {', '.join(renamed)}"]
 
 
-def _add_system(robot: etree._Element, description: RobotDescription) -> list[str]:
-    """Add a system that holds each joint where it is, and turns each that goes round and round."""
+def _new_system() -> etree._Element:
     system = etree.Element("ros2_control", name=_NEW_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
+    return system
+
+
+def _let_plugins_command(robot: etree._Element, plugins: PluginControllers) -> bool:
+    """Give the joints that plug-ins move the interfaces for it; whether anything was missing."""
+    known = {joint.get("name"): joint for joint in robot.iterfind("ros2_control/joint")}
+    system, changed = _new_system(), False
+    for name, command in plugins.commands.items():
+        joint = known.get(name)
+        if joint is None:
+            joint = etree.SubElement(system, "joint", name=name)
+        for tag, wanted in (("command_interface", (command,)), ("state_interface", _STATES)):
+            there = {interface.get("name") for interface in joint.findall(tag)}
+            for interface in wanted:
+                if interface not in there:
+                    etree.SubElement(joint, tag, name=interface)
+                    changed = True
+    if system.find("joint") is not None:
+        robot.append(system)
+    return _limit_efforts(robot, plugins) or changed
+
+
+def _limit_efforts(robot: etree._Element, plugins: PluginControllers) -> bool:
+    """Let no joint exert more than a plug-in wants; whether one could."""
+    efforts = {name: most for one in plugins.controllers for name, most in one.efforts.items()}
+    changed = False
+    for joint in robot.iterfind("joint"):
+        most = efforts.get(joint.get("name") or "", 0.0)
+        limit = joint.find("limit")
+        if most <= 0.0:
+            continue
+        if limit is None:
+            limit = etree.SubElement(joint, "limit", velocity="0")
+        own = to_number(limit.get("effort") or "")
+        if not own or own > most:
+            limit.set("effort", f"{most:g}")
+            changed = True
+    return changed
+
+
+def _add_system(
+    robot: etree._Element, description: RobotDescription, moved: Mapping[str, str]
+) -> list[str]:
+    """Add a system that holds each joint where it is, and turns each that goes round and round.
+
+    Where plug-ins move the robot, those that go round and that none of them moves are casters.
+    """
+    system = _new_system()
     found: dict[str, list[str]] = {"position": [], "velocity": []}
     for name, model in Joints.of(description).items():
         joint = etree.SubElement(system, "joint", name=name)
-        if model.mimic is None:
-            endless = description.joints[name].type == "continuous"
-            command = "velocity" if endless else "position"
+        endless = description.joints[name].type == "continuous"
+        if model.mimic is None and (name in moved or not (moved and endless)):
+            command = moved.get(name) or ("velocity" if endless else "position")
             found[command].append(name)
             etree.SubElement(joint, "command_interface", name=command)
         for state in _STATES:

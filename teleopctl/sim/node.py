@@ -64,7 +64,7 @@ class MujocoSim(Node):
         else:
             self.get_logger().info(f"Waiting for the robot description on {_DESCRIPTION_TOPIC}")
             progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
-            self.create_subscription(
+            self._description = self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
 
@@ -149,8 +149,9 @@ class MujocoSim(Node):
                 )
             return
         # The graph may be looked at for the first time here, and comes by event.
-        self.wait_for_match(EntityKind.MP, _DESCRIPTION_TOPIC, message.TYPE_NAME, 1, 1.0)
-        publishers = self.get_publishers_info_by_topic(_DESCRIPTION_TOPIC)
+        topic = self._description.topic_name
+        self.wait_for_match(EntityKind.MP, topic, message.TYPE_NAME, 1, 1.0)
+        publishers = self.get_publishers_info_by_topic(topic)
         names = sorted({publisher.node_name for publisher in publishers}) or ["its publisher"]
         self.get_logger().info(f"Connected to {', '.join(names)}")
         self._start(message.data)

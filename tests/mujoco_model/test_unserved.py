@@ -50,11 +50,11 @@ def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
 
 def test_a_plugin_of_the_whole_robot_that_is_not_served_is_told() -> None:
     tags = """
-<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"><ros/></plugin></gazebo>
+<gazebo><plugin name="drive" filename="libgazebo_ros_hover.so"><ros/></plugin></gazebo>
 <gazebo reference="base"><plugin name="bump" filename="libbumper.so"/></gazebo>"""
 
     assert warnings(tags) == (
-        "Plug-in 'drive' (libgazebo_ros_diff_drive.so, line 2) is left out: nothing simulates what "
+        "Plug-in 'drive' (libgazebo_ros_hover.so, line 2) is left out: nothing simulates what "
         "it does",
         "Plug-in 'bump' (libbumper.so, line 3) is left out: nothing simulates what it does",
     )
@@ -73,6 +73,14 @@ def test_a_plugin_of_the_whole_robot_that_is_not_served_is_told() -> None:
 )
 def test_a_plugin_that_stands_for_what_there_is_is_not_told(filename: str) -> None:
     assert warnings(f'<gazebo><plugin name="p" filename="{filename}"/></gazebo>') == ()
+
+
+def test_of_a_plugin_that_is_a_controller_the_tags_are_told_that_it_does_not_have() -> None:
+    plugin = (
+        '<gazebo><plugin name="p" filename="libgazebo_ros_diff_drive.so"><left_joint>a</left_joint>'
+        "\n<legacy_mode>true</legacy_mode></plugin></gazebo>"
+    )
+    assert warnings(plugin) == ("<legacy_mode> of plug-in 'p' (line 2) has no effect",)
 
 
 def test_a_camera_without_its_tag_is_told() -> None:

@@ -4,12 +4,14 @@ The controllers are the real ones in lockstep with the real physics, in one thre
 """
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from teleopctl.interfaces import get_action, get_message, set_stamp
 from teleopctl.node import AllowableParameterValue, GoalState
+from teleopctl.robot import plugin_controllers, simulated
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
 from teleopctl.testing import ControlStack
@@ -130,10 +132,22 @@ class Driven:
         return float(pose.position[0]), float(pose.position[1]), heading
 
 
+# The same cart as Gazebo's users write it.
+PLUGIN = f"""<gazebo><plugin name="base" filename="libgazebo_ros_diff_drive.so">
+  <left_joint>left</left_joint><right_joint>right</right_joint>
+  <wheel_separation>{SEPARATION}</wheel_separation><wheel_diameter>{2 * RADIUS}</wheel_diameter>
+  <max_wheel_acceleration>1</max_wheel_acceleration><update_rate>{RATE_HZ}</update_rate>
+  <publish_odom>true</publish_odom></plugin></gazebo>"""
+
+
 class Cart(Driven):
-    def __init__(self) -> None:
-        super().__init__(CART)
-        self.stack.load_controller("base", "diff_drive_controller/DiffDriveController", BASE)
+    def __init__(self, urdf: str = CART, topic: str = "~/cmd_vel") -> None:
+        super().__init__(urdf)
+        kind, parameters = "diff_drive_controller/DiffDriveController", BASE
+        for controller in plugin_controllers(self.robot.description).controllers:
+            kind, parameters = controller.type, dict(controller.parameters)
+        self.topic = topic
+        self.stack.load_controller("base", kind, parameters)
         self.stack.activate("base")
         self.run(0.3)
 
@@ -144,7 +158,8 @@ class Cart(Driven):
             message.twist.linear.x, message.twist.angular.z = speed, turn
             for _ in range(round(duration * 10)):
                 set_stamp(message.header.stamp, self.stack.time_ns)
-                self.stack.nodes["base"].receive("~/cmd_vel", message)
+                stamped = self.topic == "~/cmd_vel"
+                self.stack.nodes["base"].receive(self.topic, message if stamped else message.twist)
                 self.run(0.1)
 
     @property
@@ -181,6 +196,15 @@ def test_a_square_is_driven_within_one_percent(cart: Cart) -> None:
         assert math.dist(corner, wanted) < 0.01 * 4.0  # one percent of the way round
     assert math.dist(cart.odometry[:2], cart.pose[:2]) < 0.01 * 4.0
     assert abs(cart.pose[2]) < 0.01 * 2.0 * math.pi
+
+
+def test_a_base_with_gazebos_plugin_drives_as_with_the_controller() -> None:
+    bare = re.sub("<ros2_control.*</ros2_control>", PLUGIN, CART, flags=re.DOTALL)
+    cart = Cart(simulated(bare).urdf, "~/cmd_vel_unstamped")
+    cart.drive(0.5, 0.0, 1.0)
+    cart.drive(0.0, math.pi / 4.0, 2.0)
+    assert cart.pose == pytest.approx((0.5, 0.0, math.pi / 2.0), abs=0.01)
+    assert cart.odometry == pytest.approx(cart.pose, abs=0.005)
 
 
 ARM = f"""<robot name="arm"><link name="world"/>

@@ -3,8 +3,9 @@
 ``$(robot FILE name:=value …)`` is a description with the launch arguments that it takes itself,
 and meshes by their whole paths; ``$(robot-arguments FILE name:=value …)`` are those arguments, as
 a list. ``$(simulated-robot FILE HARDWARE …)`` is the description whose hardware is the simulator,
-and ``$(robot-controllers FILE HARDWARE OTHERWISE)`` the file of its controllers' parameters. Their
-names stand in `teleopctl.plugins`.
+``$(robot-controllers FILE HARDWARE OTHERWISE)`` the file of its controllers' parameters, and
+``$(with-plugins FILE HARDWARE CONTROLLERS)`` that file with the controllers that stand for Gazebo's
+plug-ins. Their names stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from teleopctl.launch.evaluation.substitution import Substitution
 from teleopctl.packages import resolve_uri
 
 if TYPE_CHECKING:
-    from teleopctl.robot import RobotDescription
+    from teleopctl.robot import PluginControllers, RobotDescription
 
 AS_DESCRIBED = "as_described"
 _NO_FILE = "its <parameters> {} is no file"
@@ -93,11 +94,8 @@ def _with_hardware(words: Sequence[str], context: LaunchContext) -> tuple[str, t
 
 def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
     """The file that the description names, else the last argument, else a file made for it."""
-    from teleopctl.robot import RobotDescription
-
     *robot, otherwise = words
-    text, _ = _with_hardware(robot, context)
-    description = RobotDescription.from_urdf(text)
+    description, plugins = _described(robot, context)
     named = [
         path
         for plugin in description.gazebo.plugins
@@ -106,7 +104,7 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
         if path
     ]
     if not named:
-        return otherwise or str(_made_for(description, context))
+        return otherwise or str(_made_for(description, plugins, context))
     for path in named:
         if not resolve_uri(path).is_file():
             raise LaunchError(f"{robot[0]}: <plugin> of ros2_control: {_NO_FILE.format(path)}")
@@ -116,7 +114,40 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
     return str(resolve_uri(named[0]).absolute())
 
 
-def _made_for(description: RobotDescription, context: LaunchContext) -> Path:
+def _described(
+    words: Sequence[str], context: LaunchContext
+) -> tuple[RobotDescription, PluginControllers]:
+    """Return a description with the hardware that is wanted, and what its plug-ins become."""
+    from teleopctl.robot import PluginControllers, RobotDescription, plugin_controllers
+
+    text, _ = _with_hardware(words, context)
+    description = RobotDescription.from_urdf(text)
+    as_described = words[1] == AS_DESCRIBED
+    return description, PluginControllers() if as_described else plugin_controllers(description)
+
+
+def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
+    """The controllers' file, or one that has the plug-ins' controllers behind what stands there."""
+    import yaml
+
+    *robot, controllers_file = words
+    _, plugins = _described(robot, context)
+    if context.launch is not None:
+        for remark in plugins.remarks:
+            context.launch.say("INFO", remark, "launch")
+    if not plugins.controllers:
+        return controllers_file
+    text = resolve_uri(controllers_file).read_text(encoding="utf-8")
+    file = context.log_directory / "controllers_with_plugins.yaml"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    more = yaml.safe_dump(plugins.as_parameters(), sort_keys=False)
+    file.write_text(f"{text}\n# Gazebo's plug-ins of the description.\n{more}", encoding="utf-8")
+    return str(file)
+
+
+def _made_for(
+    description: RobotDescription, plugins: PluginControllers, context: LaunchContext
+) -> Path:
     """Write parameters of controllers that move every joint that can be commanded."""
     import yaml
 
@@ -124,7 +155,7 @@ def _made_for(description: RobotDescription, context: LaunchContext) -> Path:
 
     file = context.log_directory / "controllers.yaml"
     file.parent.mkdir(parents=True, exist_ok=True)
-    text = yaml.safe_dump(controllers_for(description), sort_keys=False)
+    text = yaml.safe_dump(controllers_for(description, plugins.commands), sort_keys=False)
     file.write_text(text, encoding="utf-8")
     if context.launch is not None:
         context.launch.say(
@@ -137,4 +168,5 @@ ROBOT = Substitution(_robot, 1, None)
 ROBOT_ARGUMENTS = Substitution(_robot_arguments, 1, None)
 ROBOT_CONTROLLERS = Substitution(_robot_controllers, 3, None)
 SIMULATED_ROBOT = Substitution(_simulated_robot, 2, None)
+WITH_PLUGINS = Substitution(_with_plugins, 3, None)
 XACRO = Substitution(expand, 1, None)

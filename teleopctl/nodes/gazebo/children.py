@@ -25,6 +25,7 @@ class Children:
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="teleopctl-gazebo-")
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._may_end: set[str] = set()
 
     def __enter__(self) -> Children:
         return self
@@ -39,9 +40,16 @@ class Children:
         self._end(at_once=not interrupted)
         self._folder.cleanup()
 
+    @property
+    def folder(self) -> Path:
+        """Where files for them may be; it goes with them."""
+        return Path(self._folder.name)
+
     def start(self, programs: Iterable[Program]) -> None:
         """Start programs; what they say of themselves is read by `said`."""
         for program in programs:
+            if program.ends:
+                self._may_end.add(program.name)
             said = progress.file_of(self._log(program.name))
             self._processes[program.name] = subprocess.Popen(
                 program.command,
@@ -62,15 +70,15 @@ class Children:
         self._processes.clear()
 
     def ended(self) -> tuple[str, int] | None:
-        """Name and exit status of one that has ended; None while all of them run."""
+        """Name and exit status of one that has ended and should not; None while there is none."""
         for name, process in self._processes.items():
             status = process.poll()
-            if status is not None:
+            if status is not None and not (status == 0 and name in self._may_end):
                 return name, status if status >= 0 else 128 - status
         return None
 
     def _log(self, name: str) -> Path:
-        return Path(self._folder.name) / f"{name}.log"
+        return self.folder / f"{name}.log"
 
     def _end(self, *, at_once: bool) -> None:
         # The simulator last: a controller manager tells its hardware good-bye.

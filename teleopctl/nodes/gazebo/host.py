@@ -32,12 +32,13 @@ from teleopctl.nodes.gazebo.children import Children
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
 from teleopctl.nodes.gazebo.simulation import programs_for
 from teleopctl.nodes.only_one import refuse_a_second
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import RobotDescription, plugin_controllers, with_plugin_joints
 
 NAME = "gazebo"
 PARAMETER = "robot_description"
 POSE_PARAMETER = "robot_pose"
 _TOPIC = f"/{PARAMETER}"
+_COMMANDED_TOPIC = f"/{NAME}/{PARAMETER}"
 _SIMULATOR = "mujoco_sim"
 # The end of a child, and what it says of itself, are looked for this often, in seconds.
 _LOOK_EVERY_S = 0.1
@@ -58,7 +59,7 @@ class Host(Node):
         self._paused = request.paused
         self._children = children
         self._has_robot = False
-        self._publisher: Publisher[Any] | None = None
+        self._publishers: list[Publisher[Any]] = []
         refuse_a_second(self)
         logger = self.get_logger()
         if not request.has_empty_world:
@@ -91,7 +92,15 @@ class Host(Node):
             return "There is a robot already: this simulator takes one"
         try:
             description = RobotDescription.from_urdf(urdf)
-            programs = programs_for(description, paused=self._paused, pose=pose)
+            commanded = with_plugin_joints(urdf)
+            topic = _COMMANDED_TOPIC if commanded != urdf else ""
+            programs = programs_for(
+                description,
+                folder=self._children.folder,
+                paused=self._paused,
+                pose=pose,
+                topic=topic,
+            )
         except TeleopctlError as error:
             return f"{error.message} ({error.hint})" if error.hint else error.message
         self._has_robot = True
@@ -101,9 +110,11 @@ class Host(Node):
             )
         if not self.get_publishers_info_by_topic(_TOPIC):
             # It was read from a file; the programs take it from where ROS has it.
-            message = get_message("std_msgs/msg/String")
-            self._publisher = self.create_publisher(message, _TOPIC, qos_profile_latched)
-            self._publisher.publish(message(data=urdf))
+            self._publish(_TOPIC, urdf)
+        if topic:
+            self._publish(topic, commanded)
+        for remark in plugin_controllers(description).remarks:
+            self.get_logger().info(remark)
         names = ", ".join(program.name for program in programs)
         self.get_logger().info(f"Simulating '{description.name}': {names}")
         self._children.start(programs)
@@ -115,10 +126,15 @@ class Host(Node):
             return "There is no robot"
         self._children.end()
         self._has_robot = False
-        if self._publisher is not None:
-            self.destroy_publisher(self._publisher)
-            self._publisher = None
+        while self._publishers:
+            self.destroy_publisher(self._publishers.pop())
         return ""
+
+    def _publish(self, topic: str, urdf: str) -> None:
+        message = get_message("std_msgs/msg/String")
+        publisher = self.create_publisher(message, topic, qos_profile_latched)
+        publisher.publish(message(data=urdf))
+        self._publishers.append(publisher)
 
     def _wait_for_the_simulator(self) -> str:
         while True:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from typing import NamedTuple
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.node import read_parameter_file
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import Plugin, RobotDescription
+from teleopctl.robot import Plugin, PluginControllers, RobotDescription, plugin_controllers
 
 _MANAGER = "controller_manager"
 _DEFAULT_RATE_HZ = 100
@@ -22,34 +23,56 @@ class Program(NamedTuple):
     Attributes:
         name: What it is called in messages.
         command: Its command line.
+        ends: Whether it ends by itself when its work is done.
     """
 
     name: str
     command: list[str]
+    ends: bool = False
 
 
 def programs_for(
-    description: RobotDescription, *, paused: bool, pose: Sequence[float] = ()
+    description: RobotDescription,
+    *,
+    folder: Path,
+    paused: bool,
+    pose: Sequence[float] = (),
+    topic: str = "",
 ) -> list[Program]:
     """Return what simulates a robot, the simulator first.
 
     Args:
         description: The robot.
+        folder: Where files for them may be written.
         paused: Whether time is to stand still.
         pose: Where it is to start: x, y, z, roll, pitch, yaw; empty for nowhere in particular.
+        topic: Where the description is; empty for ROS's.
 
     Raises:
         TeleopctlError: A file of parameters that the description names cannot be read.
     """
     control = next(filter(_is_control, description.gazebo.plugins), None)
     files = [] if control is None else _files(control)
+    plugins = plugin_controllers(description)
     sensors = description.gazebo.sensors
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
     if pose:
         simulator.append(f"spawn_pose:={[float(value) for value in pose]}")
-    programs = [_program("mujoco_sim", "mujoco_sim", parameters=simulator)]
-    if control is not None:
-        programs.append(_controller_manager(control, files))
+    elsewhere = ["-r", f"/robot_description:={topic}"] if topic else []
+    programs = [_program("mujoco_sim", "mujoco_sim", elsewhere, parameters=simulator)]
+    if control is not None or plugins.controllers:
+        words = elsewhere + _words_of_manager(control, files)
+        name = _name_of_manager(control)
+        if plugins.controllers:
+            file = _parameters_of(plugins, name.rpartition("/")[2], folder)
+            words += ["--params-file", str(file)]
+        programs.append(
+            _program(_MANAGER, "ros2_control_node", words, parameters=["use_sim_time:=true"])
+        )
+        if plugins.controllers:
+            names = [controller.name for controller in plugins.controllers]
+            words = [*names, "--controller-manager", name, "--param-file", str(file)]
+            programs.append(_program(_MANAGER, "spawner", program=words)._replace(ends=True))
     if any(sensor.camera is not None for sensor in sensors):
         programs.append(_program("camera", "camera", parameters=["use_sim_time:=true"]))
     return programs
@@ -80,25 +103,50 @@ def _rate(files: list[Path]) -> int:
     return rate
 
 
-def _controller_manager(plugin: Plugin, files: list[Path]) -> Program:
-    words = [word for file in files for word in ("--params-file", str(file))]
+def _parameters_of(plugins: PluginControllers, manager: str, folder: Path) -> Path:
+    """Write the parameters of controllers that stand for plug-ins."""
+    import yaml
+
+    file = Path(tempfile.mkdtemp(dir=folder)) / "plugins.yaml"
+    file.write_text(yaml.safe_dump(plugins.as_parameters(manager), sort_keys=False), "utf-8")
+    return file
+
+
+def _name_of_manager(plugin: Plugin | None) -> str:
+    """The controller manager's full name."""
+    if plugin is None:
+        return f"/{_MANAGER}"
     name = plugin.parameter("controller_manager_name") or plugin.parameter(
         "controller_manager_prefix_node_name"
     )
-    if name:
+    namespace = plugin.parameter("ros/namespace").strip("/")
+    return f"{f'/{namespace}' if namespace else ''}/{name or _MANAGER}"
+
+
+def _words_of_manager(plugin: Plugin | None, files: list[Path]) -> list[str]:
+    if plugin is None:
+        return []
+    words = [word for file in files for word in ("--params-file", str(file))]
+    namespace, _, name = _name_of_manager(plugin).rpartition("/")
+    if name != _MANAGER:
         words += ["-r", f"__node:={name}"]
-    if namespace := plugin.parameter("ros/namespace"):
-        words += ["-r", f"__ns:=/{namespace.strip('/')}"]
+    if namespace:
+        words += ["-r", f"__ns:={namespace}"]
     for remapping in plugin.parameters.get("ros/remapping", ()):
         words += ["-r", remapping]
-    return _program(_MANAGER, "ros2_control_node", words, parameters=["use_sim_time:=true"])
+    return words
 
 
 def _program(
-    package: str, executable: str, words: list[str] | None = None, *, parameters: list[str]
+    package: str,
+    executable: str,
+    words: Sequence[str] = (),
+    *,
+    parameters: Sequence[str] = (),
+    program: Sequence[str] = (),
 ) -> Program:
     command = [sys.executable, "-P", "-m", "teleopctl.nodes", "--builtin", package, executable]
-    command += ["--ros-args", *(words or ())]
+    command += [*program, "--ros-args", *words]
     for parameter in parameters:
         command += ["-p", parameter]
     return Program(executable, command)

@@ -102,6 +102,22 @@ def test_the_controllers_are_those_that_the_description_names(evaluated, tmp_pat
         evaluated("$(robot-controllers FILE sim '')", more=plug_in.replace(str(tmp_path), "/gone"))
 
 
+def test_the_controllers_of_plugins_come_behind_those_of_the_file(evaluated, tmp_path):
+    (tmp_path / "c.yaml").write_text("controller_manager: {ros__parameters: {update_rate: 7}}\n")
+    value = f"$(with-plugins FILE sim {tmp_path}/c.yaml)"
+    assert evaluated(value).shown == f"{tmp_path}/c.yaml"
+    plug_in = (
+        '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">'
+        "<left_joint>pan</left_joint><right_joint>pan</right_joint></plugin></gazebo>"
+    )
+    done = evaluated(value, more=plug_in)
+    (said,) = done.said
+    assert "is the controller 'd' (diff_drive_controller/DiffDriveController)" in said
+    rate = evaluated(f"$(file-param {done.shown} controller_manager update_rate 100)")
+    assert rate.shown == "7"
+    assert evaluated(f"$(file-controllers {done.shown})").shown == "d"
+
+
 def test_where_none_are_named_they_are_the_launch_files_or_made_for_the_joints(evaluated):
     assert evaluated("$(robot-controllers FILE sim other.yaml)").shown == "other.yaml"
     done = evaluated("$(robot-controllers FILE sim '')")

@@ -1,0 +1,164 @@
+"""A plug-in of Gazebo: which one it is, its settings, and the ROS names that it uses."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.elements import boolean, to_number
+
+if TYPE_CHECKING:
+    from teleopctl.robot.gazebo_tag import Plugin
+
+_NO_LETTERS = re.compile(r"\W+")
+_CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+# What stands around a plug-in's own name: `libgazebo_ros_X.so`, `gz-sim8-X-system`, and Gazebo's
+# while it was named Ignition.
+_AROUND = re.compile(
+    r"(?:lib)?(?:(?P<classic>gazebo_ros)_|(?:gz-sim|ignition-gazebo)\d*-)(?P<name>.+?)(?:\.so)?"
+)
+
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text, as a set."""
+    return frozenset(text.split())
+
+
+def kind_of(filename: str) -> str:
+    """What a plug-in is, whatever release of Gazebo it is for.
+
+    Args:
+        filename: As the description has it.
+
+    Returns:
+        ``gazebo_ros_diff_drive``, ``gz-sim-diff-drive-system`` and so on; the file's name for
+        what is not Gazebo's own.
+    """
+    match = _AROUND.fullmatch(filename.rpartition("/")[2])
+    if match is None:
+        return filename
+    return f"{'gazebo_ros_' if match['classic'] else 'gz-sim-'}{match['name']}"
+
+
+@dataclass(frozen=True)
+class PluginController:
+    """A controller that does what a plug-in does.
+
+    Attributes:
+        name: The controller's, which is the plug-in's.
+        type: The controller's type.
+        parameters: Of its node.
+        remappings: From the controller's own names to the plug-in's.
+        joints: The joints that it moves, and the interface of each that it commands.
+        efforts: The most that each may exert, N m or N, where the plug-in says so.
+        says: One sentence: what it listens to, and tells.
+    """
+
+    name: str
+    type: str
+    # Any: parameters have one of nine types.
+    parameters: Mapping[str, Any]
+    remappings: tuple[str, ...]
+    joints: Mapping[str, str]
+    says: str
+    efforts: Mapping[str, float] = field(default_factory=dict)
+
+
+class PluginReader:
+    """Reads the settings of one plug-in.
+
+    Args:
+        plugin: The plug-in.
+        robot: The robot's name.
+        joints: Names of the robot's joints.
+    """
+
+    def __init__(self, plugin: Plugin, robot: str, joints: Collection[str]) -> None:
+        self._plugin = plugin
+        self._joints = joints
+        self.robot = robot
+        self.name = _node_name(plugin.name)
+        self.namespace = plugin.parameter("ros/namespace").strip("/")
+
+    def text(self, *tags: str, default: str = "") -> str:
+        """The text of the first of these tags that is there."""
+        return next((text for tag in tags if (text := self._plugin.parameter(tag))), default)
+
+    def number(self, *tags: str, default: float = math.nan) -> float:
+        """The number in the first of these tags that is there."""
+        values = self.numbers(*tags)
+        return values[0] if values else default
+
+    def numbers(self, *tags: str) -> list[float]:
+        """The numbers in these tags.
+
+        Raises:
+            InvalidDescriptionError: One of them is none.
+        """
+        values = []
+        for tag in tags:
+            for text in self._plugin.parameters.get(tag, ()):
+                value = to_number(text)
+                if value is None:
+                    raise InvalidDescriptionError(f"<{tag}> should be a number, got '{text}'")
+                values.append(value)
+        return values
+
+    def flag(self, *tags: str, default: bool) -> bool:
+        """Whether the first of these tags that is there says so."""
+        text = self.text(*tags)
+        if not text:
+            return default
+        return text == "1" if text in "01" else boolean(text, f"<{tags[0]}>")
+
+    def joints(self, *tags: str) -> list[str]:
+        """The joints that these tags name.
+
+        Raises:
+            InvalidDescriptionError: The robot has no such joint.
+        """
+        names = [text for tag in tags for text in self._plugin.parameters.get(tag, ())]
+        for name in names:
+            if name not in self._joints:
+                raise InvalidDescriptionError(f"there is no joint '{name}'")
+        return names
+
+    def topic(self, name: str) -> str:
+        """The whole name that a topic of a plug-in of Gazebo Classic has in ROS.
+
+        Args:
+            name: As the plug-in calls it.
+        """
+        for rule in self._plugin.parameters.get("ros/remapping", ()):
+            source, _, target = rule.partition(":=")
+            if self._whole(source.strip()) == self._whole(name):
+                return self._whole(target.strip())
+        return self._whole(name)
+
+    def _whole(self, name: str) -> str:
+        if name.startswith("/"):
+            return name
+        if name.startswith("~/"):
+            name = f"{self.name}/{name[2:]}"
+        return f"/{self.namespace}/{name}" if self.namespace else f"/{name}"
+
+    def gz_topic(self, tag: str, own: str) -> str:
+        """The name of a topic of Gazebo's: what a tag says, else one below the model.
+
+        Args:
+            tag: The tag.
+            own: Its last part by default.
+        """
+        return f"/{self.text(tag, default=f'model/{self.robot}/{own}').strip('/')}"
+
+
+def _node_name(name: str) -> str:
+    """A plug-in's name as one that a node may have: ``gz::sim::systems::DiffDrive`` too."""
+    last = name.rpartition("::")[2]
+    if "::" in name:
+        last = _CAMEL.sub("_", last).lower()
+    return _NO_LETTERS.sub("_", last).strip("_") or "plugin"
