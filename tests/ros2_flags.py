@@ -206,6 +206,7 @@ NOT_HERE = {
 OTHERWISE = {
     "action send_goal": "status 1 where the goal did not succeed",
     "bag record": "each file begins with what latched topics last had, always",
+    "param describe": "status 1 where one is not declared",
     "bag": "see [Record and play](bag.md)",
     "component": "components in Python; C++ is not loaded ([how](components.md))",
     "control view_controller_chains": "an SVG, a graph, and a PDF where Graphviz is installed",
@@ -230,7 +231,10 @@ OTHERWISE = {
         "the same as `tf view_frames`; an SVG, a graph, and a PDF where Graphviz is installed; "
         "status 1 where nothing is heard"
     ),
-    "topic echo": "several topics, `'/arm/*'`; `--field` is repeated, `ranges[:10]`",
+    "topic echo": (
+        "several topics, `'/arm/*'`; `--field` is repeated, `ranges[:10]`; QoS that no flag names "
+        "suits the publishers, also beside another flag"
+    ),
     "topic hz": "several topics, `'/arm/*'`",
     "topic bw": "several topics, `'/arm/*'`",
     "topic delay": "several topics, `'/arm/*'`",

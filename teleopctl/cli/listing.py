@@ -77,7 +77,7 @@ def of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes
     Args:
         type_name: ``package/kind/Name`` or ``package/Name``.
         known: Every name with its types.
-        kind: The kind meant when the name has none: ``msg`` or ``srv``.
+        kind: The kind meant when the name has none: ``msg``, ``srv`` or ``action``.
     """
     from teleopctl.interfaces import normalize
 

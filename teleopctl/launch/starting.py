@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from datetime import datetime
@@ -80,6 +81,22 @@ def _files_read(request: LaunchRequest) -> AbstractContextManager[set[Path]]:
     return files_read()
 
 
+@contextlib.contextmanager
+def _own_temporary_files() -> Iterator[None]:
+    """Remove at the end of the launch what its files left among the temporary ones.
+
+    Many a Python launch file writes parameters there for its nodes, and nobody removes them.
+    """
+    before = tempfile.tempdir
+    with tempfile.TemporaryDirectory(prefix="teleopctl-launch-", ignore_cleanup_errors=True) as own:
+        tempfile.tempdir = own
+        try:
+            yield
+        finally:
+            tempfile.tempdir = before
+
+
+@_own_temporary_files()
 def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
     """Launch in the foreground and return the exit status.
 
@@ -108,6 +125,7 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
         return _run_on_terminal(plan, evaluation, request, coloured=coloured)
 
 
+@_own_temporary_files()
 def run_in_background(request_file: Path) -> int:
     """Launch what a request asks for, as a process of its own does, and return the exit status.
 

@@ -209,8 +209,9 @@ class RosGraph:
     def _launches(self) -> list[background.ProcessRecord]:
         """The launches whose record stands, running or not."""
         folder = self.folder / _RUNTIME
-        records = background.records(folder) + background.ended(folder)
-        return [record for record in records if record.kind == background.LAUNCH]
+        # One that ends between the two questions is in both answers.
+        records = {r.file: r for r in (*background.records(folder), *background.ended(folder))}
+        return [record for record in records.values() if record.kind == background.LAUNCH]
 
     @property
     def node(self) -> Node:

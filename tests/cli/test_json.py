@@ -321,8 +321,10 @@ def test_a_verb_that_goes_on_prints_an_object_a_line(graph, line):
     if "stamped" in line:
         graph.spawn(STAMPED)
     process = graph.spawn(f"{line} --json")
-    written = process.wait_for_line(r"\{.+\}", stream="stdout").string
+    # While nothing has come yet, nothing is printed.
+    written = process.wait_for_line(r"^\{.*\}$", stream="stdout").string
     process.interrupt()
+    assert json.loads(written)
     assert not list(faults(verb_of(line.split()), written.strip()))
 
 

@@ -26,6 +26,11 @@ GREETER = '''
     GROUP = Group("Greet many.", {"one": VERB})
 '''
 
+OLD_SCRIPT = """
+    '''Drive until the end.'''
+    raise SystemExit("it drives")
+"""
+
 
 @pytest.fixture
 def site(ros_without_router, tmp_path):
@@ -36,7 +41,13 @@ def site(ros_without_router, tmp_path):
 @pytest.fixture
 def greeter(site):
     verbs = {"greet": "greeter:VERB", "greetings": "greeter:GROUP", "gone": "no_such_module:VERB"}
-    install(site, "my-greeter", {"teleopctl.verbs": verbs}, {"greeter.py": GREETER})
+    nodes = {"scripts/old": "old_script:main", "scripts/lost": "no_such_script:main"}
+    install(
+        site,
+        "my-greeter",
+        {"teleopctl.verbs": verbs, "teleopctl.nodes": nodes},
+        {"greeter.py": GREETER, "old_script.py": OLD_SCRIPT},
+    )
 
 
 def test_a_strangers_verb_runs_as_ours_do(ros_without_router, greeter):
@@ -77,6 +88,8 @@ def test_extensions_are_listed_with_who_brings_them_and_why_they_cannot_be_loade
     assert "    distribution: my-greeter " in verbs
     assert "  topic: List, watch, measure and publish topics.\n" in verbs
     assert "gone" not in verbs
+    assert "  scripts/old: Drive until the end.\n" in listed
+    assert "scripts/lost" not in listed
     broken = ros.run("extensions -a").stdout
     assert "- gone: \n-   reason: verb 'gone' of my-greeter: no_such_module:VERB cannot" in broken
     points = ros.run("extension_points --verbose").stdout

@@ -1,7 +1,9 @@
 """A server of ``/fib`` as ROS 2's examples write one: negative goals are rejected, 0 is aborted,
-those above 90 go on until they are cancelled, and 99 cannot be."""
+those above 90 go on until they are cancelled, and 99 cannot be; 98 keeps its only thread until it
+reads a line."""
 
 import contextlib
+import sys
 
 import rclpy
 from action_msgs.msg import GoalStatusArray
@@ -20,7 +22,7 @@ def judge_cancel(goal_handle):
 
 
 def begin(goal_handle):
-    if goal_handle.request.order > 90:
+    if goal_handle.request.order > 90 and goal_handle.request.order != 98:
         goal_handle.executing()
         held.append(goal_handle)
     else:
@@ -31,6 +33,11 @@ def execute(goal_handle):
     order = goal_handle.request.order
     if order == 0:
         goal_handle.abort()
+        return Fibonacci.Result()
+    if order == 98:
+        goal_handle.publish_feedback(Fibonacci.Feedback())
+        sys.stdin.readline()
+        goal_handle.succeed()
         return Fibonacci.Result()
     feedback = Fibonacci.Feedback(sequence=[0, 1])
     for _ in range(1, order):

@@ -192,6 +192,9 @@ def test_constraints_are_described_as_ros2_does(param):
         "    Additional constraints: Even.\n"
         "Parameter name: fixed\n  Type: integer\n  Constraints:\n    Read only: true\n"
     )
+    status, text, errors = param("describe", "/arm/many", "int", "nothing")
+    assert (status, text) == (1, "Parameter name: int\n  Type: integer\n  Constraints:\n")
+    assert "Parameter not set: nothing" in errors
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pytest
 FIBONACCI = "action_tutorials_interfaces/action/Fibonacci"
 TALKER = "demo_nodes_cpp demo_nodes_cpp::Talker"
 GOAL = """\
-Waiting for an action server to become available...
 Sending goal:
      order: 2
 

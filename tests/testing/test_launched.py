@@ -3,7 +3,12 @@ import sys
 
 import pytest
 
-from teleopctl.testing import LaunchedSystem
+from teleopctl import background
+from teleopctl.background import ProcessRecord, Start
+from teleopctl.launch.execution import status
+from teleopctl.launch.execution.running import died
+from teleopctl.launch.execution.status import ProcessStatus
+from teleopctl.testing import LaunchedSystem, RosGraph
 
 TALKER = """
 launch:
@@ -53,6 +58,22 @@ def test_what_has_done_its_work_is_no_failure(ros_graph, ros_launch):
     launched = ros_launch("works.yaml")
     assert launched.wait_for_line(r"\] (\d)$")[1] == "7"
     launched.stop()
+
+
+def test_a_launch_that_ends_while_it_is_looked_for_is_one_launch(tmp_path, monkeypatch):
+    request = tmp_path / "request.json"
+    record = ProcessRecord(
+        "short", 7, Start(), ("launch", str(request)), tmp_path / "log", "launch", tmp_path / "7"
+    )
+    dead = ProcessStatus(
+        *("talker-1", 8, Start(), "died", 1, 0.0, "talker.log", ["talker"], "/talker", True, False)
+    )
+    status.write(tmp_path, [dead], 0)
+    # It runs when it is asked for what runs, and no longer when it is asked for what has ended.
+    monkeypatch.setattr(background, "records", lambda _=None: [record])
+    monkeypatch.setattr(background, "ended", lambda _=None: [record])
+    assert RosGraph(tmp_path)._launches() == [record]
+    assert [entry.record.name for entry in died(tmp_path)] == ["talker-1"]
 
 
 def test_the_report_of_a_failure_has_the_output_of_all_that_ran(ros_graph):

@@ -34,15 +34,18 @@ def list_extensions(
 ) -> None:
     """List plug-ins, ours and strangers'.
 
-    Each one is imported, to tell those that can be loaded; that takes a while.
+    Each one but programs is imported, to tell those that can be loaded; that takes a while.
     """
+    from contextlib import redirect_stdout
+
     from teleopctl.compat import activation
 
     activation.activate()  # ours are written for rclpy as well
-    found = {
-        kind: [(plugin, *_loaded(kind, plugin)) for plugin in plugins.available(kind).values()]
-        for kind in plugins.kinds()
-    }
+    with redirect_stdout(sys.stderr):
+        found = {
+            kind: [(plugin, *_loaded(kind, plugin)) for plugin in plugins.available(kind).values()]
+            for kind in plugins.kinds()
+        }
     if as_json:
         console.out_json(
             [
@@ -86,6 +89,8 @@ def _loaded(kind: Kind, plugin: Plugin) -> tuple[str, str | None]:
     """One line on a plug-in, and why it cannot be loaded."""
     if kind is plugins.PACKAGES:
         return "", None  # modules in whose folder files lie; they are not imported
+    if kind is plugins.NODES:
+        return _program(plugin.target)
     try:
         found = plugins.load(kind, plugin.name)
     except (Exception, SystemExit) as error:  # noqa: BLE001 -- whatever it is, it is told
@@ -97,6 +102,30 @@ def _loaded(kind: Kind, plugin: Plugin) -> tuple[str, str | None]:
     if getattr(found, "__name__", "") == "main":
         described = sys.modules[found.__module__]
     first, _, _ = (getattr(described, "__doc__", "") or "").partition("\n")
+    return first.replace("``", ""), None
+
+
+def _program(target: str) -> tuple[str, str | None]:
+    """The same of a program by its source: many a script begins its work where it is imported."""
+    import ast
+    from importlib.util import find_spec
+    from pathlib import Path
+
+    module, _, function = target.partition(":")
+    try:
+        spec = find_spec(module)
+        if spec is None or spec.origin is None:
+            return "", f"No module named '{module}'"
+        if not spec.origin.endswith(".py"):
+            return "", None
+        tree = ast.parse(Path(spec.origin).read_bytes())
+    except Exception as error:  # noqa: BLE001 -- the package around it is imported
+        return "", " ".join(str(error).split()) or type(error).__name__
+    described: ast.Module | ast.FunctionDef = tree
+    for statement in tree.body if function != "main" else ():
+        if isinstance(statement, ast.FunctionDef) and statement.name == function:
+            described = statement
+    first, _, _ = (ast.get_docstring(described) or "").partition("\n")
     return first.replace("``", ""), None
 
 

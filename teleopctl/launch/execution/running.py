@@ -74,8 +74,9 @@ def died(folder: Path | None = None) -> list[Running]:
         for record in background.ended(folder)
         if record.kind not in background.LAUNCHES
     ]
-    launches = [r for r in background.records(folder) if r.kind == background.LAUNCH]
-    launches += [r for r in background.ended(folder) if r.kind == background.LAUNCH]
+    # One that ends between the two questions is in both answers.
+    listed = [*background.records(folder), *background.ended(folder)]
+    launches = {record.pid: record for record in listed if record.kind == background.LAUNCH}
     return found + [
         Running(
             process.record(),
@@ -85,7 +86,7 @@ def died(folder: Path | None = None) -> list[Running]:
             ending=_ending(process.exit_status, process.ended_at),
             is_told=status.is_told(status.folder_of(launch), process.name),
         )
-        for launch in launches
+        for launch in launches.values()
         for process in status.read(status.folder_of(launch)) or ()
         if process.state == "died"
     ]

@@ -2,6 +2,7 @@
 
 import re
 import textwrap
+from pathlib import Path
 
 import psutil
 import pytest
@@ -273,3 +274,25 @@ def test_a_program_launches_by_a_service_of_its_own(shared_ros):
     done = shared_ros.run("python program.py")
     assert done.returncode == 0, done.stderr
     in_order(done.stdout, "[hello-1] hello", "status 0")
+
+
+def test_what_a_launch_file_leaves_among_the_temporary_files_goes_with_the_launch(launch):
+    text = launch(
+        """
+        import tempfile
+        with tempfile.NamedTemporaryFile("w", suffix=".params", delete=False) as file:
+            file.write("gain: 7")
+
+        def generate_launch_description():
+            return LaunchDescription([tell("file ", file.name), says_file(file.name)])
+
+        def says_file(name):
+            return ExecuteProcess(
+                cmd=[sys.executable, "-c", f"print(open({name!r}).read())"], output="screen"
+            )
+        """
+    )
+    assert "gain: 7" in text
+    path = re.search(r"file (\S+\.params)", text)
+    assert path is not None
+    assert not Path(path[1]).parent.exists()

@@ -3,11 +3,10 @@
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
-from teleopctl.cli.listing import out_names, out_types, types_of
+from teleopctl.cli.listing import of_type, out_names, out_types, types_of
 from teleopctl.cli.live import absolute_name, live_graph
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.interfaces import normalize
 from teleopctl.wire import action_type as type_of_action
 
 if TYPE_CHECKING:
@@ -83,7 +82,5 @@ def actions_of_type(
     as_json: AsJson = False,
 ) -> None:
     """List the actions of a type."""
-    wanted = normalize(type_name, "action")
-    actions = live_graph().action_names_and_types()
-    found = [(name, types) for name, types in actions if wanted in types]
+    found = of_type(type_name, live_graph().action_names_and_types(), kind="action")
     out_names(found, only_count=count_actions, as_json=as_json)

@@ -10,7 +10,7 @@ from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.action.listing import ActionName
 from teleopctl.cli.waiting import wait_aloud
-from teleopctl.errors import UnavailableError, UsageError, what_there_is
+from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
 from teleopctl.interfaces import (
     get_action,
     get_message,
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 _FAILED = 1
 _INTERRUPTED = 130
-# A server that runs answers at once; one that hangs must not keep Ctrl-C from ending the command.
-_LONGEST_CANCEL_S = 10.0
+# Of action_msgs/srv/CancelGoal: there is no such goal, and the wish came after its end.
+_UNKNOWN, _ENDED_ALREADY = 2, 3
 
 
 def send_goal(
@@ -62,8 +62,8 @@ def send_goal(
 ) -> int:
     """Send a goal and wait for its result.
 
-    Without a server it waits for one. Ctrl-C cancels the goal. The exit status is 0 when the goal
-    has succeeded.
+    Without a server it waits for one. Ctrl-C cancels the goal and waits for its end; another one
+    ends the command at once. The exit status is 0 when the goal has succeeded.
     """
     if stdin and values is not None:
         raise UsageError("--stdin stands in the place of the goal; leave one of them out")
@@ -115,7 +115,6 @@ class _JsonReport(_Report):
     """The same as one JSON object a line."""
 
     def say(self, line: str) -> None:
-        """Tell people apart from programs."""
         console.note(line)
 
     def rejected(self) -> None:
@@ -157,8 +156,7 @@ class _Exchange:
         self._id = get_message("unique_identifier_msgs/msg/UUID")(uuid=self._key)
 
     def run(self, goal: "Message", *, with_feedback: bool) -> int:
-        if not self._wait_for_server():
-            return _FAILED
+        self._wait_for_server()
         self._report.sending(goal)
         sent = self._client.send_goal_async(
             goal, self._report.feedback if with_feedback else None, self._id
@@ -168,14 +166,12 @@ class _Exchange:
         except KeyboardInterrupt:
             return self._cancel()
 
-    def _wait_for_server(self) -> bool:
-        self._report.say("Waiting for an action server to become available...")
-        if wait_aloud(self._client.wait_for_server, self._timeout_s, self._explain):
-            return True
-        self._report.say(
-            f"Action server is not available after waiting {self._timeout_s:g} seconds."
-        )
-        return False
+    def _wait_for_server(self) -> None:
+        console.note("Waiting for an action server to become available...")
+        if not wait_aloud(self._client.wait_for_server, self._timeout_s, self._explain):
+            raise UnavailableError(
+                f"Action server is not available after waiting {self._timeout_s:g} seconds."
+            )
 
     def _explain(self) -> str:
         """What there is in the place of the server."""
@@ -203,8 +199,7 @@ class _Exchange:
     def _take_result(self, timeout_s: float | None) -> int:
         result = self._client.ask_for_result(self._id)
         if not self._wait(result, timeout_s):
-            self._report.say(f"Timed out waiting for result after {timeout_s:g} seconds.")
-            return _FAILED
+            raise UnavailableError(f"Timed out waiting for result after {timeout_s:g} seconds.")
         while self._client.feedback_waiting():
             self._executor.spin_once(0)
         answer = result.result()
@@ -214,19 +209,33 @@ class _Exchange:
         return 0 if state is GoalState.SUCCEEDED else _FAILED
 
     def _cancel(self) -> int:
-        """Cancel the goal after Ctrl-C and show its end; another Ctrl-C ends the command."""
+        """Cancel the goal after Ctrl-C and show its end; another Ctrl-C ends the command.
+
+        A server whose only thread is at the goal hears of the wish when the goal has ended.
+        """
         self._report.say("Canceling goal...")
         answer = self._client.cancel(self._id)
-        if not self._wait(answer, _LONGEST_CANCEL_S):
-            raise UnavailableError(f"'{self._client.action_name}' does not answer")
+        wait_aloud(lambda bound_s: self._wait(answer, bound_s), None, self._silent)
         response = answer.result()
-        if response is None or not response.goals_canceling:
-            raise UnavailableError(
-                "Failed to cancel goal", hint="The server refuses, or the goal has ended."
+        assert response is not None
+        if response.goals_canceling:
+            self._report.say("Goal canceled.")
+        elif response.return_code == _ENDED_ALREADY:
+            console.note("The goal ended before the server heard that it was to be canceled.")
+        else:
+            unknown = response.return_code == _UNKNOWN
+            raise RefusedError(
+                "Failed to cancel goal",
+                hint="The server does not know it." if unknown else "The server refuses.",
             )
-        self._report.say("Goal canceled.")
         self._take_result(None)
         return _INTERRUPTED
+
+    def _silent(self) -> str:
+        return (
+            f"'{self._client.action_name}' has not answered yet: it hears of this when it is done "
+            "with what it does now. Ctrl-C again ends this command and leaves the goal to it."
+        )
 
     # Any: the answer to whichever request it is.
     def _wait(self, answer: "ResponseFuture[Any]", timeout_s: float | None) -> bool:

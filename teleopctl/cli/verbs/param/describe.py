@@ -8,11 +8,12 @@ from teleopctl.cli.verb import Argument
 from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
+    Parameters,
+    not_set,
     open_parameters,
 )
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
-from teleopctl.errors import NotFoundError
 
 
 def describe_parameters(
@@ -25,25 +26,42 @@ def describe_parameters(
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
-) -> None:
-    """Explain parameters."""
+) -> int:
+    """Explain parameters.
+
+    The exit status is 1 where one of them is not declared.
+    """
     del include_hidden  # one that is named is found anyway
     with open_parameters(timeout, service_timeout) as parameters:
         node = parameters.find(node_name)
-        descriptors = parameters.ask(
-            node, lambda remote: remote.describe_parameters(parameter_names)
-        ).descriptors
-    if len(descriptors) != len(parameter_names):
-        raise NotFoundError(
-            "Parameter not set", hint=f"`teleopctl param list {node}` lists what there is."
-        )
+        descriptors = _descriptors(parameters, node, parameter_names)
+        described = {descriptor.name for descriptor in descriptors}
+        missing = [name for name in parameter_names if name not in described]
+        if not descriptors:
+            raise not_set(parameters, [node], missing[0])
     if as_json:
         from teleopctl.interfaces import message_to_dict
 
         console.out_json([message_to_dict(descriptor) for descriptor in descriptors])
-        return
-    for descriptor in descriptors:
-        console.out_lines(_block(descriptor))
+    else:
+        for descriptor in descriptors:
+            console.out_lines(_block(descriptor))
+    console.flush()
+    for name in missing:
+        console.warn(f"Parameter not set: {name}")
+    return int(bool(missing))
+
+
+# Any: messages of rcl_interfaces.
+def _descriptors(parameters: Parameters, node: str, names: list[str]) -> list[Any]:
+    """Those of a node's parameters that are declared."""
+    found = parameters.ask(node, lambda remote: remote.describe_parameters(names)).descriptors
+    if len(found) == len(names):
+        return list(found)
+    if len(names) == 1:
+        return []
+    # A node that misses one of them says nothing of the others either.
+    return [each for name in names for each in _descriptors(parameters, node, [name])]
 
 
 def _block(descriptor: Any) -> list[str]:

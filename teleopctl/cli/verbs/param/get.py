@@ -8,13 +8,13 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
-    Parameters,
+    not_set,
     open_parameters,
 )
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
 from teleopctl.cli.words.patterns import is_pattern
-from teleopctl.errors import NotFoundError, UsageError, did_you_mean
+from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue
@@ -55,7 +55,7 @@ def get_parameter(
         is_one = bool(parameter_names) and len(names) == 1 and not is_pattern(node_name)
         missing = [name for name in names if not any(name in values for values in found.values())]
         if missing and (is_one or len(missing) == len(names)):
-            raise _not_set(parameters, nodes, missing[0])
+            raise not_set(parameters, nodes, missing[0])
     if as_json:
         records = [
             {"node": node, **_record(name, value)}
@@ -89,12 +89,3 @@ def _record(name: str, value: "ParameterValue") -> "dict[str, console.Json]":
         "type": type_name(value.type),
         "value": plain_parameter_value(value) if is_set(value) else None,
     }
-
-
-def _not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundError:
-    if len(nodes) != 1:
-        return NotFoundError("Parameter not set", hint=f"No node has a parameter '{name}'.")
-    hint = did_you_mean(name, parameters.names(nodes[0]))
-    return NotFoundError(
-        "Parameter not set", hint=hint or f"`teleopctl param list {nodes[0]}` lists what there is."
-    )

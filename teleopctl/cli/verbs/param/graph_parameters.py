@@ -10,7 +10,13 @@ from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.words.numbers import check_not_negative, check_positive
 from teleopctl.cli.words.patterns import fitting, is_pattern
-from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
+from teleopctl.errors import (
+    NotFoundError,
+    TeleopctlError,
+    UnavailableError,
+    did_you_mean,
+    what_there_is,
+)
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
@@ -170,3 +176,13 @@ def open_parameters(
     check_positive(service_timeout=service_timeout_s)
     with brief_node() as node:
         yield Parameters(node, timeout_s, service_timeout_s)
+
+
+def not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundError:
+    """The error for a parameter that none of these nodes has; of one node, with a likely name."""
+    if len(nodes) != 1:
+        return NotFoundError("Parameter not set", hint=f"No node has a parameter '{name}'.")
+    hint = did_you_mean(name, parameters.names(nodes[0]))
+    return NotFoundError(
+        "Parameter not set", hint=hint or f"`teleopctl param list {nodes[0]}` lists what there is."
+    )

@@ -146,7 +146,7 @@ def echo(
 
         topics.only()
         (source,) = topics.sources(raw=False)
-        live_plot(source, plot, window, wishes.applied_to(source.suited_qos(_DEPTH)), timeout)
+        live_plot(source, plot, window, wishes.suited(source.suited_qos(_DEPTH)), timeout)
         return
     from teleopctl.node import Future, SingleThreadedExecutor
 
@@ -181,7 +181,7 @@ def echo(
                 source.message_class,
                 source.topic,
                 _with_source(receive, source),
-                wishes.applied_to(source.suited_qos(_DEPTH)),
+                wishes.suited(source.suited_qos(_DEPTH)),
                 raw=raw,
             )
         executor.add_node(node)

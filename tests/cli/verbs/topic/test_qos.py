@@ -45,6 +45,23 @@ def test_a_preset_replaces_the_base_and_stays_as_it_is():
     assert again.depth == 5
 
 
+def test_a_preset_alone_gives_way_to_what_the_publishers_offer_as_in_ros2():
+    offered = QoSProfile(
+        depth=10,
+        reliability=ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+    alone = QosWishes("default", None, None, None, None).suited(offered)
+    assert (alone.reliability, alone.durability) == (offered.reliability, offered.durability)
+    beside = QosWishes("default", None, None, None, 3).suited(offered)
+    assert beside.reliability == ReliabilityPolicy.RELIABLE
+    single = QosWishes(None, "reliable", None, None, None).suited(offered)
+    assert (single.reliability, single.durability) == (
+        ReliabilityPolicy.RELIABLE,
+        DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+
+
 def test_qos_text_is_that_of_ros2():
     assert qos_lines(EndpointQos(depth=10)) == [
         "QoS profile:",

@@ -75,7 +75,7 @@ def measure_bandwidth(
         known = {topic: bandwidth for topic, bandwidth in found.items() if bandwidth}
         if are_several and not as_json:
             show(_table(known))
-        elif as_json and are_several:
+        elif known and are_several:
             console.out_json({t: b._asdict() for t, b in known.items()}, compact=True)
         else:
             for bandwidth in known.values():

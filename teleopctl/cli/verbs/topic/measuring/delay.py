@@ -83,10 +83,10 @@ def measure_delay(
             found = {topic: delays[topic].news() for topic in listener.topics}
         news = {topic: summary for topic, summary in found.items() if summary}
         if len(found) > 1:
-            if as_json:
-                console.out_json({t: s._asdict() for t, s in news.items()}, compact=True)
-            else:
+            if not as_json:
                 show(_table(news))
+            elif news:
+                console.out_json({t: s._asdict() for t, s in news.items()}, compact=True)
         elif news:
             (summary,) = news.values()
             if as_json:

@@ -72,12 +72,12 @@ def measure_rate(
 
     def report(_: int) -> None:
         summaries = rates.news()
-        if as_json:
+        if as_json and summaries:
             console.out_json(
                 {topic: {"rate": rate(s), **s._asdict()} for topic, s in summaries.items()},
                 compact=True,
             )
-        elif len(listener.topics) > 1:
+        elif len(listener.topics) > 1 and not as_json:
             show(_table(summaries))
         else:
             for summary in summaries.values():

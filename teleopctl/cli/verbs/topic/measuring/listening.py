@@ -147,7 +147,7 @@ class Listener:
             source.message_class,
             source.topic,
             receive,
-            self._wishes.applied_to(qos),
+            self._wishes.suited(qos),
             raw=self._raw,
             immediate=True,
         )

@@ -99,6 +99,21 @@ class QosWishes:
         self.liveliness = liveliness
         self.lease_s = lease_s
 
+    def suited(self, base: "QoSProfile") -> "QoSProfile":
+        """The same for one who listens, where ``base`` suits the publishers.
+
+        As in ROS 2 a preset alone gives way to what they offer; beside single policies it is
+        meant as it is. Policies that nobody names are those of ``base``.
+        """
+        qos = self.applied_to(base)
+        if self.profile and not self._names_policies():
+            qos.reliability, qos.durability = base.reliability, base.durability
+        return qos
+
+    def _names_policies(self) -> bool:
+        named = (self.reliability, self.durability, self.history, self.depth, self.liveliness)
+        return any(policy is not None for policy in (*named, self.lease_s))
+
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
         """A new profile: the preset, or else ``base``, with the single policies on top."""
         from copy import copy
