@@ -8,7 +8,7 @@ import pytest
 from teleopctl.interfaces import deserialize, get_message, get_service, serialize
 from teleopctl.node import QoSProfile, qos_profile_latched
 from teleopctl.packages import package_share
-from teleopctl.testing import eventually
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 from tests.system.foxglove_client import ASSET, SERVICE_RESPONSE, TIME, FoxgloveClient
 
 STRING = get_message("std_msgs/msg/String")
@@ -32,6 +32,12 @@ def client(ros):
 
 def publisher_of(ros, topic, qos=10):
     return ros.node.create_publisher(STRING, topic, qos)
+
+
+def knows_parameters_of(client, node_name):
+    """Wait until the bridge reaches the services of a node; it asks no earlier than it is told."""
+    for service in ("list_parameters", "get_parameters", "set_parameters"):
+        client.until(lambda name=f"{node_name}/{service}": client.services.get(name))
 
 
 def test_messages_pass_as_they_are_with_the_definition_of_their_type(ros, client):
@@ -150,7 +156,7 @@ def test_services_are_offered_and_called(ros, client):
 
 def test_parameters_are_read_set_and_followed(ros, client):
     ros.spawn("run teleop_py_pkg simple_parameter")
-    eventually(lambda: "simple_int_param" in ros.run("param list /simple_parameter").stdout)
+    knows_parameters_of(client, "/simple_parameter")
     name = "/simple_parameter.simple_int_param"
     client.send("getParameters", parameterNames=[], id="all")
     answer = client.document("parameterValues", id="all")["parameters"]
@@ -158,6 +164,7 @@ def test_parameters_are_read_set_and_followed(ros, client):
     assert values[name] == 28
     assert values["/foxglove_bridge.port"] == 0
     client.send("subscribeParameterUpdates", parameterNames=[name])
+    ros.node.wait_for_subscribers("/parameter_events", 1, LONGEST_WAIT_S)
     client.send("setParameters", parameters=[{"name": name, "value": 30}], id="set")
     answer = client.document("parameterValues", id="set")["parameters"]
     assert [(p["name"], p["value"]) for p in answer] == [(name, 30)]
@@ -174,6 +181,7 @@ def test_parameters_are_read_set_and_followed(ros, client):
 
 def test_a_whole_number_stays_a_double_where_the_node_has_one(ros, client):
     ros.node.declare_parameter("gain", 1.5)
+    knows_parameters_of(client, ros.node.get_fully_qualified_name())
     name = f"{ros.node.get_fully_qualified_name()}.gain"
     client.send("setParameters", parameters=[{"name": name, "value": 2}], id="set")
     (parameter,) = client.document("parameterValues", id="set")["parameters"]
