@@ -174,6 +174,7 @@ if TYPE_CHECKING:
         ServiceUnavailableError as ServiceUnavailableError,
         ShutdownException as ShutdownException,
         TimeoutException as TimeoutException,
+        TimerCancelledError as TimerCancelledError,
     )
     from teleopctl.node.values.future import Future as Future, Task as Task
     from teleopctl.node.values.handle import Handle as Handle
@@ -235,7 +236,10 @@ if TYPE_CHECKING:
     from teleopctl.node.waiting.event_handle import EventHandle as EventHandle
     from teleopctl.node.waiting.loose import (
         GuardHandle as GuardHandle,
+        call_loosely as call_loosely,
+        serve_loosely as serve_loosely,
         subscribe_loosely as subscribe_loosely,
+        tick_loosely as tick_loosely,
     )
     from teleopctl.node.waiting.user_waitable import Waitable as Waitable
     from teleopctl.node.waiting.wait_set import WaitSet as WaitSet
@@ -303,7 +307,7 @@ else:
             "ParameterAlreadyDeclaredException ParameterException ParameterImmutableException "
             "ParameterNotDeclaredException ParameterUninitializedException "
             "RCLError ROSInterruptException ServiceUnavailableError ShutdownException "
-            "TimeoutException",
+            "TimeoutException TimerCancelledError",
             "values.future": "Future Task",
             "values.handle": "Handle",
             "values.logging": "LoggingSeverity RcutilsLogger effective_level get_logger "
@@ -327,7 +331,8 @@ else:
             "values.time": "ClockType Duration Infinite Time",
             "values.type_hash": "TypeHash",
             "waiting.event_handle": "EventHandle",
-            "waiting.loose": "GuardHandle subscribe_loosely",
+            "waiting.loose": "GuardHandle call_loosely serve_loosely subscribe_loosely "
+            "tick_loosely",
             "waiting.user_waitable": "Waitable",
             "waiting.wait_set": "WaitSet",
         },

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from teleopctl.interfaces import to_seconds
 from teleopctl.node.context import Context
 from teleopctl.node.values.exceptions import NotInitializedException
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.time import ClockType, Duration, Time
 
 if TYPE_CHECKING:
@@ -37,6 +38,19 @@ class Clock:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(clock_type={self._clock_type.name})"
+
+    @property
+    def handle(self) -> Handle:
+        """What programs enter while they use the clock; it is never destroyed."""
+        return Handle(self)
+
+    @property
+    def is_destroyed(self) -> bool:
+        """False (ours)."""
+        return False
+
+    def destroy(self) -> None:
+        """Do nothing: a clock holds nothing of a session (ours)."""
 
     @property
     def clock_type(self) -> ClockType:

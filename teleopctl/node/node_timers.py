@@ -12,7 +12,11 @@ from teleopctl.node.context import Context
 from teleopctl.node.endpoints.guard_condition import GuardCondition
 from teleopctl.node.endpoints.timer import Rate, Timer
 from teleopctl.node.node_core import NodeCore
-from teleopctl.node.values.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from teleopctl.node.values.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
 
 if TYPE_CHECKING:
     from teleopctl.node.waiting.user_waitable import ServedWaitable, Waitable
@@ -111,7 +115,11 @@ class NodeTimers(NodeCore):
         """Have executors serve a waitable of the program's own, until it is removed."""
         from teleopctl.node.waiting.user_waitable import ServedWaitable
 
-        served = ServedWaitable(self, waitable)
+        def create_timer(clock: Clock) -> Timer:
+            group = ReentrantCallbackGroup()
+            return self.create_timer(0.0, None, group, clock, autostart=False)
+
+        served = ServedWaitable(self, waitable, create_timer, self.destroy_timer)
         with self._endpoints_lock:
             self._waitables.append(served)
         served.tell_executor()

@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.patience import Patience
-from teleopctl.node.endpoints.service_end import ServiceEnd
+from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
@@ -202,6 +202,10 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             TypeError: The request is of another type.
             TeleopctlError: A field holds what its type cannot.
         """
+        return self.send(request)[1]
+
+    def send(self, request: RequestT) -> tuple[int, ResponseFuture[ResponseT]]:
+        """Send a request; returns its number as well (ours). See `call_async`."""
         self._check_alive()
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
@@ -226,7 +230,7 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         )
         if self._introspection is not None:
             self._introspection.request_sent(self.gid, sequence, request)
-        return future
+        return sequence, future
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None:
         """Send a request and wait for the response.
@@ -303,6 +307,15 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             self._pending.discard(future)
         if self._introspection is not None:
             self._introspection.response_received(self.gid, sequence, response)
+        self._settle(future, response, ServiceInfo(meta, time.time_ns()))
+
+    def _settle(
+        self,
+        future: Future[ResponseT],
+        response: ResponseT,
+        info: ServiceInfo,  # noqa: ARG002 -- for those that are taken by hand
+    ) -> None:
+        """Give a response to whoever waits for it."""
         future.set_result(response)
 
     def _close(self) -> None:

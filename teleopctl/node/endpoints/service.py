@@ -6,7 +6,7 @@ import contextlib
 import functools
 import time
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
 import zenoh
 
@@ -14,12 +14,12 @@ from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.arrivals import KeepLast
-from teleopctl.node.endpoints.service_end import ServiceEnd
+from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import (
-    Attachment,
     EntityKind,
     Refusals,
     decode_attachment,
@@ -37,6 +37,24 @@ _FEWEST_WAITING = 1000
 
 # It fills the response that it is given and returns it, or another one.
 ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
+
+
+class ServiceHandle(Handle):
+    """Stands for a service whose requests a program takes and answers itself."""
+
+    # Any, here and below: requests and responses of the service's type.
+    entity: Service[Any, Any]
+
+    def service_take_request(
+        self,
+        request_type: type[object],  # noqa: ARG002 -- rclpy's; the service knows
+    ) -> tuple[Any, ServiceInfo | None]:
+        """Take the oldest request that waits; two times None when none does."""
+        return self.entity.take_request() or (None, None)
+
+    def service_send_response(self, response: Any, header: ServiceInfo) -> None:
+        """Answer a request; see `Service.send_response`."""
+        self.entity.send_response(response, header)
 
 
 class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
@@ -78,7 +96,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self.callback = callback
         self.callback_group = callback_group
         self._depth = max(qos.queue_depth or 0, _FEWEST_WAITING)
-        self._queries: KeepLast[zenoh.Query] = KeepLast(self._depth)
+        self._queries: KeepLast[tuple[zenoh.Query, int]] = KeepLast(self._depth)
         self.refusals = Refusals(f"a request to '{name}'", node.get_logger().error)
         receive = self._answer_now if immediate else self._queue
         self._channel: Any = node.context.session.declare_queryable(
@@ -96,35 +114,50 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         """The fully qualified name of the service."""
         return self.name
 
+    @property
+    def handle(self) -> ServiceHandle:
+        """What programs enter while they use the service, and take requests from."""
+        return ServiceHandle(self, self.name)
+
     def pending(self) -> int:
         """Return how many requests wait."""
         return len(self._queries)
 
     def take(self) -> Callable[[], object] | None:
         """Return the handling of the oldest request; None when none waits."""
-        query = self._queries.take()
-        if query is None:
-            return None
-        return functools.partial(self._handle, query)
+        arrival = self._queries.take()
+        return None if arrival is None else functools.partial(self._handle, *arrival)
+
+    def take_request(self) -> tuple[RequestT, ServiceInfo] | None:
+        """Take the oldest request that waits, without an executor (ours).
+
+        Returns:
+            The request, and what `send_response` needs to answer it; None when none waits.
+        """
+        arrival = self._queries.take()
+        return None if arrival is None else self._read(*arrival)
 
     @transport_callback
     def _queue(self, query: zenoh.Query) -> None:
         if len(self._queries) == self._depth:
             self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
-        self._queries.put(query, 0)
+        self._queries.put((query, time.time_ns()), 0)
         self.tell_executor()
 
     @transport_callback
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
-            self._handle(query)
+            self._handle(query, time.time_ns())
         except Exception:  # noqa: BLE001 (the transport's thread must live on)
             import traceback
 
             self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
-    def _handle(self, query: zenoh.Query) -> Any:
-        """Answer one request; a query that is let go of unanswered ends the client's wait."""
+    def _read(self, query: zenoh.Query, received_ns: int) -> tuple[RequestT, ServiceInfo] | None:
+        """Decode a request; None, counted and reported, when it is none.
+
+        A query that is let go of unanswered ends the client's wait.
+        """
         try:
             payload = query.payload
             meta = decode_attachment(query.attachment.to_bytes()) if query.attachment else None
@@ -136,7 +169,14 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             return None
         if self._introspection is not None:
             self._introspection.request_received(meta.gid, meta.sequence, request)
-        header = RequestHeader(query, meta)
+        return request, ServiceInfo(meta, received_ns, query)
+
+    def _handle(self, query: zenoh.Query, received_ns: int) -> Any:
+        """Answer one request."""
+        taken = self._read(query, received_ns)
+        if taken is None:
+            return None
+        request, header = taken
         # Looked up when it is called: programs put their own in its place.
         return self._serve(request, lambda response: self.send_response(response, header))
 
@@ -147,7 +187,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         reply(outcome)  # type: ignore[arg-type] # it is no coroutine, and the reply checks it
         return None
 
-    def send_response(self, response: ResponseT, header: RequestHeader) -> None:
+    def send_response(self, response: ResponseT, header: ServiceInfo) -> None:
         """Answer a request.
 
         Args:
@@ -157,7 +197,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         Raises:
             TypeError: It is no response of the service.
         """
-        query, request = header
+        request, _, query = header
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"the callback of service '{self.name}' returned {type(response).__name__}, "
@@ -165,6 +205,7 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
             )
         payload = serialize(response)
         # Nobody can be told any more when the callback itself has shut down or destroyed.
+        assert query is not None, "the header of a response answers nothing"
         with contextlib.suppress(zenoh.ZError):
             query.reply(
                 self.key,
@@ -180,13 +221,6 @@ class Service(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         self._channel.undeclare()
         # Letting go of a request ends the wait of its client.
         self._queries.close()
-
-
-class RequestHeader(NamedTuple):
-    """What a response needs of its request."""
-
-    query: zenoh.Query
-    attachment: Attachment
 
 
 async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[ResponseT]) -> None:

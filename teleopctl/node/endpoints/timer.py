@@ -4,40 +4,34 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from teleopctl.node.clock import Clock, ROSClock
 from teleopctl.node.context import Context
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.values.exceptions import ROSInterruptException
+from teleopctl.node.values.exceptions import ROSInterruptException, TimerCancelledError
 from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-class Timer:
-    """Calls back each period of a clock; made by ``Node.create_timer``.
+class PeriodicTimer:
+    """Is due each period of a clock, and counts as called when somebody says so.
 
-    Late calls are made up once, not piled up: after a long callback the next call is at the next
+    Late calls are made up once, not piled up: after a late call the next one is at the next
     multiple of the period, as in rcl.
+
+    Attributes:
+        listener: Told when the clock makes it due in a jump, or the period changes, while somebody
+            waits by hand.
     """
 
-    def __init__(
-        self,
-        node: NodeCore,
-        callback: Callable[[], object] | None,
-        callback_group: CallbackGroup,
-        period_ns: int,
-        clock: Clock,
-        *,
-        autostart: bool = True,
-    ) -> None:
+    listener: Callable[[], None] | None = None
+
+    def __init__(self, period_ns: int, clock: Clock, *, autostart: bool = True) -> None:
         if period_ns < 0:
             raise ValueError("timer period must not be negative")
-        self._node = node
-        self.callback = callback
-        self.callback_group = callback_group
         self.clock = clock
         self._period_ns = period_ns
         self._last_call_ns = clock.nanoseconds()
@@ -58,14 +52,9 @@ class Timer:
         self.reset()
 
     @property
-    def node(self) -> NodeCore:
-        """The node that it belongs to."""
-        return self._node
-
-    @property
-    def handle(self) -> Handle:
-        """What programs enter while they use the timer."""
-        return Handle(self)
+    def handle(self) -> TimerHandle:
+        """What programs enter while they use the timer, and wait for by hand."""
+        return TimerHandle(self)
 
     @property
     def is_destroyed(self) -> bool:
@@ -75,6 +64,10 @@ class Timer:
     def is_ready(self) -> bool:
         """Tell whether a call is due."""
         return not self._cancelled and self.clock.nanoseconds() >= self._next_call_ns
+
+    def pending(self) -> int:
+        """Return 1 while a call is due."""
+        return int(self.is_ready())
 
     def is_canceled(self) -> bool:
         """Tell whether it was cancelled."""
@@ -89,7 +82,7 @@ class Timer:
         self._cancelled = self._destroyed
         self._last_call_ns = self.clock.nanoseconds()
         self._next_call_ns = self._last_call_ns + self._period_ns
-        self._wake_executor()
+        self.tell_executor()
 
     def time_since_last_call(self) -> int:
         """Return the nanoseconds since the last call."""
@@ -106,14 +99,10 @@ class Timer:
         """True while only a message on ``/clock`` can make it due, not the passing of time."""
         return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
-    def take(self) -> Callable[[], object] | None:
-        """Count as called and schedule the next call; executors do so before they call back.
-
-        Returns:
-            The callback; None when there is none or the timer was cancelled meanwhile.
-        """
+    def count_call(self) -> bool:
+        """Count as called and schedule the next call; False when it was cancelled."""
         if self._cancelled:
-            return None
+            return False
         now_ns = self.clock.nanoseconds()
         self._last_call_ns = now_ns
         if self._period_ns == 0:
@@ -121,7 +110,7 @@ class Timer:
         else:
             missed = max(0, now_ns - self._next_call_ns) // self._period_ns
             self._next_call_ns += (missed + 1) * self._period_ns
-        return self.callback
+        return True
 
     def destroy(self) -> None:
         """Stop for good."""
@@ -130,7 +119,7 @@ class Timer:
         if isinstance(self.clock, ROSClock):
             self.clock.forget_on_jump(self._follow_clock)
 
-    def __enter__(self) -> Timer:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -142,9 +131,95 @@ class Timer:
             # Time went back (a simulation was reset): count from here, as rcl does.
             self.reset()
         elif not self.waits_for_event or self.is_ready():
-            self._wake_executor()
+            self.tell_executor()
 
-    def _wake_executor(self) -> None:
+    def tell_executor(self) -> None:
+        """Have whoever waits look at the time anew."""
+        if (listener := self.listener) is not None:
+            listener()
+
+
+class TimerHandle(Handle):
+    """Stands for a timer whose calls a program counts itself."""
+
+    entity: PeriodicTimer
+
+    def is_timer_ready(self) -> bool:
+        """Tell whether a call is due."""
+        return self.entity.is_ready()
+
+    def call_timer(self) -> None:
+        """Count as called: the next call is due one period later.
+
+        Raises:
+            TimerCancelledError: It was cancelled.
+        """
+        if not self.entity.count_call():
+            raise TimerCancelledError("the timer was cancelled")
+
+    def cancel_timer(self) -> None:
+        """Be due no more until `reset_timer`."""
+        self.entity.cancel()
+
+    def is_timer_canceled(self) -> bool:
+        """Tell whether it was cancelled."""
+        return self.entity.is_canceled()
+
+    def reset_timer(self) -> None:
+        """Start anew: the next call is due one period from now."""
+        self.entity.reset()
+
+    def time_since_last_call(self) -> int:
+        """Return the nanoseconds since the last call."""
+        return self.entity.time_since_last_call()
+
+    def time_until_next_call(self) -> int | None:
+        """Return the nanoseconds until the next call, None when cancelled."""
+        return self.entity.time_until_next_call()
+
+    def get_timer_period(self) -> int:
+        """Return the period in nanoseconds."""
+        return self.entity.timer_period_ns
+
+    def change_timer_period(self, period_nsec: int) -> None:
+        """Set the period in nanoseconds, counted from now."""
+        self.entity.timer_period_ns = period_nsec
+
+
+class Timer(PeriodicTimer):
+    """Calls back each period of a clock; made by ``Node.create_timer``."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        callback: Callable[[], object] | None,
+        callback_group: CallbackGroup,
+        period_ns: int,
+        clock: Clock,
+        *,
+        autostart: bool = True,
+    ) -> None:
+        self._node = node
+        self.callback = callback
+        self.callback_group = callback_group
+        super().__init__(period_ns, clock, autostart=autostart)
+
+    @property
+    def node(self) -> NodeCore:
+        """The node that it belongs to."""
+        return self._node
+
+    def take(self) -> Callable[[], object] | None:
+        """Count as called and schedule the next call; executors do so before they call back.
+
+        Returns:
+            The callback; None when there is none or the timer was cancelled meanwhile.
+        """
+        return self.callback if self.count_call() else None
+
+    def tell_executor(self) -> None:
+        """Have the executor look at the time anew, and whoever waits by hand."""
+        super().tell_executor()
         if (executor := self._node.executor) is not None:
             executor.wake()
 

@@ -49,6 +49,10 @@ class RCLError(RuntimeError):
     """What rclpy's C library raises where it refuses: base of those that have a name here."""
 
 
+class TimerCancelledError(RCLError):
+    """A call of a timer is counted by hand, and the timer was cancelled."""
+
+
 class ServiceUnavailableError(UnavailableError):
     """A request has no answer: nobody serves the name, or the server went away."""
 

@@ -1,23 +1,42 @@
-"""Subscriptions and guard conditions that no executor serves: who waits for them takes himself."""
+"""Entities that no executor serves: who waits for them by hand takes from them himself.
+
+rclpy has them as the entities of its C library, which its own are made of.
+"""
 
 from __future__ import annotations
 
+import collections
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces import MessageT
+from teleopctl.interfaces import MessageT, RequestT, ResponseT
+from teleopctl.node.endpoints.client import Client
+from teleopctl.node.endpoints.service import Service, ServiceHandle
+from teleopctl.node.endpoints.service_end import ServiceInfo
 from teleopctl.node.endpoints.subscription import Subscription, SubscriptionHandle
+from teleopctl.node.endpoints.timer import PeriodicTimer, TimerHandle
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
+    from teleopctl.interfaces import ServiceType
+    from teleopctl.node.clock import Clock
     from teleopctl.node.node_core import NodeCore
+    from teleopctl.node.values.future import Future
     from teleopctl.node.values.qos import QoSProfile
 
 
-class LooseGuardCondition(Waitable):
+class _Loose(Waitable):
+    """Tells only whoever waits by hand."""
+
+    def tell_executor(self) -> None:
+        if (listener := self.listener) is not None:
+            listener()
+
+
+class LooseGuardCondition(_Loose):
     """A condition that any thread can trigger, to be added to a wait set."""
 
     def __init__(self) -> None:
@@ -41,11 +60,6 @@ class LooseGuardCondition(Waitable):
             self._triggered = False
         return None
 
-    def tell_executor(self) -> None:
-        """Tell only whoever waits by hand."""
-        if (listener := self.listener) is not None:
-            listener()
-
     def destroy(self) -> None:
         """End nobody's wait any more."""
         self.is_destroyed = True
@@ -65,10 +79,99 @@ class GuardHandle(Handle):
         self.entity.trigger()
 
 
-class _LooseSubscription(Subscription[MessageT]):
-    def tell_executor(self) -> None:
-        if (listener := self.listener) is not None:
-            listener()
+class _LooseSubscription(_Loose, Subscription[MessageT]):
+    """A subscription whose messages wait until they are taken."""
+
+
+class _LooseService(_Loose, Service[RequestT, ResponseT]):
+    """A service whose requests wait until they are taken."""
+
+
+class _LooseClient(_Loose, Client[RequestT, ResponseT]):
+    """A client whose responses wait until they are taken."""
+
+    # Any: whoever takes knows the type.
+    responses: collections.deque[tuple[ServiceInfo, Any]]
+
+    def pending(self) -> int:
+        return len(self.responses)
+
+    def _settle(self, future: Future[ResponseT], response: ResponseT, info: ServiceInfo) -> None:
+        self.responses.append((info, response))
+        super()._settle(future, response, info)
+
+
+class ClientHandle(Handle):
+    """A client of its own, whose responses a program takes itself."""
+
+    # Any, here and below: requests and responses of the service's type.
+    entity: _LooseClient[Any, Any]
+
+    @property
+    def service_name(self) -> str:
+        """The fully qualified name of the service."""
+        return self.name
+
+    def service_server_is_available(self) -> bool:
+        """Tell whether a server of this name and type is in the graph."""
+        return self.entity.service_is_ready()
+
+    def send_request(self, request: Any) -> int:
+        """Send a request; returns the ``sequence_number`` that its response will have."""
+        return self.entity.send(request)[0]
+
+    def take_response(
+        self,
+        response_type: type[object],  # noqa: ARG002 -- rclpy's; the client knows
+    ) -> tuple[ServiceInfo | None, Any]:
+        """Take the oldest response that waits; two times None when none does."""
+        try:
+            return self.entity.responses.popleft()
+        except IndexError:
+            return None, None
+
+
+def call_loosely(
+    node: NodeCore,
+    srv_type: type[ServiceType[RequestT, ResponseT]],
+    name: str,
+    qos: QoSProfile,
+) -> ClientHandle:
+    """Return a client whose responses wait until they are taken from it.
+
+    Raises:
+        InvalidServiceNameException: The name breaks a rule.
+    """
+    name = node.resolve_service_name(name)
+    client = _LooseClient(node, srv_type, name, ReentrantCallbackGroup(), qos)
+    # As many as the depth of a history says wait; the oldest falls out.
+    client.responses = collections.deque(maxlen=qos.queue_depth)
+    return ClientHandle(client, name)
+
+
+def serve_loosely(
+    node: NodeCore,
+    srv_type: type[ServiceType[RequestT, ResponseT]],
+    name: str,
+    qos: QoSProfile,
+) -> ServiceHandle:
+    """Return a service whose requests wait until they are taken from it.
+
+    Raises:
+        InvalidServiceNameException: The name breaks a rule.
+    """
+    name = node.resolve_service_name(name)
+    group = ReentrantCallbackGroup()
+    return _LooseService(node, srv_type, name, _never_called_either, group, qos).handle
+
+
+def tick_loosely(clock: Clock, period_ns: int, *, autostart: bool = True) -> TimerHandle:
+    """Return a timer whose calls are counted by hand.
+
+    Raises:
+        ValueError: The period is negative.
+    """
+    return PeriodicTimer(period_ns, clock, autostart=autostart).handle
 
 
 def subscribe_loosely(
@@ -86,3 +189,7 @@ def subscribe_loosely(
 
 def _never_called(message: object) -> None:
     del message
+
+
+def _never_called_either(_: RequestT, response: ResponseT) -> ResponseT:
+    return response

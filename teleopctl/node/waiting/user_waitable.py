@@ -11,6 +11,8 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.waiting.wait_set import WaitSet
 
 if TYPE_CHECKING:
+    from teleopctl.node.clock import Clock
+    from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_core import NodeCore
     from teleopctl.node.values.future import Future
 
@@ -73,13 +75,24 @@ class ServedWaitable(NodeWaitable):
     Args:
         node: The node that it was added to.
         waitable: The program's.
+        create_timer: Makes a timer of the node on a clock, for those that the waitable waits for.
+        destroy_timer: Unmakes it.
     """
 
-    def __init__(self, node: NodeCore, waitable: Waitable) -> None:
+    def __init__(
+        self,
+        node: NodeCore,
+        waitable: Waitable,
+        create_timer: Callable[[Clock], Timer],
+        destroy_timer: Callable[[Timer], object],
+    ) -> None:
         self.node = node
         self.callback_group = waitable.callback_group
         self.waitable = waitable
         self._wait_set = WaitSet(node.context)
+        self._create_timer = create_timer
+        self._destroy_timer = destroy_timer
+        self._alarms: dict[Clock, Timer] = {}
         self._is_due = True
 
     def look(self) -> None:
@@ -99,14 +112,38 @@ class ServedWaitable(NodeWaitable):
             self.waitable.add_to_wait_set(self._wait_set)
             self._wait_set.listen(self.look)
             self._wait_set.look()
-            if not self.waitable.is_ready(self._wait_set):
-                return None
-            data = self.waitable.take_data()
+            is_ready = self.waitable.is_ready(self._wait_set)
+            data = self.waitable.take_data() if is_ready else None
+        self._set_alarms()
+        if not is_ready:
+            return None
         # More than was taken may have come before.
         self._is_due = self._is_due or self._wait_set.has_arrivals()
         return functools.partial(self.waitable.execute, data)
 
+    def _set_alarms(self) -> None:
+        """Have it looked at when the next timer of each clock is due."""
+        due: dict[Clock, int] = {}
+        for timer in self._wait_set.timers():
+            if (left_ns := timer.time_until_next_call()) is not None and left_ns > 0:
+                due[timer.clock] = min(left_ns, due.get(timer.clock, left_ns))
+        for clock in due.keys() - self._alarms.keys():
+            alarm = self._alarms[clock] = self._create_timer(clock)
+            alarm.callback = functools.partial(self._ring, alarm)
+        for clock, alarm in self._alarms.items():
+            if clock in due:
+                alarm.timer_period_ns = due[clock]
+            else:
+                alarm.cancel()
+
+    def _ring(self, alarm: Timer) -> None:
+        alarm.cancel()
+        self.look()
+
     def close(self) -> None:
         """Wait for nothing any more."""
         self._is_due = False
+        for alarm in self._alarms.values():
+            self._destroy_timer(alarm)
+        self._alarms.clear()
         self._wait_set.clear_entities()

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
+from teleopctl.node.endpoints.timer import PeriodicTimer
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.handle import Handle
 
 if TYPE_CHECKING:
     from teleopctl.node.context import Context
 
-KINDS = ("subscription", "guard_condition", "event")
+KINDS = ("subscription", "guard_condition", "timer", "client", "service", "event")
+
+Entity: TypeAlias = Waitable | PeriodicTimer
 
 
 class WaitSet:
     """What is waited for, and what of it is ready.
 
-    Subscriptions, guard conditions and events can be waited for. Whoever waits takes: meanwhile an
-    executor is not told of what arrives.
+    Whoever waits takes: meanwhile an executor is not told of what arrives. A timer of a node is
+    called by its executor all the same.
 
     Args:
         context: Whose shutdown ends a wait.
@@ -27,8 +31,8 @@ class WaitSet:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._entities: dict[str, list[Waitable]] = {kind: [] for kind in KINDS}
-        self._ready: set[Waitable] = set()
+        self._entities: dict[str, list[Entity]] = {kind: [] for kind in KINDS}
+        self._ready: set[Entity] = set()
 
     def add_subscription(self, subscription: Handle | Waitable) -> int:
         """Wait for messages as well; returns the index for `is_ready`."""
@@ -38,13 +42,25 @@ class WaitSet:
         """Wait for a trigger as well; returns the index for `is_ready`."""
         return self._add("guard_condition", guard)
 
+    def add_timer(self, timer: Handle | PeriodicTimer) -> int:
+        """Wait until a timer is due as well; returns the index for `is_ready`."""
+        return self._add("timer", timer)
+
+    def add_client(self, client: Handle | Waitable) -> int:
+        """Wait for responses as well; returns the index for `is_ready`."""
+        return self._add("client", client)
+
+    def add_service(self, service: Handle | Waitable) -> int:
+        """Wait for requests as well; returns the index for `is_ready`."""
+        return self._add("service", service)
+
     def add_event(self, event: Handle | Waitable) -> int:
         """Wait for an event of an endpoint as well; returns the index for `is_ready`."""
         return self._add("event", event)
 
-    def _add(self, kind: str, entity: Handle | Waitable) -> int:
+    def _add(self, kind: str, entity: Handle | Entity) -> int:
         waitable = entity.entity if isinstance(entity, Handle) else entity
-        if not isinstance(waitable, Waitable):
+        if not isinstance(waitable, Waitable | PeriodicTimer):
             raise TypeError(f"{type(waitable).__name__} is nothing that can be waited for")
         self._entities[kind].append(waitable)
         return len(self._entities[kind]) - 1
@@ -64,6 +80,10 @@ class WaitSet:
                 if listener is None and entity.pending():
                     entity.tell_executor()
 
+    def timers(self) -> list[PeriodicTimer]:
+        """Return the timers that are waited for."""
+        return [one for one in self._entities["timer"] if isinstance(one, PeriodicTimer)]
+
     def has_arrivals(self) -> bool:
         """Tell whether anything is ready now."""
         return any(one.pending() for entities in self._entities.values() for one in entities)
@@ -73,28 +93,43 @@ class WaitSet:
         found = [one for entities in self._entities.values() for one in entities if one.pending()]
         self._ready = set(found)
         for guard in self._entities["guard_condition"]:
-            if guard in self._ready:
+            if guard in self._ready and isinstance(guard, Waitable):
                 guard.take()
         return bool(found)
 
     def wait(self, timeout_nsec: int) -> None:
         """Wait until something is ready, or so many nanoseconds; negative waits for ever."""
+        end_ns = None if timeout_nsec < 0 else time.monotonic_ns() + timeout_nsec
         arrived = threading.Event()
         self.listen(arrived.set)
         self._context.on_shutdown(arrived.set)
         try:
-            if not self.look() and self._context.ok():
-                arrived.wait(None if timeout_nsec < 0 else timeout_nsec / 1e9)
-                self.look()
+            while not self.look() and self._context.ok():
+                left_ns = None if end_ns is None else end_ns - time.monotonic_ns()
+                if left_ns is not None and left_ns <= 0:
+                    break
+                arrived.wait(self._longest_wait_s(left_ns))
+                arrived.clear()
         finally:
             self._context.forget_on_shutdown(arrived.set)
             self.listen(None)
+
+    def _longest_wait_s(self, left_ns: int | None) -> float | None:
+        """Return after what time to look again though nothing arrives; None for never."""
+        due = [
+            until_ns
+            for timer in self.timers()
+            if not timer.waits_for_event and (until_ns := timer.time_until_next_call()) is not None
+        ]
+        if left_ns is not None:
+            due.append(left_ns)
+        return max(0, min(due)) / 1e9 if due else None
 
     def is_ready(self, entity_type: str, index: int) -> bool:
         """Whether an entity was ready at the last look.
 
         Args:
-            entity_type: ``subscription``, ``guard_condition`` or ``event``.
+            entity_type: One of `KINDS`.
             index: What adding it returned.
         """
         return self._entities[entity_type][index] in self._ready

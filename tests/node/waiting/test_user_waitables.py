@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 
 from teleopctl.node import (
+    Clock,
+    ClockType,
     GuardHandle,
     MultiThreadedExecutor,
     Node,
@@ -14,6 +16,7 @@ from teleopctl.node import (
     SingleThreadedExecutor,
     Waitable,
     WaitSet,
+    tick_loosely,
 )
 
 
@@ -107,6 +110,38 @@ def test_one_that_was_removed_is_not_executed(make_node, spin_until):
     spin_until(lambda: got)
     assert got == [11]
     assert node.waitables == [kept]
+
+
+class Ticks(Waitable):
+    """Calls back each time that a timer of its own is due."""
+
+    def __init__(self, callback) -> None:
+        super().__init__(ReentrantCallbackGroup())
+        self.timer = tick_loosely(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
+        self.callback = callback
+        self.index = 0
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        self.index = wait_set.add_timer(self.timer)
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        return wait_set.is_ready("timer", self.index)
+
+    def take_data(self) -> str:
+        self.timer.call_timer()
+        return "tick"
+
+    async def execute(self, taken_data: str) -> None:
+        self.callback(taken_data)
+
+
+def test_it_is_executed_each_time_that_a_timer_of_its_own_is_due(make_node, executor, spin_until):
+    node, got = make_node(), list[Any]()
+    ticks = Ticks(got.append)
+    node.add_waitable(ticks)
+    spin_until(lambda: len(got) > 2)
+    node.remove_waitable(ticks)
+    assert not node.timers
 
 
 def test_numbers_of_entities_add_up():

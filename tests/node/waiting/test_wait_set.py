@@ -5,10 +5,25 @@ from typing import Any
 
 import pytest
 
-from teleopctl.interfaces.store import get_message
-from teleopctl.node import EventHandle, GuardHandle, QoSProfile, WaitSet, subscribe_loosely
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import (
+    Clock,
+    ClockType,
+    EventHandle,
+    GuardHandle,
+    QoSProfile,
+    ROSClock,
+    TimerCancelledError,
+    WaitSet,
+    call_loosely,
+    serve_loosely,
+    subscribe_loosely,
+    tick_loosely,
+)
 
 STRING = get_message("std_msgs/msg/String")
+ADD = get_service("example_interfaces/srv/AddTwoInts")
+QOS = QoSProfile(depth=10)
 LONG_NS = 10 * 10**9
 
 
@@ -82,3 +97,85 @@ def test_an_event_is_waited_for_and_counted_from_the_last_time(make_node, wait_s
     assert wait_set.is_ready("event", index)
     assert event.take_event() == (1, 1, 1, 1)
     assert event.take_event() == (1, 0, 1, 0)
+
+
+def test_a_request_and_its_response_are_waited_for_and_taken(make_node, wait_set):
+    node = make_node()
+    service = serve_loosely(node, ADD, "add", QOS)
+    client = call_loosely(node, ADD, "add", QOS)
+    requests, responses = wait_set.add_service(service), wait_set.add_client(client)
+    assert node.create_client(ADD, "add").wait_for_service(10.0)
+    assert client.service_server_is_available()
+    assert (client.service_name, service.service_take_request(ADD.Request)) == (
+        "/add",
+        (None, None),
+    )
+    number = client.send_request(ADD.Request(a=2, b=3))
+    wait_set.wait(LONG_NS)
+    assert wait_set.is_ready("service", requests)
+    assert not wait_set.is_ready("client", responses)
+    request, header = service.service_take_request(ADD.Request)
+    assert header is not None
+    assert header.request_id.sequence_number == number
+    assert 0 < header.source_timestamp <= header.received_timestamp
+    service.service_send_response(ADD.Response(sum=request.a + request.b), header)
+    wait_set.wait(LONG_NS)
+    assert wait_set.get_ready_entities("client") == [client.pointer]
+    info, response = client.take_response(ADD.Response)
+    assert info is not None
+    assert (info.request_id, response.sum) == (header.request_id, 5)
+    assert client.take_response(ADD.Response) == (None, None)
+    for handle in (client, service):
+        handle.destroy_when_not_in_use()
+
+
+def test_a_request_is_taken_by_hand_from_a_service_of_a_node(make_node, wait_set):
+    node = make_node()
+    service = node.create_service(ADD, "add", lambda _request, response: response)
+    client = node.create_client(ADD, "add")
+    wait_set.add_service(service.handle)
+    answer = client.call_async(ADD.Request(a=1))
+    wait_set.wait(LONG_NS)
+    request, header = service.handle.service_take_request(ADD.Request)
+    assert header is not None
+    service.handle.service_send_response(ADD.Response(sum=request.a), header)
+    assert answer.wait_until_answered(10.0) == ADD.Response(sum=1)
+
+
+def test_a_wait_ends_when_a_timer_is_due_and_its_calls_are_counted_by_hand(wait_set):
+    timer = tick_loosely(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
+    index = wait_set.add_timer(timer)
+    wait_set.wait(-1)
+    assert wait_set.is_ready("timer", index)
+    timer.call_timer()
+    left_ns = timer.time_until_next_call()
+    assert left_ns is not None
+    assert left_ns <= timer.get_timer_period() == 1_000_000
+    timer.cancel_timer()
+    wait_set.wait(0)
+    assert not wait_set.is_ready("timer", index)
+    with pytest.raises(TimerCancelledError):
+        timer.call_timer()
+
+
+def test_a_wait_for_a_timer_follows_simulated_time(wait_set):
+    clock = ROSClock()
+    clock.set_simulated(True)
+    timer = tick_loosely(clock, 10**9)
+    wait_set.add_timer(timer)
+    wait_set.wait(0)
+    assert not timer.is_timer_ready()
+    threading.Thread(target=clock.set_simulated_time, args=(10**9,)).start()
+    wait_set.wait(-1)
+    assert wait_set.get_ready_entities("timer") == [timer.pointer]
+    timer.destroy_when_not_in_use()
+
+
+@pytest.mark.parametrize("autostart", [True, False])
+def test_a_timer_starts_at_once_or_by_reset(wait_set, autostart):
+    timer = tick_loosely(Clock(), 1000, autostart=autostart)
+    wait_set.add_timer(timer)
+    assert timer.is_timer_canceled() is not autostart
+    timer.reset_timer()
+    wait_set.wait(-1)
+    assert timer.is_timer_ready()

@@ -18,6 +18,7 @@ from teleopctl.node import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
     ROSInterruptException,
+    TimerCancelledError,
 )
 
 __all__ = [
@@ -38,4 +39,5 @@ __all__ = [
     "ParameterNotDeclaredException",
     "ParameterUninitializedException",
     "ROSInterruptException",
+    "TimerCancelledError",
 ]

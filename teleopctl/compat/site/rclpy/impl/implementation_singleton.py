@@ -1,7 +1,7 @@
 """``rclpy.impl.implementation_singleton``. What programs use of the C library's bindings."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.event_handler import (
     QoSPublisherEventType,
@@ -10,7 +10,7 @@ from rclpy.event_handler import (
     event_handle,
 )
 from teleopctl.errors import UsageError
-from teleopctl.interfaces import MessageT
+from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node import (
     GuardHandle,
     Handle,
@@ -20,10 +20,17 @@ from teleopctl.node import (
     QoSProfile,
     RCLError,
     SubscriptionHandle,
+    TimerCancelledError,
     TransitionCallbackReturn,
     WaitSet,
+    call_loosely,
+    serve_loosely,
     subscribe_loosely,
+    tick_loosely,
 )
+
+if TYPE_CHECKING:
+    from teleopctl.interfaces import ServiceType
 
 __all__ = ["rclpy_implementation"]
 
@@ -40,6 +47,24 @@ def _subscription(
     return subscribe_loosely(node.entity, msg_type, topic, qos)
 
 
+# Any: a handle of the client has its own class.
+def _client(
+    node: Handle, srv_type: "type[ServiceType[RequestT, ResponseT]]", name: str, qos: QoSProfile
+) -> Any:
+    return call_loosely(node.entity, srv_type, name, qos)
+
+
+def _service(
+    node: Handle, srv_type: "type[ServiceType[RequestT, ResponseT]]", name: str, qos: QoSProfile
+) -> Any:
+    return serve_loosely(node.entity, srv_type, name, qos)
+
+
+def _timer(clock: Handle, context: Handle, period_nsec: int, autostart: bool = True) -> Any:
+    del context  # rclpy's: it belongs to no session
+    return tick_loosely(clock.entity, period_nsec, autostart=autostart)
+
+
 def _predefined(name: str) -> QoSProfile:
     """Return the profile that rmw has by a name such as ``qos_profile_default``."""
     profile = QoSPresetProfiles[name.removeprefix("qos_profile_").upper()].value
@@ -48,13 +73,17 @@ def _predefined(name: str) -> QoSProfile:
 
 
 rclpy_implementation = SimpleNamespace(
+    Client=_client,
     EventHandle=event_handle,
     GuardCondition=GuardHandle,
     InvalidHandle=InvalidHandle,
     LifecycleStateMachine=LifecycleStateMachine,
     RCLError=RCLError,
     RCLInvalidROSArgsError=UsageError,
+    Service=_service,
     Subscription=_subscription,
+    Timer=_timer,
+    TimerCancelledError=TimerCancelledError,
     TransitionCallbackReturnType=TransitionCallbackReturn,
     UnknownROSArgsError=UsageError,
     UnsupportedEventTypeError=UnsupportedEventTypeError,
