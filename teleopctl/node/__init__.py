@@ -81,6 +81,9 @@ if TYPE_CHECKING:
         SubscriptionHandle as SubscriptionHandle,
     )
     from teleopctl.node.endpoints.timer import Rate as Rate, Timer as Timer
+    from teleopctl.node.endpoints.topic_statistics import (
+        TopicStatisticsOptions as TopicStatisticsOptions,
+    )
     from teleopctl.node.endpoints.waitable import NumberOfEntities as NumberOfEntities
     from teleopctl.node.executor import Executor as Executor
     from teleopctl.node.executors import (
@@ -280,6 +283,7 @@ else:
             "endpoints.subscription": "ContentFilterOptions MessageInfo Subscription "
             "SubscriptionHandle",
             "endpoints.timer": "Rate Timer",
+            "endpoints.topic_statistics": "TopicStatisticsOptions",
             "endpoints.waitable": "NumberOfEntities",
             "executor": "Executor",
             "executors": "MultiThreadedExecutor SingleThreadedExecutor",

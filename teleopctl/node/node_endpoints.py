@@ -6,7 +6,8 @@ import abc
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
-from teleopctl.interfaces import MessageT, RequestT, ResponseT
+from teleopctl.interfaces import MessageT, RequestT, ResponseT, get_message
+from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.endpoint import Endpoint
 from teleopctl.node.endpoints.waitable import Waitable
@@ -14,6 +15,7 @@ from teleopctl.node.node_timers import NodeTimers
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, qos_from, qos_profile_services_default
+from teleopctl.node.values.time import ClockType
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
         Subscription,
         SubscriptionCallback,
     )
+    from teleopctl.node.endpoints.topic_statistics import TopicStatisticsOptions
 
 # Most commands make endpoints of one kind, and load no other.
 
@@ -133,6 +136,7 @@ class NodeEndpoints(NodeTimers):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         content_filter_options: ContentFilterOptions | None = None,
+        topic_statistics: TopicStatisticsOptions | None = None,
         raw: Literal[False] = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]: ...
@@ -149,6 +153,7 @@ class NodeEndpoints(NodeTimers):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         content_filter_options: ContentFilterOptions | None = None,
+        topic_statistics: TopicStatisticsOptions | None = None,
         raw: bool,
         immediate: bool = False,
     ) -> Subscription[MessageT]: ...
@@ -164,18 +169,23 @@ class NodeEndpoints(NodeTimers):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         content_filter_options: ContentFilterOptions | None = None,  # noqa: ARG002
+        topic_statistics: TopicStatisticsOptions | None = None,
         raw: bool = False,
         immediate: bool = False,
     ) -> Subscription[MessageT]:
         """Make a subscription; see `Subscription` for the callback and ``immediate``.
 
         ``content_filter_options`` is rclpy's: as under rmw_zenoh every message comes.
+        ``topic_statistics`` is rclcpp's: see `TopicStatisticsOptions`.
 
         Raises:
             InvalidTopicNameException: The name breaks a rule.
+            ValueError: The period of the statistics is not positive.
         """
         from teleopctl.node.endpoints.subscription import Subscription
 
+        if topic_statistics is not None:
+            topic_statistics.check()
         name = self.resolve_topic_name(topic)
         qos = qos_from(qos_profile)
         if qos_overriding_options is not None:
@@ -194,7 +204,30 @@ class NodeEndpoints(NodeTimers):
         )
         if event_callbacks is not None:
             self._watch(subscription, event_callbacks, callback_group)
+        if topic_statistics is not None:
+            self._publish_statistics(subscription, topic_statistics)
         return subscription
+
+    def _publish_statistics(
+        self, subscription: Subscription[MessageT], options: TopicStatisticsOptions
+    ) -> None:
+        from teleopctl.node.endpoints.topic_statistics import TopicStatistics
+
+        metrics = get_message("statistics_msgs/msg/MetricsMessage")
+        publisher = self.create_publisher(metrics, options.publish_topic, options.qos_profile)
+        statistics = TopicStatistics(self.get_name(), publisher)
+        timer = self.create_timer(
+            options.publish_period_sec,
+            statistics.publish,
+            subscription.callback_group,
+            Clock(clock_type=ClockType.STEADY_TIME),
+        )
+
+        def stop() -> None:
+            self.destroy_timer(timer)
+            self.destroy_publisher(publisher)
+
+        subscription.measure(statistics.saw, stop)
 
     def create_service(
         self,

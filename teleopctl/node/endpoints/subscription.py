@@ -122,10 +122,21 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         self._samples = self._make_queue(qos)
         self.refusals = Refusals(f"a message on '{topic}'", node.get_logger().error)
         self._watching: tuple[EventHandler, ...] = ()
+        self._measure: Callable[[int | None], None] | None = None
+        self._stop_measuring: Callable[[], object] | None = None
         self._lifespan_ns = bound_ns(qos.lifespan)
         receive = self._handle_now if immediate else self._queue
         self._channel = self._declare(qos, zenoh.handlers.Callback(receive, indirect=False))
         self._announce()
+
+    def measure(self, saw: Callable[[int | None], None], stop: Callable[[], object]) -> None:
+        """Have a function told when each message that is handed over was sent (ours).
+
+        Args:
+            saw: Told in nanoseconds since the epoch; None where it is not known.
+            stop: Called when the subscription is destroyed.
+        """
+        self._measure, self._stop_measuring = saw, stop
 
     def watch(self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup) -> None:
         """Have callbacks told of events."""
@@ -293,6 +304,9 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         if self._has_expired(sample):
             return None
         message = self._decode(sample, raw=self.raw)
+        if self._measure is not None and message is not None:
+            meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
+            self._measure(None if meta is None else meta.time_ns)
         if message is None or not self._wants_info:
             return None if message is None else (message,)
         info = self._info(sample, received_ns)
@@ -322,6 +336,8 @@ class Subscription(Endpoint, Waitable, Generic[MessageT]):
         }
 
     def _close(self) -> None:
+        if self._stop_measuring is not None:
+            self._stop_measuring()
         # First: undeclaring waits for a callback that waits for room.
         self._samples.close()
         self._channel.undeclare()

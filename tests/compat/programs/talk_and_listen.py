@@ -36,7 +36,10 @@ class MinimalSubscriber(Node):
 
 
 def main(args=None):
-    rclpy.init(args=args)
+    try:
+        rclpy.init(args=["talk", "Ragnar\udcc3"])
+    except UnicodeEncodeError:
+        rclpy.init(args=args)
     executor = rclpy.executors.SingleThreadedExecutor()
     publisher = MinimalPublisher()
     subscriber = MinimalSubscriber()

@@ -1,6 +1,7 @@
 """``rclpy``: the module functions; its submodules load when they are first used."""
 
 import importlib
+import sys
 from collections.abc import Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -48,7 +49,13 @@ def init(
     domain_id: int | None = None,
     signal_handler_options: SignalHandlerOptions | None = None,
 ) -> Context:
-    """Start a context; ``args`` may be given by position, as nodes do."""
+    """Start a context; ``args`` may be given by position, as nodes do.
+
+    Raises:
+        UnicodeEncodeError: An argument is no UTF-8, so that no message could hold it.
+    """
+    for argument in sys.argv if args is None else args:
+        argument.encode()
     return _init(
         args=args,
         context=context,

@@ -1,0 +1,139 @@
+"""Statistics of the messages of a subscription, published as rclcpp's topic statistics are."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.interfaces import get_message, split
+from teleopctl.node.values.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from teleopctl.node.endpoints.publisher import Publisher
+
+
+class TopicStatisticsOptions(NamedTuple):
+    """Has a subscription publish how old its messages are, and how far apart they come.
+
+    Attributes:
+        publish_period_sec: Length of a window in seconds of wall time; positive.
+        publish_topic: Where to publish ``statistics_msgs/msg/MetricsMessage``.
+        qos_profile: Quality of service of that topic.
+    """
+
+    publish_period_sec: float = 1.0
+    publish_topic: str = "/statistics"
+    qos_profile: QoSProfile = QoSProfile(depth=10)
+
+    def check(self) -> None:
+        """Raise ValueError for a period that is not positive (ours)."""
+        if self.publish_period_sec <= 0:
+            raise ValueError(
+                "the period of topic statistics must be positive, which "
+                f"{self.publish_period_sec} s is not"
+            )
+
+
+class Measurements:
+    """Mean, extremes and deviation of the measurements of a window, which are not kept.
+
+    The mean and the sum of squared differences from it follow each measurement (Welford 1962).
+    """
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._mean = 0.0
+        self._squares = 0.0
+        self._min = math.inf
+        self._max = -math.inf
+
+    def add(self, value: float) -> None:
+        """Take a measurement in."""
+        before = value - self._mean
+        self._count += 1
+        self._mean += before / self._count
+        self._squares += before * (value - self._mean)
+        self._min = min(self._min, value)
+        self._max = max(self._max, value)
+
+    def data_points(self) -> list[tuple[int, float]]:
+        """Return kind (``StatisticDataType``) and value of each statistic, in rclcpp's order.
+
+        Mean, maximum, minimum, number and standard deviation of the whole window; NaN, but for
+        the number, where nothing was measured.
+        """
+        if not self._count:
+            return [(1, math.nan), (3, math.nan), (2, math.nan), (5, 0.0), (4, math.nan)]
+        deviation = math.sqrt(self._squares / self._count)
+        return [
+            (1, self._mean),
+            (3, self._max),
+            (2, self._min),
+            (5, float(self._count)),
+            (4, deviation),
+        ]
+
+
+class TopicStatistics:
+    """Measures the messages of one subscription as they are taken, and publishes each window.
+
+    Args:
+        node_name: Named as the source.
+        publisher: Of the statistics.
+    """
+
+    # Any: message classes are made when they are first asked for.
+    def __init__(self, node_name: str, publisher: Publisher[Any]) -> None:
+        self._node_name = node_name
+        self._publisher = publisher
+        self._lock = threading.Lock()
+        self._age_ms = Measurements()
+        self._period_ms = Measurements()
+        self._last_ns: int | None = None
+        self._window_start_ns = time.time_ns()
+
+    def saw(self, source_ns: int | None) -> None:
+        """Take note of a message.
+
+        Args:
+            source_ns: When it was sent, in nanoseconds since the epoch; None when that is unknown.
+        """
+        now_ns = time.time_ns()
+        with self._lock:
+            if source_ns is not None:
+                self._age_ms.add((now_ns - source_ns) / 1e6)
+            if self._last_ns is not None:
+                self._period_ms.add((now_ns - self._last_ns) / 1e6)
+            self._last_ns = now_ns
+
+    def publish(self) -> None:
+        """Publish the window, and begin the next one."""
+        now_ns = time.time_ns()
+        with self._lock:
+            measured = (("message_age", self._age_ms), ("message_period", self._period_ms))
+            start_ns, self._window_start_ns = self._window_start_ns, now_ns
+            self._age_ms, self._period_ms = Measurements(), Measurements()
+        point = get_message("statistics_msgs/msg/StatisticDataPoint")
+        start, stop = _stamp(start_ns), _stamp(now_ns)
+        for name, measurements in measured:
+            self._publisher.publish(
+                self._publisher.msg_type(
+                    measurement_source_name=self._node_name,
+                    metrics_source=name,
+                    unit="ms",
+                    window_start=start,
+                    window_stop=stop,
+                    statistics=[
+                        point(data_type=kind, data=value)
+                        for kind, value in measurements.data_points()
+                    ],
+                )
+            )
+
+
+# Any: message classes are made when they are first asked for.
+def _stamp(nanoseconds: int) -> Any:
+    sec, nanosec = split(nanoseconds)
+    return get_message("builtin_interfaces/msg/Time")(sec=sec, nanosec=nanosec)
