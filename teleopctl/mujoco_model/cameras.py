@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from teleopctl.mujoco_model.sensors.optical_frames import optical_frame, optical_rotation
 from teleopctl.robot import Pose
-from teleopctl.tf import Quaternion, multiply, quaternion_from_rpy
+from teleopctl.tf import Quaternion
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription, Sensor
@@ -23,9 +24,6 @@ _DEFAULT_RATE_HZ = 30.0
 
 # MuJoCo's camera axes expressed in the sensor's frame, quaternion w x y z.
 _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
-
-# The optical frame of REP 103 (z forward, x right, y down) in the sensor's frame, x y z w.
-_OPTICAL_ROTATION = (-0.5, 0.5, -0.5, 0.5)
 
 
 @dataclass(frozen=True)
@@ -84,14 +82,15 @@ class CameraModel:
     @property
     def optical_rotation(self) -> Quaternion:
         """The optical frame's rotation in the camera's link, x y z w; its origin is ``pose``'s."""
-        return multiply(quaternion_from_rpy(*self.pose.rpy), _OPTICAL_ROTATION)
+        return optical_rotation(self.pose)
 
 
 def camera_models(description: RobotDescription) -> tuple[list[CameraModel], list[str]]:
     """The camera sensors; those without a ``<camera>`` or without a link are no cameras.
 
     Returns:
-        The cameras, each with a name of its own, and a warning for each that got another one.
+        The cameras, each with a name of its own, and a warning for each that got another one, or
+        another frame.
 
     Raises:
         InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
@@ -101,7 +100,10 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
     for sensor in description.gazebo.sensors:
         if sensor.type != "camera" or sensor.camera is None or sensor.link not in description.links:
             continue
-        camera = _camera(sensor)
+        frame, warning = optical_frame(sensor, description)
+        if warning:
+            warnings.append(warning)
+        camera = _camera(sensor, frame)
         name = camera.name
         while name in cameras:
             name = f"{camera.link}/{name}"
@@ -111,13 +113,13 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
     return list(cameras.values()), warnings
 
 
-def _camera(sensor: Sensor) -> CameraModel:
+def _camera(sensor: Sensor, frame: str) -> CameraModel:
     camera = sensor.camera
     assert camera is not None
     return CameraModel(
         name=_of_plugins(sensor, "camera_name") or camera.name or sensor.name,
         link=sensor.link,
-        frame_id=_optical_frame(sensor),
+        frame_id=frame,
         width=camera.width,
         height=camera.height,
         horizontal_fov=camera.horizontal_fov,
@@ -125,15 +127,6 @@ def _camera(sensor: Sensor) -> CameraModel:
         distortion=(camera.k1, camera.k2, camera.p1, camera.p2, camera.k3),
         pose=sensor.pose,
     )
-
-
-def _optical_frame(sensor: Sensor) -> str:
-    """The frame that the description names for images, unless it is the sensor's own link.
-
-    A camera looks along the x axis of its link, an image along the z axis of its frame.
-    """
-    named = _of_plugins(sensor, "frame_name") or sensor.frame
-    return named if named not in ("", sensor.link) else f"{sensor.link}_optical"
 
 
 def _of_plugins(sensor: Sensor, parameter: str) -> str:

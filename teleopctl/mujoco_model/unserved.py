@@ -8,54 +8,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from lxml import etree
 
+from teleopctl.mujoco_model.sensors.unserved_sensors import (
+    OF_PLUGINS,
+    Tag,
+    is_so_anyway,
+    tags_of_sensor,
+    value_of,
+    words,
+)
 from teleopctl.robot import tags_of_plugin
-
-
-def _words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
-
-
-# What a link has anyway if the tag says so.
-_ANYWAY = dict.fromkeys(("selfCollide", "self_collide", "gravity"), ("true", "1")) | {
-    "turnGravityOff": ("false", "0"),
-    "enable_orientation": ("true", "1"),
-    "format": ("r8g8b8", "rgb_int8"),
-    "center": ("0.5 0.5",),
-}
 
 # By kind of element: the tags that have their effect, or that change nothing of a simulation.
 # `fdir1` is a direction of friction, which is the same in all; the joints' are Gazebo's solver's.
-_OF_LINKS = _words("material mu1 mu2 sensor visual fdir1 maxContacts max_contacts")
-_OF_JOINTS = _words(
+_OF_LINKS = words("material mu1 mu2 sensor visual fdir1 maxContacts max_contacts")
+_OF_JOINTS = words(
     "implicitSpringDamper provideFeedback provide_feedback preserveFixedJoint "
     "disableFixedJointLumping disableJointLumping sensor"
 )
 _OF_ROBOTS = frozenset({"allow_auto_disable"})
-_OF_SENSORS = _words(
-    "update_rate frame_id gz_frame_id ignition_frame_id pose plugin always_on visualize"
-)
-# Nested tags that are gone through, with those in them that have their effect.
-_INSIDE = {
-    "camera": _words("horizontal_fov vertical_fov clip"),
-    "image": _words("width height"),
-    "force_torque": _words("frame measure_direction"),
-} | dict.fromkeys(
-    ("distortion", "imu", "angular_velocity", "linear_acceleration", "x", "y", "z"),
-    frozenset[str](),
-)
-_OF_PLUGINS = _words(
-    "frame_name camera_name hack_baseline hackBaseline alwaysOn always_on updateRate update_rate "
-    "updateRateHZ rosDebugLevel serviceName"
-)
-
 _BECAUSE = {"mu2": ": friction is <mu1> in all directions"}
-
-# Where the camera publishes, whatever is asked for.
-_CAMERA_TOPICS = {"image_raw", "camera_info"}
 
 # Plug-ins of the whole robot that are served, by the controllers, or stand for nothing of their
 # own: Gazebo's engines, whose sensors have tags, and its window.
@@ -64,13 +38,6 @@ _SERVED_PLUGINS = re.compile(
     r"|(gz-sim|ignition-gazebo)\d*-(physics|sensors|imu|contact|forcetorque|altimeter|magnetometer"
     r"|navsat|air-pressure|user-commands|scene-broadcaster)-system)(\.so)?"
 )
-
-
-class _Tag(NamedTuple):
-    """A tag that has no effect, and what it is said of."""
-
-    tag: etree._Element
-    where: str
 
 
 def unserved_tags(urdf: str) -> list[str]:
@@ -89,7 +56,7 @@ def unserved_tags(urdf: str) -> list[str]:
         for kind in ("link", "joint")
     }
     sentences: list[str] = []
-    found: dict[str, list[_Tag]] = {}
+    found: dict[str, list[Tag]] = {}
     for gazebo in robot.iterfind("gazebo"):
         reference = gazebo.get("reference") or ""
         served = frozenset[str]() if reference else _OF_ROBOTS
@@ -133,80 +100,25 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
             )
 
 
-def _of_gazebo(gazebo: etree._Element, where: str, served: frozenset[str]) -> Iterator[_Tag]:
+def _of_gazebo(gazebo: etree._Element, where: str, served: frozenset[str]) -> Iterator[Tag]:
     for tag in gazebo:
         if tag.tag == "sensor" and tag.tag in served:
-            yield from _of_sensor(tag, where.strip("'"))
+            yield from tags_of_sensor(tag, where.strip("'"))
         elif tag.tag == "mu2" and tag.tag in served:
             along = gazebo.find("mu1")
-            if along is None or _value(along) != _value(tag):
-                yield _Tag(tag, where)
+            if along is None or value_of(along) != value_of(tag):
+                yield Tag(tag, where)
         elif tag.tag == "plugin":
             yield from _of_controller(tag)
-        elif tag.tag not in served and not _is_so_anyway(tag):
-            yield _Tag(tag, where)
+        elif tag.tag not in served and not is_so_anyway(tag):
+            yield Tag(tag, where)
 
 
-def _of_controller(plugin: etree._Element) -> Iterator[_Tag]:
+def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
     """The parameters of a plug-in that is a controller here."""
     known = tags_of_plugin(plugin.get("filename", ""))
     if known is None:
         return  # told as a whole
     for tag in plugin:
-        if tag.tag not in known | _OF_PLUGINS and not _is_so_anyway(tag):
-            yield _Tag(tag, f"plug-in '{plugin.get('name')}'")
-
-
-def _of_sensor(sensor: etree._Element, link: str) -> Iterator[_Tag]:
-    kind, where = sensor.get("type"), f"sensor '{sensor.get('name')}'"
-    if kind not in ("camera", "imu"):
-        return  # what nothing simulates is told as a whole; a plug-in's tags are its own
-    served = _OF_SENSORS | ({"topic"} if kind == "imu" else set())
-    for tag in sensor:
-        if tag.tag == kind:
-            yield from _inside(tag, where)
-        elif tag.tag not in served:
-            yield _Tag(tag, where)
-        elif tag.tag == "plugin":
-            yield from _of_plugin(tag, kind, {link, *(_value(other) for other in sensor)})
-
-
-def _inside(parent: etree._Element, where: str) -> Iterator[_Tag]:
-    for tag in parent:
-        if tag.tag in _INSIDE:
-            yield from _inside(tag, where)
-        elif tag.tag not in _INSIDE[str(parent.tag)] and not _is_so_anyway(tag):
-            yield _Tag(tag, where)
-
-
-def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[_Tag]:
-    """The parameters of a sensor's plug-in, unless they repeat what served tags have said."""
-    where = f"plug-in '{plugin.get('name')}'"
-    if sensor == "camera":
-        said |= _CAMERA_TOPICS
-    for remapping in plugin.iterfind("ros/remapping"):
-        source, _, target = _value(remapping).partition(":=")
-        if (sensor, source) == ("imu", "~/out") or target.lstrip("/") == source.rpartition("/")[2]:
-            said.add(target)
-        else:
-            yield _Tag(remapping, where)
-    for tag in plugin.iterfind("ros/*"):
-        if tag.tag != "remapping" and _value(tag) not in ("", "/"):
-            yield _Tag(tag, where)
-    for tag in plugin:
-        if tag.tag not in _OF_PLUGINS | {"ros"} and not (_is_so_anyway(tag) or _value(tag) in said):
-            yield _Tag(tag, where)
-
-
-def _is_so_anyway(tag: etree._Element) -> bool:
-    """Whether a tag asks for what is the case without it: zero of something, for one."""
-    if len(tag):
-        return all(_is_so_anyway(child) for child in tag if child.tag != "type")
-    value = _value(tag).lower()
-    if tag.tag in _ANYWAY:
-        return value in _ANYWAY[str(tag.tag)]
-    return value == "false" or (bool(value) and not value.strip("0. +-"))
-
-
-def _value(tag: etree._Element) -> str:
-    return " ".join((tag.text or tag.get("value") or "").split())
+        if tag.tag not in known | OF_PLUGINS and not is_so_anyway(tag):
+            yield Tag(tag, f"plug-in '{plugin.get('name')}'")

@@ -276,13 +276,16 @@ LAUNCH_SUBSTITUTIONS = Kind(
 )
 """What may stand behind ``$(`` in a launch file."""
 
+_SENSORS = "teleopctl.sim.sensors"
+
 SENSORS = Kind(
     "sensor type",
     "teleopctl.sensors",
     {
-        "force_torque": "teleopctl.sim.sensors.force_torque:ForceTorque",
-        "imu": "teleopctl.sim.sensors.imu:Imu",
-    },
+        "force_torque": f"{_SENSORS}.force_torque:ForceTorque",
+        "imu": f"{_SENSORS}.imu:Imu",
+    }
+    | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
     bases=("teleopctl.sim.sensors.base:Sensor",),
 )
 """Simulated sensors, by the names that ``<sensor type="…">`` has."""

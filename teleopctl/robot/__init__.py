@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         plugin_controllers as plugin_controllers,
         tags_of_plugin as tags_of_plugin,
     )
-    from teleopctl.robot.gazebo_tag import Plugin as Plugin, Sensor as Sensor
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
@@ -27,6 +26,14 @@ if TYPE_CHECKING:
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
+    )
+    from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
+    from teleopctl.robot.sensors.sensor_tag import (
+        Noise as Noise,
+        Plugin as Plugin,
+        Rays as Rays,
+        Sensor as Sensor,
+        Sweep as Sweep,
     )
     from teleopctl.robot.simulated_hardware import (
         SimulatedDescription as SimulatedDescription,
@@ -62,13 +69,14 @@ else:
             "description": "RobotDescription",
             "free_joints": "JointSet",
             "gazebo_plugins.table": "PluginControllers plugin_controllers tags_of_plugin",
-            "gazebo_tag": "Plugin Sensor",
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
             "mesh_units": "collada_unit_m",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
+            "sensors.sensor_names": "RosNames",
+            "sensors.sensor_tag": "Noise Plugin Rays Sensor Sweep",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "world_file": "World read_world",

@@ -457,3 +457,36 @@ def test_images_are_in_the_optical_frame(tag: str, frame: str) -> None:
     built = model(link("eye", ""), f'<gazebo reference="eye">{sensor}</gazebo>')
 
     assert built.cameras[0].frame_id == frame
+
+
+@pytest.mark.parametrize(
+    ("tag", "links", "frame"),
+    [
+        ("", {"eye_optical_link": "-1.57 0 -1.57"}, "eye_optical_link"),
+        ("<gz_frame_id>lens</gz_frame_id>", {"lens": "-1.5708 0 -1.5708"}, "lens"),
+        ("<gz_frame_id>body</gz_frame_id>", {"body": "0 0 0"}, "eye_optical"),
+        (
+            "<gz_frame_id>body</gz_frame_id>",
+            {"body": "0 0 0", "rgb_optical": "-1.57 0 -1.57", "odd_optical": "0 0 0"},
+            "rgb_optical",
+        ),
+        ("<optical_frame_id>body</optical_frame_id>", {"body": "0 0 0"}, "body"),
+    ],
+)
+def test_images_are_in_a_frame_that_is_turned_as_they_are(
+    tag: str, links: dict[str, str], frame: str
+) -> None:
+    camera = "<camera><horizontal_fov>1</horizontal_fov><image><width>8</width><height>8</height>"
+    sensor = f"<sensor name='e' type='camera'>{tag}{camera}</image></camera></sensor>"
+    frames = "".join(
+        link(name, "")
+        + f'''<joint name="to_{name}" type="fixed"><parent link="eye"/>
+          <child link="{name}"/><origin rpy="{rpy}"/></joint>'''
+        for name, rpy in links.items()
+    )
+    built = model(link("eye", ""), frames, f'<gazebo reference="eye">{sensor}</gazebo>')
+
+    assert built.cameras[0].frame_id == frame
+    told = "The frame 'body' of camera 'e' does not look where the camera does: its images are in "
+    ignored = "gz_frame_id" in tag and "body" in tag
+    assert built.warnings == ((f"{told}'{frame}'",) if ignored else ())

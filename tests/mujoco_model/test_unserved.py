@@ -107,7 +107,6 @@ def test_a_camera_on_what_is_no_link_is_left_out_and_told(reference: str) -> Non
         ("<image><format>L8</format></image>", "", "format"),
         ("<lens><type>equidistant</type><cutoff_angle>1.5</cutoff_angle></lens>", "", "lens"),
         ("<pose>0 0 1 0 0 0</pose>", "", "pose"),
-        ("<optical_frame_id>lens</optical_frame_id>", "", "optical_frame_id"),
         ("", "<topic>front/image</topic>", "topic"),
     ],
 )
@@ -122,13 +121,13 @@ def test_what_a_sensors_plugin_does_not_do_is_told() -> None:
     plugin = """<plugin name="p" filename="libgazebo_ros_camera.so"><ros>
       <namespace>/front</namespace>
       <remapping>~/image_raw:=/image_raw</remapping><remapping>~/camera_info:=info</remapping></ros>
-      <imageTopicName>image_raw</imageTopicName><frameName>lens</frameName>
+      <imageTopicName>image_raw</imageTopicName><min_depth>0.4</min_depth>
       <distortionK1>0.0</distortionK1></plugin>"""
 
     assert warnings(camera("", plugin)) == (
         "<remapping> of plug-in 'p' (line 6) has no effect",
         "<namespace> of plug-in 'p' (line 5) has no effect",
-        "<frameName> of plug-in 'p' (line 7) has no effect",
+        "<min_depth> of plug-in 'p' (line 7) has no effect",
     )
 
 
@@ -140,7 +139,6 @@ def test_what_an_imu_does_not_do_is_told() -> None:
 <lens/></sensor></gazebo>"""
 
     assert warnings(tags) == (
-        "<noise> of sensor 'i' (line 3) has no effect",
         "<orientation_reference_frame> of sensor 'i' (line 4) has no effect",
         "<lens> of sensor 'i' (line 5) has no effect",
     )
@@ -167,9 +165,24 @@ def test_what_changes_nothing_is_not_told() -> None:
 
 def test_a_sensor_of_another_kind_is_told_by_who_makes_sensors() -> None:
     scan = "<ray><noise><stddev>1</stddev></noise></ray>"
-    tags = f'<gazebo reference="tip"><sensor name="l" type="ray">{scan}</sensor></gazebo>'
+    tags = f'<gazebo reference="tip"><sensor name="l" type="echo">{scan}</sensor></gazebo>'
 
     assert warnings(tags) == ()
+
+
+def test_what_a_lidar_does_not_do_is_told() -> None:
+    inside = "<range><min>0.1</min><max>9</max><resolution>0.01</resolution></range>"
+    inside += "<noise><stddev>0.1</stddev></noise>\n<visibility_mask>3</visibility_mask>"
+    plugin = """<plugin name="p" filename="libgazebo_ros_ray_sensor.so">
+      <ros><namespace>a</namespace><remapping>~/out:=scan</remapping></ros>
+      <output_type>sensor_msgs/LaserScan</output_type><min_intensity>9</min_intensity></plugin>"""
+    tags = f"""<gazebo reference="tip"><sensor name="l" type="ray"><ray>{inside}</ray>
+{plugin}</sensor></gazebo>"""
+
+    assert warnings(tags) == (
+        "<visibility_mask> of sensor 'l' (line 2) has no effect",
+        "<min_intensity> of plug-in 'p' (line 5) has no effect",
+    )
 
 
 def test_the_arm_asks_for_nothing_that_it_does_not_get() -> None:

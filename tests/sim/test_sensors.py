@@ -75,6 +75,26 @@ def test_at_rest_an_imu_measures_gravity_upwards_and_no_rotation() -> None:
     assert not np.any(imu.orientation_covariance)
 
 
+def test_an_imu_has_the_noise_of_each_axis_and_says_its_variance() -> None:
+    noise = "<noise type='gaussian'><bias_mean>0.4</bias_mean><stddev>0.01</stddev></noise>"
+    part = f"<imu><angular_velocity><y>{noise}</y></angular_velocity></imu>"
+    part = part.replace("</imu>", "<enable_orientation>false</enable_orientation></imu>")
+    measured = pendulum(part, commands="position")
+    rates = []
+    for _ in range(200):
+        measured.simulation.step(10)
+        imu = measured.imu()
+        rates.append(imu.angular_velocity.y)
+        assert (imu.angular_velocity.x, imu.angular_velocity.z) == pytest.approx((0, 0), abs=1e-6)
+    assert abs(np.mean(rates)) == pytest.approx(0.4, abs=0.004)
+    assert np.std(rates) == pytest.approx(0.01, rel=0.2)
+    assert imu.angular_velocity_covariance[4] == pytest.approx(1e-4)
+    assert imu.orientation_covariance[0] == -1.0
+    again = pendulum(part, commands="position")
+    again.simulation.step(2000)
+    assert again.imu().angular_velocity.y == rates[-1]
+
+
 def test_the_axes_are_those_of_the_sensor() -> None:
     measured = pendulum(f"<pose>0 0 0 {math.pi / 2} 0 0</pose>", commands="position")
     imu = measured.imu()
@@ -134,13 +154,13 @@ def test_reading_a_sensor_changes_no_bit_of_the_motion() -> None:
 
 def test_a_type_that_nothing_simulates_is_told_once_for_each_sensor() -> None:
     measured = Measured(
-        link("base", ""), gazebo("base", "", "sonar", "a"), gazebo("base", "", "magic", "b")
+        link("base", ""), gazebo("base", "", "thermal", "a"), gazebo("base", "", "magic", "b")
     )
     assert [warning.partition(":")[0] for warning in measured.warnings] == [
         "Sensor 'a' on link 'base' (line 1) is left out",
         "Sensor 'b' on link 'base' (line 1) is left out",
     ]
-    assert "'sonar', only camera, force_torque, imu" in measured.warnings[0]
+    assert "'thermal', only camera, force_torque, gpu_lidar, " in measured.warnings[0]
 
 
 def test_a_sensor_on_a_link_that_the_robot_lacks_is_left_out() -> None:

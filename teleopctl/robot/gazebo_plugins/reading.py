@@ -12,7 +12,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import boolean, to_number
 
 if TYPE_CHECKING:
-    from teleopctl.robot.gazebo_tag import Plugin
+    from teleopctl.robot.sensors.sensor_tag import Plugin
 
 _NO_LETTERS = re.compile(r"\W+")
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")

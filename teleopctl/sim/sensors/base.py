@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import mujoco
 import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot import RosNames
+from teleopctl.sim.sensors.noise import NoiseSource
 
 if TYPE_CHECKING:
     from teleopctl.robot import Sensor as Description
+
+# A bias wanders in steps of this rate where a sensor has none of its own.
+_USUAL_RATE_HZ = 100.0
 
 
 class Sensor:
@@ -28,13 +34,25 @@ class Sensor:
         message_type: The ROS type of what it publishes.
         description: What the ``<sensor>`` says.
         name: A name for MuJoCo, unique in the robot.
+        names: What the description calls its topics.
+        seed: Of its noise.
     """
 
-    message_type: ClassVar[str]
+    message_type: str
+    seed = 0
 
     def __init__(self, description: Description) -> None:
         self.description = description
         self.name = f"{description.link}/{description.name}"
+        self.names = RosNames(description)
+        self._noises: dict[str, NoiseSource] = {}
+
+    def companions(self) -> Sequence[Sensor]:
+        """Sensors that publish the same measurement on other topics, in other messages.
+
+        They are added to the model too, after this one.
+        """
+        return ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add what it measures with, such as MuJoCo's own sensors, before the model is compiled.
@@ -59,22 +77,43 @@ class Sensor:
         """
         raise NotImplementedError
 
+    # What Gazebo's plug-in for such sensors calls its topic.
+    plugin_topic: ClassVar[str] = "~/out"
+
     @property
     def topic(self) -> str:
-        """``<topic>``, or what a plug-in of Gazebo remaps ``~/out`` to, or the sensor's name."""
-        remappings = (
-            text.partition(":=")
-            for plugin in self.description.plugins
-            for text in plugin.parameters.get("ros/remapping", ())
-        )
-        remapped = {source: target for source, _, target in remappings}
-        return self.description.topic or remapped.get("~/out") or self.description.name
+        """Where it is published, as from Gazebo.
+
+        What its plug-in is remapped to; else ``<topic>``, else the plug-in's own topic, else the
+        sensor's name.
+        """
+        names = self.names
+        said = names.remapped(self.plugin_topic) or names.topic
+        said = said or names.setting("topicName", "topic_name")
+        if not said and names.has_plugin:
+            said = names.of_plugin(self.plugin_topic)
+        return said or self.description.name
 
     @property
     def frame_id(self) -> str:
         """The frame of the measurement: what the description says, or the link."""
-        named = (plugin.parameter("frame_name") for plugin in self.description.plugins)
-        return self.description.frame or next(filter(None, named), self.description.link)
+        named = self.names.setting("frame_name", "frameName", "frame_id")
+        return self.description.frame or named or self.description.link
+
+    def noise(self, *parts: str) -> NoiseSource:
+        """The noise of the first of these parts of the ``<sensor>`` that has any.
+
+        Args:
+            parts: Paths of the elements that ``<noise>`` may stand in.
+        """
+        source = self._noises.get(parts[0])
+        if source is None:
+            found = self.description.noise
+            part = next((part for part in parts if part in found), parts[0])
+            period_s = 1.0 / (self.description.update_rate or _USUAL_RATE_HZ)
+            source = NoiseSource(found.get(part), self.seed, f"{self.name}/{part}", period_s)
+            self._noises[parts[0]] = source
+        return source
 
     def add_site(self, spec: mujoco.MjSpec) -> mujoco.MjsSite:
         """Add a site with the sensor's pose to its link and return it.

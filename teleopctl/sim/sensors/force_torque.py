@@ -19,6 +19,7 @@ class ForceTorque(Sensor):
     the child link, which is the joint's.
     """
 
+    plugin_topic = "wrench"
     message_type = "geometry_msgs/msg/WrenchStamped"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
@@ -54,4 +55,7 @@ class ForceTorque(Sensor):
                 to_world = data.site(self.name).xmat.reshape(3, 3)
                 vector = data.xmat[parent].reshape(3, 3).T @ to_world @ vector
             part = getattr(message.wrench, suffix)
-            part.x, part.y, part.z = map(float, vector)
+            for axis, name in enumerate("xyz"):
+                noise = self.noise(f"force_torque/{suffix}/{name}")
+                measured = noise.disturb(vector[axis : axis + 1], float(data.time))
+                setattr(part, name, float(measured[0]))

@@ -1,12 +1,16 @@
-"""``imu``: an inertial measurement unit without noise."""
+"""``imu``: an inertial measurement unit."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from teleopctl.sim.sensors.base import Sensor
+
+# Parts of the message, and the sensors of MuJoCo that measure them.
+_VECTORS = (("angular_velocity", "gyro"), ("linear_acceleration", "accelerometer"))
 
 
 class Imu(Sensor):
@@ -14,8 +18,8 @@ class Imu(Sensor):
 
     Turn rate (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes; the
     acceleration is what an accelerometer measures, 9.81 upwards at rest. The orientation is that
-    of the sensor in the world, which is x east, y north, z up (REP 103). The covariances are zero,
-    which says that they are not known.
+    of the sensor in the world, which is x east, y north, z up (REP 103). The covariances are those
+    of the ``<noise>``; zero, where there is none, says that they are not known.
     """
 
     message_type = "sensor_msgs/msg/Imu"
@@ -37,15 +41,25 @@ class Imu(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Copy what the three measure."""
+        """Copy what the three measure, with the noise of each axis."""
         del model
-        q, rate, acceleration = (
-            message.orientation,
-            message.angular_velocity,
-            message.linear_acceleration,
-        )
-        q.w, q.x, q.y, q.z = data.sensor(f"{self.name}/orientation").data
-        rate.x, rate.y, rate.z = data.sensor(f"{self.name}/gyro").data
-        acceleration.x, acceleration.y, acceleration.z = data.sensor(
-            f"{self.name}/accelerometer"
-        ).data
+        q = message.orientation
+        if self._has_orientation:
+            q.w, q.x, q.y, q.z = data.sensor(f"{self.name}/orientation").data
+        else:
+            # REP 145: an element of -1 says that there is no orientation.
+            message.orientation_covariance[0] = -1.0
+        for part, suffix in _VECTORS:
+            vector = getattr(message, part)
+            covariance = getattr(message, f"{part}_covariance")
+            exact = np.array(data.sensor(f"{self.name}/{suffix}").data)
+            for axis, name in enumerate("xyz"):
+                noise = self.noise(f"imu/{part}/{name}")
+                measured = noise.disturb(exact[axis : axis + 1], float(data.time))
+                setattr(vector, name, float(measured[0]))
+                covariance[4 * axis] = noise.variance
+
+    @property
+    def _has_orientation(self) -> bool:
+        said = self.description.texts.get("imu/enable_orientation", "true")
+        return said.lower() in ("true", "1")

@@ -38,7 +38,8 @@ def make_sensors(
         line = f" (line {description.line})" if description.line else ""
         where = f"Sensor '{description.name}' on link '{description.link}'{line} is left out"
         try:
-            sensors.append(plugins.load(plugins.SENSORS, description.type)(description))
+            sensor = plugins.load(plugins.SENSORS, description.type)(description)
+            sensors += [sensor, *sensor.companions()]
         except UnknownPluginError:
             known = ", ".join(sorted((*_RENDERED_ELSEWHERE, *plugins.available(plugins.SENSORS))))
             warn(f"{where}: nothing simulates the type '{description.type}', only {known}")

@@ -1,0 +1,144 @@
+"""What a ``<sensor>`` asks a simulator for and does not get."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from lxml import etree
+
+from teleopctl.plugins import SENSORS
+
+
+class Tag(NamedTuple):
+    """A tag that has no effect, and what it is said of."""
+
+    tag: etree._Element
+    where: str
+
+
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
+
+# What is the case anyway if the tag says so.
+_ANYWAY = dict.fromkeys(("selfCollide", "self_collide", "gravity"), ("true", "1")) | {
+    "turnGravityOff": ("false", "0"),
+    "format": ("r8g8b8", "rgb_int8"),
+    "center": ("0.5 0.5",),
+}
+
+# Paths of the tags that have their effect, or that change nothing of a simulation.
+_OF_ALL = words(
+    "update_rate frame_id gz_frame_id ignition_frame_id pose plugin always_on visualize topic"
+)
+_RAYS = frozenset(
+    f"{tag}/{path}"
+    for tag in ("ray", "lidar")
+    for path in (
+        *(f"scan/{sweep}/{name}" for sweep in ("horizontal", "vertical") for name in
+          ("samples", "resolution", "min_angle", "max_angle")),
+        *("range/min", "range/max", "range/resolution", "noise"),
+    )
+)  # fmt: skip
+_CAMERA = frozenset(
+    f"camera/{path}"
+    for path in ("horizontal_fov", "vertical_fov", "clip", "image/width", "image/height")
+) | {"camera/optical_frame_id", "optical_frame_id"}
+_BY_KIND = dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _RAYS) | {
+    "camera": _CAMERA,
+    "imu": frozenset(
+        f"imu/{part}/{axis}/noise"
+        for part in ("angular_velocity", "linear_acceleration")
+        for axis in "xyz"
+    )
+    | {"imu/enable_orientation"},
+    "force_torque": frozenset(
+        f"force_torque/{part}/{axis}/noise" for part in ("force", "torque") for axis in "xyz"
+    )
+    | {"force_torque/frame", "force_torque/measure_direction"},
+    "sonar": words("sonar/min sonar/max sonar/radius sonar/noise"),
+}
+
+OF_PLUGINS = words(
+    "frame_name frameName camera_name hack_baseline hackBaseline alwaysOn always_on updateRate "
+    "update_rate updateRateHZ rosDebugLevel serviceName"
+)
+# Tags whose parts are told one by one.
+_TOLD_APART = words("camera image distortion imu angular_velocity linear_acceleration x y z")
+# What else the plug-in of a kind of sensor may say with effect.
+_OF_RAY_PLUGINS = words("output_type outputType topicName topic_name radiation_type radiation")
+_OF_PLUGINS_BY_KIND = dict.fromkeys((*_BY_KIND.keys() - {"camera"},), _OF_RAY_PLUGINS)
+
+# Where the camera publishes, whatever is asked for.
+_CAMERA_TOPICS = {"image_raw", "camera_info"}
+
+
+def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
+    """The tags of a sensor of ours that have no effect.
+
+    Those of a stranger's kind are its own; a kind that nothing simulates is told as a whole.
+
+    Args:
+        sensor: The ``<sensor>``.
+        link: What it is on.
+    """
+    kind, where = sensor.get("type") or "", f"sensor '{sensor.get('name')}'"
+    if kind not in SENSORS.ours and kind != "camera":
+        return
+    served = _OF_ALL | _BY_KIND.get(kind, frozenset())
+    if kind == "camera":
+        served -= {"topic"}
+    for tag in sensor:
+        yield from _inside(tag, str(tag.tag), served, where)
+        if tag.tag == "plugin":
+            yield from _of_plugin(tag, kind, {link, *(value_of(other) for other in sensor)})
+
+
+def _inside(tag: etree._Element, path: str, served: frozenset[str], where: str) -> Iterator[Tag]:
+    if path in served:
+        return
+    has_served_parts = any(other.startswith(f"{path}/") for other in served)
+    if len(tag) and (has_served_parts or tag.tag in _TOLD_APART):
+        for child in tag:
+            yield from _inside(child, f"{path}/{child.tag}", served, where)
+    elif not is_so_anyway(tag):
+        yield Tag(tag, where)
+
+
+def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[Tag]:
+    """The parameters of a sensor's plug-in, unless they repeat what served tags have said."""
+    where = f"plug-in '{plugin.get('name')}'"
+    served = OF_PLUGINS | {"ros"} | _OF_PLUGINS_BY_KIND.get(sensor, frozenset())
+    if sensor == "camera":
+        said |= _CAMERA_TOPICS
+    for rule in plugin.xpath("ros/remapping | ros/argument"):
+        source, _, target = value_of(rule).partition(":=")
+        if sensor != "camera" or target.lstrip("/") == source.rpartition("/")[2]:
+            said.add(target)
+        else:
+            yield Tag(rule, where)
+    for tag in plugin.iterfind("ros/*"):
+        named = tag.tag in ("remapping", "argument")
+        named |= tag.tag == "namespace" and sensor != "camera"
+        if not named and value_of(tag) not in ("", "/"):
+            yield Tag(tag, where)
+    for tag in plugin:
+        if tag.tag not in served and not (is_so_anyway(tag) or value_of(tag) in said):
+            yield Tag(tag, where)
+
+
+def is_so_anyway(tag: etree._Element) -> bool:
+    """Whether a tag asks for what is the case without it: zero of something, for one."""
+    if len(tag):
+        return all(is_so_anyway(child) for child in tag if child.tag != "type")
+    value = value_of(tag).lower()
+    if tag.tag in _ANYWAY:
+        return value in _ANYWAY[str(tag.tag)]
+    return value == "false" or (bool(value) and not value.strip("0. +-"))
+
+
+def value_of(tag: etree._Element) -> str:
+    """What a tag says, as text or as the attribute ``value``."""
+    return " ".join((tag.text or tag.get("value") or "").split())

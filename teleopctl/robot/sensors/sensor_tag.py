@@ -1,0 +1,353 @@
+"""``<sensor>``: what a robot description says of the things that measure.
+
+Lengths in metres, angles in radians, rates in Hz. The same element stands in ``<gazebo>`` of a URDF
+and in the links of an SDF model.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
+from teleopctl.robot.urdf import Pose
+
+Default = TypeVar("Default", bound=float | None)
+
+# Where a sensor's frame stands: in Gazebo, in Gazebo while its name was Ignition, in SDF; for a
+# camera, the frame of its images wins.
+_FRAME_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
+_OPTICAL_FRAME_TAGS = ("camera/optical_frame_id", "optical_frame_id")
+_RAY_TAGS = ("ray", "lidar", "gpu_ray", "gpu_lidar")
+_FORCE_TORQUE = {
+    "frame": ("child", "parent", "sensor"),
+    "measure_direction": ("child_to_parent", "parent_to_child"),
+}
+# A gigabyte of rays is a mistake, not a lidar.
+_MOST_RAYS = 4_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """A simulator's plug-in and its settings.
+
+    ``parameters`` maps the path of each element without children (``camera_name``,
+    ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the
+    URDF; 0 where that is not known.
+    """
+
+    name: str
+    filename: str
+    parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    line: int = 0
+
+    def parameter(self, path: str, default: str = "") -> str:
+        """Return the first text at a path, or the default."""
+        return self.parameters.get(path, (default,))[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera with the distortion model ``plumb_bob``.
+
+    ``vertical_fov`` is what the tag says, or None; with square pixels ``horizontal_fov`` and the
+    size of the image decide. ``center`` is the principal point as a fraction of the image.
+    """
+
+    name: str
+    horizontal_fov: float
+    width: int
+    height: int
+    format: str = "R8G8B8"
+    vertical_fov: float | None = None
+    near: float = 0.1
+    far: float = 100.0
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    center: tuple[float, float] = (0.5, 0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceTorque:
+    """How a force-torque sensor tells its wrench.
+
+    ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``. ``measure_direction`` is
+    which of the two links acts on the other: ``child_to_parent`` or ``parent_to_child``.
+    """
+
+    frame: str = "child"
+    measure_direction: str = "child_to_parent"
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Rays side by side in a plane: ``count`` of them from angle ``first`` to angle ``last``."""
+
+    count: int = 1
+    first: float = 0.0
+    last: float = 0.0
+
+    @property
+    def step(self) -> float:
+        """The angle between two rays."""
+        return (self.last - self.first) / (self.count - 1) if self.count > 1 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rays:
+    """The rays of a lidar: ``horizontal`` about z from x, ``vertical`` upwards from there.
+
+    What is nearer than ``near`` is not seen, what is farther than ``far`` neither.
+    """
+
+    horizontal: Sweep
+    vertical: Sweep
+    near: float
+    far: float
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Gaussian noise on each value, with a bias that is drawn once and one that wanders.
+
+    The wandering bias is a Gauss-Markov process of deviation ``dynamic_bias_stddev`` and
+    ``dynamic_bias_correlation_time`` in seconds. With a ``precision`` values are multiples of it.
+    """
+
+    mean: float = 0.0
+    stddev: float = 0.0
+    bias_mean: float = 0.0
+    bias_stddev: float = 0.0
+    dynamic_bias_stddev: float = 0.0
+    dynamic_bias_correlation_time: float = 0.0
+    precision: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """A sensor on a link, its axes those of the link (x forward) displaced by ``pose``.
+
+    A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``noise``
+    has the path of the element that it stands in: ``imu/angular_velocity/x``, ``ray``. ``contact``
+    are the names of collision shapes. ``texts`` has what its type alone has, by path. ``line`` is
+    where the tag stands; 0 where that is not known.
+    """
+
+    name: str
+    type: str
+    link: str
+    update_rate: float = 0.0
+    always_on: bool = False
+    visualize: bool = False
+    topic: str = ""
+    frame: str = ""
+    optical_frame: str = ""
+    pose: Pose = field(default_factory=Pose)
+    camera: Camera | None = None
+    rays: Rays | None = None
+    force_torque: ForceTorque = ForceTorque()
+    noise: Mapping[str, Noise] = field(default_factory=dict)
+    contact: tuple[str, ...] = ()
+    plugins: tuple[Plugin, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
+    line: int = 0
+
+
+def read_sensor(element: Element, link: str) -> Sensor:
+    """Read a ``<sensor>`` of a link.
+
+    Raises:
+        InvalidDescriptionError: When a value is no number, or a camera has no image.
+    """
+    camera = element.find("camera")
+    rays = next((found for tag in _RAY_TAGS if (found := element.find(tag)) is not None), None)
+    contact = element.find("contact")
+    return Sensor(
+        name=required(element, "name"),
+        type=required(element, "type"),
+        link=link,
+        update_rate=number_in(element, "update_rate", 0.0),
+        always_on=flag(element, child_text(element, "always_on", "false")),
+        visualize=flag(element, child_text(element, "visualize", "false")),
+        topic=child_text(element, "topic") or child_text(element, "contact/topic"),
+        frame=_first_text(element, _FRAME_TAGS),
+        optical_frame=_first_text(element, _OPTICAL_FRAME_TAGS),
+        pose=_read_pose(element),
+        camera=None if camera is None else _read_camera(camera),
+        rays=None if rays is None else _read_rays(rays),
+        force_torque=_read_force_torque(element.find("force_torque")),
+        noise=dict(_noises(element, "")),
+        contact=()
+        if contact is None
+        else tuple((c.text or "").strip() for c in contact.findall("collision")),
+        plugins=tuple(read_plugin(child) for child in element.findall("plugin")),
+        texts=dict(_texts(element)),
+        line=element.sourceline or 0,
+    )
+
+
+def read_plugin(element: Element) -> Plugin:
+    """Read a ``<plugin>``."""
+    parameters: dict[str, list[str]] = {}
+
+    def collect(parent: Element, prefix: str) -> None:
+        for child in parent:
+            path = f"{prefix}{child.tag}"
+            if next(iter(child), None) is None:
+                parameters.setdefault(path, []).append((child.text or "").strip())
+            else:
+                collect(child, f"{path}/")
+
+    collect(element, "")
+    return Plugin(
+        name=element.get("name") or "",
+        filename=required(element, "filename"),
+        parameters={path: tuple(texts) for path, texts in parameters.items()},
+        line=element.sourceline or 0,
+    )
+
+
+def _first_text(element: Element, paths: tuple[str, ...]) -> str:
+    return next(filter(None, (child_text(element, path) for path in paths)), "")
+
+
+def _texts(element: Element) -> Iterator[tuple[str, str]]:
+    """What stands in the element of the sensor's own type, ``imu/enable_orientation`` say."""
+    own = element.find(element.get("type") or "")
+    for path in ("camera/camera_info_topic", "camera/segmentation_type", "imu/enable_orientation"):
+        if text := child_text(element, path):
+            yield path, text
+    for child in own if own is not None else ():
+        if text := (child.text or "").strip():
+            yield f"{element.get('type')}/{child.tag}", text
+
+
+def _noises(element: Element, path: str) -> Iterator[tuple[str, Noise]]:
+    for child in element:
+        if child.tag == "noise":
+            kind = child.get("type") or child_text(child, "type", "none")
+            if kind in ("gaussian", "gaussian_quantized"):
+                names = Noise.__dataclass_fields__
+                values = {name: number_in(child, name, 0.0) for name in names}
+                yield path, Noise(**values)
+        elif child.tag != "plugin":
+            yield from _noises(child, f"{path}/{child.tag}".lstrip("/"))
+
+
+def _read_rays(element: Element) -> Rays:
+    def sweep(tag: str) -> Sweep:
+        found = element.find(f"scan/{tag}")
+        count = number_in(found, "samples", 1.0) * number_in(found, "resolution", 1.0)
+        if not count < _MOST_RAYS:
+            raise InvalidDescriptionError(f"{describe(element)}: {count:g} rays are too many")
+        first, last = number_in(found, "min_angle", 0.0), number_in(found, "max_angle", 0.0)
+        return Sweep(max(1, round(count)), first, last)
+
+    rays = Rays(
+        sweep("horizontal"),
+        sweep("vertical"),
+        near=number_in(element, "range/min", 0.0),
+        far=number_in(element, "range/max", float("inf")),
+    )
+    if rays.horizontal.count * rays.vertical.count > _MOST_RAYS:
+        raise InvalidDescriptionError(f"{describe(element)}: more than {_MOST_RAYS} rays")
+    return rays
+
+
+def _read_force_torque(element: Element | None) -> ForceTorque:
+    if element is None:
+        return ForceTorque()
+    values = {
+        "frame": child_text(element, "frame", "child"),
+        "measure_direction": child_text(element, "measure_direction", "child_to_parent"),
+    }
+    for name, allowed in _FORCE_TORQUE.items():
+        if values[name] not in allowed:
+            raise InvalidDescriptionError(
+                f"{describe(element)}: <{name}> is '{values[name]}': one of {', '.join(allowed)}"
+            )
+    return ForceTorque(**values)
+
+
+def _read_camera(element: Element) -> Camera:
+    image = element.find("image")
+    if image is None:
+        raise InvalidDescriptionError(
+            f"{describe(element)}: a camera needs an <image> with its size"
+        )
+    distortion, clip = element.find("distortion"), element.find("clip")
+    coefficients = {
+        name: number_in(distortion, name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")
+    }
+    center = (0.5, 0.5)
+    if distortion is not None and distortion.find("center") is not None:
+        x, y = _vector(distortion, child_text(distortion, "center"), 2)
+        center = (x, y)
+    return Camera(
+        name=element.get("name") or "",
+        horizontal_fov=_required_number(element, "horizontal_fov"),
+        width=int(_required_number(image, "width")),
+        height=int(_required_number(image, "height")),
+        format=child_text(image, "format", "R8G8B8"),
+        vertical_fov=number_in(element, "vertical_fov", None),
+        # Nothing can be drawn from a distance of zero on.
+        near=number_in(clip, "near", 0.0) or 0.1,
+        far=number_in(clip, "far", 0.0) or 100.0,
+        center=center,
+        **coefficients,
+    )
+
+
+def _read_pose(element: Element) -> Pose:
+    if element.find("pose") is None:
+        return Pose()
+    x, y, z, roll, pitch, yaw = _vector(element, child_text(element, "pose"), 6)
+    return Pose((x, y, z), (roll, pitch, yaw))
+
+
+def _vector(element: Element, text: str, count: int) -> list[float]:
+    values = [value for part in text.split() if (value := to_number(part)) is not None]
+    if len(values) != count or len(text.split()) != count:
+        raise InvalidDescriptionError(
+            f"{describe(element)}: expected {count} numbers, got '{text}'"
+        )
+    return values
+
+
+def number_in(element: Element | None, tag: str, default: Default) -> float | Default:
+    """Return a child's number; Gazebo takes it as text or as the attribute ``value``.
+
+    Raises:
+        InvalidDescriptionError: When it is something else.
+    """
+    child = None if element is None else element.find(tag)
+    if element is None or child is None:
+        return default
+    text = (child.text or "").strip() or child.get("value") or ""
+    value = to_number(text)
+    if value is None:
+        raise InvalidDescriptionError(
+            f"{describe(element)}: <{tag}> should be a number, got '{text}'"
+        )
+    return value
+
+
+def _required_number(element: Element, tag: str) -> float:
+    value = number_in(element, tag, None)
+    if value is None:
+        raise InvalidDescriptionError(f"{describe(element)}: has no <{tag}>")
+    return value
+
+
+def flag(element: Element, text: str) -> bool:
+    """Read ``true``, ``false``, ``1`` or ``0``.
+
+    Raises:
+        InvalidDescriptionError: When it is anything else.
+    """
+    if text in ("0", "1"):
+        return text == "1"
+    return boolean(text, describe(element))
