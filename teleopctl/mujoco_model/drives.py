@@ -79,22 +79,39 @@ def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
     driven = {joint.name for joint in joints if joint.command_interfaces}
     names = {joint.name for joint in joints}
     for joint in joints:
-        element = spec.joint(joint.name)
-        _limit(element, joint.limits)
-        if joint.name in driven or (joint.mimic is not None and joint.mimic.joint in driven):
-            if math.isfinite(joint.limits.effort):
-                element.armature = joint.limits.effort / _ROTOR_ACCELERATION
-            else:
-                element.armature = _SMALLEST_ROTOR
-        if joint.name in driven:
-            element.actgravcomp = True
+        _limit(spec.joint(joint.name), joint.limits)
         if joint.mimic is not None:
             leader = joint.mimic.joint if joint.mimic.joint in names else ""
             _add_mimic(spec, joint.name, leader, joint.mimic)
-    for body in spec.bodies:
+            if joint.mimic.joint in driven and joint.name not in driven:
+                _add_rotor(spec.joint(joint.name), joint)
+    prepare_drives(spec, [joint for joint in joints if joint.name in driven])
+
+
+def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
+    """Give driven joints their rotors, and let their drives carry weight.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        driven: The joints that `add_drives` is to move.
+    """
+    for joint in driven:
+        element = spec.joint(joint.name)
+        element.actgravcomp = True
+        _add_rotor(element, joint)
+    for body in spec.bodies if driven else ():
         if body.name != "world":
             # Which links are compensated is decided while running; MuJoCo wants to see some here.
             body.gravcomp = 1.0
+
+
+def _add_rotor(element: Any, joint: JointSpec) -> None:
+    if element.armature:
+        return  # an MJCF file has said
+    if math.isfinite(joint.limits.effort):
+        element.armature = joint.limits.effort / _ROTOR_ACCELERATION
+    else:
+        element.armature = _SMALLEST_ROTOR
 
 
 def _limit(element: Any, limits: JointLimits) -> None:
@@ -144,11 +161,11 @@ def add_drives(
     """
     moved = _moved_inertias(model, joints)
     for joint in joints:
-        if not joint.command_interfaces:
+        if not joint.has_drive:
             continue
         element = spec.joint(joint.name)
         inertia = moved[joint.name]
-        if not math.isfinite(joint.limits.effort):
+        if not math.isfinite(joint.limits.effort) and element.armature == _SMALLEST_ROTOR:
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor

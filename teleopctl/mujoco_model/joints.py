@@ -10,7 +10,13 @@ from teleopctl.robot import JointLimits, Joints
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from teleopctl.robot import ComponentInfo, InterfaceInfo, Mimic, RobotDescription
+    from teleopctl.robot import (
+        ComponentInfo,
+        InterfaceInfo,
+        JointActuator,
+        Mimic,
+        RobotDescription,
+    )
 
 COMMAND_INTERFACES = ("position", "velocity", "effort")
 
@@ -27,6 +33,8 @@ class JointSpec:
         limits: What it may be commanded to.
         initial_position: Position at the start, in rad or m; that of a joint that follows is
             where its leader puts it.
+        actuators: Those of an MJCF file that take its commands; without any our own drives do.
+        ball: The ball joint of MuJoCo's that it is one turn of, or an empty string.
     """
 
     name: str
@@ -35,6 +43,13 @@ class JointSpec:
     mimic: Mimic | None
     limits: JointLimits
     initial_position: float
+    actuators: tuple[JointActuator, ...] = ()
+    ball: str = ""
+
+    @property
+    def has_drive(self) -> bool:
+        """Whether a drive of ours moves it."""
+        return bool(self.command_interfaces) and not self.actuators
 
 
 def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[str]]:

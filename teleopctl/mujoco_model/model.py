@@ -18,14 +18,20 @@ from teleopctl.mujoco_model.drives import add_drives, prepare_joints
 from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
+from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
 from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
+from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 from teleopctl.mujoco_model.world import add_world, world_geoms
 
 if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription, World
+
+
+# A URDF says none; at this one drives are as stiff as a robot's.
+_TIMESTEP_S = 0.001
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,7 @@ class RobotModel:
         world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
+        start: How a robot of an MJCF file starts; None for one of a URDF.
     """
 
     name: str
@@ -55,6 +62,24 @@ class RobotModel:
     world_geoms: tuple[int, ...]
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
+    start: Start | None = None
+
+    @property
+    def timestep_ns(self) -> int:
+        """The longest physics step that it is made for, in nanoseconds."""
+        return round(float(self.mj_model.opt.timestep) * 1e9)
+
+    def put_at_start(self, model: Any, data: Any) -> None:
+        """Put a simulation where it begins.
+
+        Args:
+            model: Its ``mujoco.MjModel``, which may be a copy.
+            data: Its ``mujoco.MjData``, just reset.
+        """
+        if self.start is None:
+            data.qpos[:] = initial_positions(model, self.joints)
+        else:
+            self.start.apply(model, data)
 
     def camera(self, name: str) -> CameraModel:
         """The camera of a name, or the first one for an empty name.
@@ -95,6 +120,12 @@ def build_model(
     Raises:
         InvalidDescriptionError: If MuJoCo cannot simulate the description, or the world.
     """
+    if description.mjcf is not None:
+        return _build_mjcf(
+            description,
+            draft_mjcf(description, world, extend, fixed_base=fixed_base, spawn_pose=spawn_pose),
+            world_frame(description, fixed_base=fixed_base),
+        )
     try:
         draft = _draft(description, world, fixed_base=fixed_base)
     except InvalidDescriptionError:
@@ -135,6 +166,26 @@ def build_model(
     )
 
 
+def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> RobotModel:
+    model = _compile(draft.spec)
+    around = (
+        n for n in range(model.ngeom) if model.body(model.geom_bodyid[n]).name not in draft.bodies
+    )
+    return RobotModel(
+        name=description.name,
+        mj_model=model,
+        joints=tuple(draft.joints),
+        cameras=(),
+        free_bodies=tuple(draft.free_bodies),
+        base=draft.base,
+        world_frame=frame,
+        world_geoms=tuple(around),
+        warnings=tuple(draft.warnings),
+        excluded=(),
+        start=draft.start,
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class _Draft:
     """A robot on its ground and in its world, without drives.
@@ -170,6 +221,7 @@ def _draft(
     base = free_base(spec, description, fixed_base=fixed_base)
     if base is not None:
         bodies.insert(0, base.body)
+    spec.option.timestep = _TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     hold_by_friction(spec)
     warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]

@@ -33,6 +33,20 @@ def add_scene(spec: mujoco.MjSpec) -> None:
     _add_lights(spec)
 
 
+def complete_scene(spec: mujoco.MjSpec) -> None:
+    """Add what a robot's own scene lacks: something to stand on, light and sky.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to extend.
+    """
+    if all(texture.type != mujoco.mjtTexture.mjTEXTURE_SKYBOX for texture in spec.textures):
+        _add_sky(spec)
+    if not any(geom.contype or geom.conaffinity for geom in spec.worldbody.geoms):
+        _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
+    if not len(spec.lights):
+        _add_lights(spec)
+
+
 def _free_name(wanted: str, taken: set[str]) -> str:
     while wanted in taken:
         wanted += "_"

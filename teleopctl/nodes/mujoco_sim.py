@@ -8,7 +8,8 @@ description's sensors. In: ``/robot_description`` unless the parameter of that n
 ``~/set_free_joint_state``.
 
 Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_world`),
-``update_rate`` (Hz of control), ``timestep`` (s of physics, at most), ``real_time_factor`` (0: as
+``update_rate`` (Hz of control), ``timestep`` (s of physics, at most; 0 is what an MJCF file says,
+and 1 ms for others), ``real_time_factor`` (0: as
 fast as possible; can be set while running), ``paused``, ``lockstep_timeout`` (s of wall time),
 ``state_rate`` (Hz, for viewers), ``joint_states_topic``, ``joint_commands_topic``.
 """

@@ -11,6 +11,17 @@ if TYPE_CHECKING:
         xacro_arguments as xacro_arguments,
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
+    from teleopctl.robot.formats.mjcf import Mjcf as Mjcf, load_mjcf as load_mjcf
+    from teleopctl.robot.formats.mjcf_actuators import (
+        JointActuator as JointActuator,
+        joint_actuators as joint_actuators,
+    )
+    from teleopctl.robot.formats.mjcf_urdf import ball_turns as ball_turns
+    from teleopctl.robot.formats.model_file import (
+        ModelKind as ModelKind,
+        model_kind as model_kind,
+        read_model as read_model,
+    )
     from teleopctl.robot.free_joints import JointSet as JointSet
     from teleopctl.robot.gazebo_plugins.table import (
         PluginControllers as PluginControllers,
@@ -67,6 +78,10 @@ else:
         {
             "any_robot": "controllers_for with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
+            "formats.mjcf": "Mjcf load_mjcf",
+            "formats.mjcf_actuators": "JointActuator joint_actuators",
+            "formats.mjcf_urdf": "ball_turns",
+            "formats.model_file": "ModelKind model_kind read_model",
             "free_joints": "JointSet",
             "gazebo_plugins.table": "PluginControllers plugin_controllers tags_of_plugin",
             "joint_rules": "JointLimits",

@@ -19,6 +19,8 @@ from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.urdf import Joint, Link, read_joints, read_links
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from teleopctl.robot.gazebo_tag import GazeboTag
     from teleopctl.robot.ros2_control_tag import HardwareInfo, TransmissionInfo
 
@@ -97,6 +99,17 @@ class RobotDescription:
         if not self.ros2_control:
             raise InvalidDescriptionError("no 'ros2_control' tag found in the URDF")
         return self.ros2_control
+
+    @cached_property
+    def mjcf(self) -> Path | None:
+        """The MJCF file that this was made of, which is what a simulator simulates, or None."""
+        extension = _parse_robot(self.urdf).find("mujoco")
+        file = None if extension is None else extension.get("file")
+        if not file:
+            return None
+        from teleopctl.packages import resolve_uri
+
+        return resolve_uri(file)
 
     @property
     def transmissions(self) -> tuple[TransmissionInfo, ...]:

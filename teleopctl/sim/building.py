@@ -39,7 +39,7 @@ def simulate(
     fixed_base: bool = False,
     spawn_pose: Pose | None = None,
     control_period_ns: int,
-    timestep_ns: int,
+    timestep_ns: int = 0,
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
     """Build a simulation.
@@ -50,7 +50,7 @@ def simulate(
         fixed_base: See `build_model`, as for ``spawn_pose``.
         spawn_pose: See there.
         control_period_ns: Time between two control ticks, in nanoseconds.
-        timestep_ns: Longest physics step, in nanoseconds.
+        timestep_ns: Longest physics step, in nanoseconds; 0 is what the model is made for.
         warn: Takes one sentence for each thing that is not as somebody wrote it.
 
     Raises:

@@ -61,7 +61,7 @@ class Drives:
         self._m = m = model
         self._d = data
         self._period_s = period_s
-        driven = [joint for joint in joints if joint.command_interfaces]
+        driven = [joint for joint in joints if joint.has_drive]
         self._drive_of = {joint.name: row for row, joint in enumerate(driven)}
         self._drive = np.array([m.actuator(drive_name(j.name)).id for j in driven], dtype=int)
         self._act = np.array([m.actuator_actadr[drive] for drive in self._drive], dtype=int)
@@ -217,6 +217,8 @@ class Drives:
         self._m.actuator_actlimited[self._drive] = self._limited & (self._mode != _VELOCITY)
         motors = self._motor[(self._motor >= 0) & ~by_effort]
         self._d.ctrl[motors] = 0.0
+        if not len(self._drive):
+            return  # what an MJCF file says of its weight holds
         unsupported = np.ones(self._m.nv, dtype=bool)
         unsupported[self._dof[~by_effort]] = False
         unsupported[self._followers] = False

@@ -80,7 +80,7 @@ class MujocoSim(Node):
         self.declare_parameter("spawn_pose", [0.0] * 6, at_start)
         self.declare_parameter("publish_base_tf", False)
         self.declare_parameter("update_rate", 10)
-        self.declare_parameter("timestep", 0.001, number)
+        self.declare_parameter("timestep", 0.0, number)
         self.declare_parameter("real_time_factor", 1.0, number)
         self.declare_parameter("paused", False)
         self.declare_parameter("lockstep_timeout", 1.0, number)
@@ -89,7 +89,7 @@ class MujocoSim(Node):
         self.declare_parameter("joint_commands_topic", "/robot_joint_commands")
         for name, least in (
             ("update_rate", 1),
-            ("timestep", 1e-5),
+            ("timestep", 0.0 if not self._number("timestep") else 1e-5),
             ("real_time_factor", 0.0),
             ("lockstep_timeout", 0.0),
             ("state_rate", 1),

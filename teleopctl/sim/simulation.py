@@ -15,8 +15,10 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import RobotModel, initial_positions
+from teleopctl.mujoco_model import RobotModel
+from teleopctl.sim.ball_joints import BallJoints
 from teleopctl.sim.drives import Drives
+from teleopctl.sim.file_actuators import FileActuators
 from teleopctl.sim.free_bodies import FreeBodies
 from teleopctl.sim.parting import Parting
 
@@ -52,7 +54,8 @@ class Simulation:
     Args:
         model: The robot.
         control_period_ns: Time between two control ticks, in nanoseconds.
-        timestep_ns: Longest physics step; the step used divides the control period evenly.
+        timestep_ns: Longest physics step; the step used divides the control period evenly. By
+            default that of the model.
 
     Attributes:
         joint_names: The joints of all arrays below, in the order of the model.
@@ -65,11 +68,11 @@ class Simulation:
     """
 
     def __init__(
-        self, model: RobotModel, *, control_period_ns: int, timestep_ns: int = 1_000_000
+        self, model: RobotModel, *, control_period_ns: int, timestep_ns: int | None = None
     ) -> None:
         self.model = model
         self.control_period_ns = control_period_ns
-        self.steps_per_period = -(-control_period_ns // timestep_ns)
+        self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
         # Gains, gravity compensation and what may touch change while running: on a copy of its own.
         self._m: Any = copy.copy(model.mj_model)
         self._m.opt.timestep = control_period_ns * 1e-9 / self.steps_per_period
@@ -80,8 +83,10 @@ class Simulation:
 
         joints = model.joints
         self.joint_names = tuple(joint.name for joint in joints)
-        self._qpos = np.array([self._m.joint(j.name).qposadr[0] for j in joints], dtype=int)
-        self._dof = np.array([self._m.joint(j.name).dofadr[0] for j in joints], dtype=int)
+        named = [self._m.joint(joint.ball or joint.name) for joint in joints]
+        self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
+        self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
+        self._balls = BallJoints(joints)
         self.positions: Array = np.zeros(len(joints))
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
@@ -89,6 +94,7 @@ class Simulation:
         self._steps = 0
         self._troubles = self._d.warning.number
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
+        self._file_actuators = FileActuators(self._m, self._d, joints)
         self._parting = Parting(self._m, self._d, model.excluded)
         ticks = -(-_PARTING_NS // control_period_ns)
         self._parting_steps = ticks * self.steps_per_period
@@ -183,12 +189,18 @@ class Simulation:
             velocities: How fast they are to move instead (rad/s or m/s), by name.
         """
         mujoco.mj_resetData(self._m, self._d)
-        self._d.qpos[:] = initial_positions(self._m, self.model.joints)
-        for name, position in (positions or {}).items():
-            self._d.qpos[self._qpos[self.joint_names.index(name)]] = position
-        for name, velocity in (velocities or {}).items():
-            self._d.qvel[self._dof[self.joint_names.index(name)]] = velocity
+        self.model.put_at_start(self._m, self._d)
+        self._balls.put(self._d, positions or {})
+        for joint in self.model.joints:
+            if joint.ball:
+                continue
+            if positions and joint.name in positions:
+                self._d.joint(joint.name).qpos[0] = positions[joint.name]
+            if velocities and joint.name in velocities:
+                self._d.joint(joint.name).qvel[0] = velocities[joint.name]
         self._drives.reset()
+        if positions or (self.model.start is not None and not self.model.start.controls):
+            self._file_actuators.hold_here()
         self._parting.reset()
         self.refresh()
 
@@ -208,14 +220,18 @@ class Simulation:
     ) -> None:
         """Take commands for the control period that begins now; see `Drives.apply`."""
         self._drives.apply(names, position, velocity, effort)
+        if self._file_actuators:
+            self._file_actuators.apply(names, position, velocity, effort)
 
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
         self._drives.hold()
+        if self._file_actuators:
+            self._file_actuators.hold()
 
     def commandable(self, name: str) -> bool:
         """Whether a joint takes commands."""
-        return self._drives.commandable(name)
+        return self._drives.commandable(name) or name in self._file_actuators
 
     # --- state ----------------------------------------------------------------------------
 
@@ -224,6 +240,8 @@ class Simulation:
         np.take(self._d.qpos, self._qpos, out=self.positions)
         np.take(self._d.qvel, self._dof, out=self.velocities)
         np.take(self._d.qfrc_actuator, self._dof, out=self.efforts)
+        if self._balls:
+            self._balls.read(self._d, self.positions, self.velocities)
 
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """MuJoCo's model, and a copy of its data with what its sensors measure at this time.

@@ -16,7 +16,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.file_watch import FileWatch
 from teleopctl.node import Parameter
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import RobotDescription, read_xacro
+from teleopctl.robot import RobotDescription, read_model
 from teleopctl.viewer.displays.robot_model import RobotModel
 from teleopctl.viewer.displays.robot_parts import shapes_of
 from teleopctl.viewer.page.html import escaped
@@ -150,7 +150,7 @@ def _mappings(arguments: Any) -> dict[str, str]:
 
 
 def _read(path: Path, arguments: dict[str, str]) -> _Read:
-    expanded = read_xacro(path, arguments)
+    expanded = read_model(path, arguments)
     description = RobotDescription.from_urdf(expanded.text)
     files = list(expanded.files)
     for uri in mesh_uris(shapes_of(description)):

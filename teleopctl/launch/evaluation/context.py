@@ -230,10 +230,10 @@ def located(place: Place) -> Iterator[None]:
 
 
 def _read_robot(file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
-    from teleopctl.robot import RobotDescription, read_xacro
+    from teleopctl.robot import RobotDescription, read_model
 
     try:
-        expanded = read_xacro(file, dict(mappings))
+        expanded = read_model(file, dict(mappings))
     except InvalidDescriptionError as error:
         # It names the file at fault, which is not the launch file.
         error.place = str(file)

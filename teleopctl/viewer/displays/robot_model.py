@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.robot import Geometry, Material, Pose, RobotDescription, expand_xacro
+from teleopctl.robot import Geometry, Material, Pose, RobotDescription, read_model
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.robot_parts import Parts, load_parts
@@ -32,7 +32,7 @@ class RobotModel(Display):
     latched = True
     properties: ClassVar[tuple[Property, ...]] = (
         Property("Description Source", "Topic", ("Topic", "File"), hint="Where the robot is from"),
-        Property("Description File", "", hint="A URDF or xacro file, for the source File"),
+        Property("Description File", "", hint="A URDF, xacro or MJCF file, for the source File"),
         Property("Visual Enabled", True, hint="Draw what the robot looks like"),
         Property("Collision Enabled", False, hint="Draw what the robot collides with"),
         Property("Alpha", 1.0, low=0.0, high=1.0, hint="1 is opaque"),
@@ -90,7 +90,7 @@ class RobotModel(Display):
     def _read_file(self) -> None:
         path = self.values.text("Description File").strip()
         if self.values.text("Description Source") == "File" and path:
-            self._take_text(lambda: expand_xacro(Path(path).expanduser()))
+            self._take_text(lambda: read_model(Path(path).expanduser()).text)
 
     def _take_text(self, read: Callable[[], str]) -> None:
         self._turn += 1

@@ -1,0 +1,1 @@
+"""Models of robots that are written for MuJoCo."""

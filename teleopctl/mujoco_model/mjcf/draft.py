@@ -1,0 +1,158 @@
+"""The model of a robot that is written for MuJoCo: its file as it is, and what ROS needs besides.
+
+Nothing that the file decides is decided anew: options, contacts, gains, weights. Added is what it
+lacks: something to stand on, light, and drives of ours where no actuator of the file moves a joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.mujoco_model.base import WORLD, FreeBase, world_frame
+from teleopctl.mujoco_model.drives import add_drives, prepare_drives
+from teleopctl.mujoco_model.free_bodies import FreeBody
+from teleopctl.mujoco_model.joints import JointSpec, joint_specs
+from teleopctl.mujoco_model.scene import complete_scene
+from teleopctl.mujoco_model.mjcf.start import Start
+from teleopctl.mujoco_model.world import add_world
+from teleopctl.robot import JointActuator, Mjcf, ball_turns, joint_actuators, load_mjcf
+
+if TYPE_CHECKING:
+    from teleopctl.robot import Pose, RobotDescription, World
+
+_FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+
+
+@dataclass(frozen=True)
+class MjcfDraft:
+    """An MJCF file in its world, with drives; see `teleopctl.mujoco_model.model.RobotModel`."""
+
+    # Any: a `mujoco.MjSpec`.
+    spec: Any
+    joints: list[JointSpec]
+    free_bodies: list[FreeBody]
+    base: FreeBase | None
+    start: Start
+    bodies: frozenset[str]
+    warnings: list[str]
+
+
+def draft_mjcf(
+    description: RobotDescription,
+    world: World | None,
+    extend: Callable[[mujoco.MjSpec], None] | None,
+    *,
+    fixed_base: bool,
+    spawn_pose: Pose | None,
+) -> MjcfDraft:
+    """Put an MJCF file's robot into its world; see `build_model` for the arguments.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo does not accept the file, or not with this world.
+    """
+    assert description.mjcf is not None
+    mjcf = load_mjcf(description.mjcf)
+    spec, bare, data = mjcf.spec, mjcf.model, mjcf.start()
+    actuators, warnings = joint_actuators(bare)
+    joints, complaints = _joints(description, mjcf, actuators)
+    warnings += complaints
+    base = None
+    if mjcf.root != WORLD:
+        root = FreeBody(mjcf.root, bare.joint(int(bare.body(mjcf.root).jntadr[0])).name, WORLD)
+        if not fixed_base:
+            base = _placed(mjcf, data, root, spawn_pose)
+    start = Start.of(bare, data)
+    if mjcf.home < 0:
+        # Nobody has said what actuators are told: they hold what there is.
+        start = replace(start, controls={}, activations={})
+    # They have the size of this model; more joints may come.
+    for key in list(spec.keys):
+        spec.delete(key)
+    free = _free_bodies(bare)
+    if base is not None:
+        free = [base.body, *(body for body in free if body != base.body)]
+    elif mjcf.root != WORLD:
+        free.remove(root)
+        start = start.without(root.joint)
+        _fix(spec, mjcf.root)
+    driven = [joint for joint in joints if joint.has_drive]
+    prepare_drives(spec, driven)
+    add_drives(spec, bare, driven)
+    if world is not None:
+        frame = world_frame(description, fixed_base=fixed_base)
+        things, complaints = add_world(spec, world, frame)
+        free += things
+        warnings += complaints
+    complete_scene(spec)
+    if extend is not None:
+        extend(spec)
+    names = frozenset(bare.body(body).name for body in mjcf.bodies())
+    return MjcfDraft(spec, joints, free, base, start, names, warnings)
+
+
+def _joints(
+    description: RobotDescription, mjcf: Mjcf, actuators: list[JointActuator]
+) -> tuple[list[JointSpec], list[str]]:
+    """The joints as the description has them, with what takes their commands in the file."""
+    specs, warnings = joint_specs(description)
+    turns = {
+        turn: joint.name
+        for joint in map(mjcf.model.joint, range(mjcf.model.njnt))
+        if joint.type[0] == _BALL
+        for turn in ball_turns(joint.name)
+    }
+    joints = []
+    for spec in specs:
+        own = tuple(actuator for actuator in actuators if actuator.joint == spec.name)
+        commands = spec.command_interfaces
+        if own:
+            kinds = {actuator.interface for actuator in own}
+            warnings += [
+                f"Command interface '{spec.name}/{command}' is left out: the file's actuator "
+                f"takes {' and '.join(sorted(kinds))}"
+                for command in commands
+                if command not in kinds
+            ]
+            commands = tuple(command for command in commands if command in kinds)
+        joints.append(
+            replace(spec, command_interfaces=commands, actuators=own, ball=turns.get(spec.name, ""))
+        )
+    return joints, warnings
+
+
+# Any stands for MuJoCo's types, which have no static ones.
+def _placed(mjcf: Mjcf, data: Any, root: FreeBody, pose: Pose | None) -> FreeBase:
+    """Where the file has the robot's root, or where somebody wants it; 0 is the file's height."""
+    m = mjcf.model
+    place = data.joint(root.joint).qpos
+    if pose is not None and any((*pose.xyz, *pose.rpy)):
+        height = pose.xyz[2] or float(place[2])
+        place[:3] = [*pose.xyz[:2], height]
+        mujoco.mju_euler2Quat(place[3:], np.array(pose.rpy), "XYZ")
+    can_touch = any(
+        m.geom_contype[geom] or m.geom_conaffinity[geom]
+        for geom in range(m.ngeom)
+        if int(m.body_rootid[m.geom_bodyid[geom]]) in mjcf.tops
+    )
+    return FreeBase(root, float(place[2]), rests=False, can_touch=can_touch)
+
+
+def _free_bodies(m: Any) -> list[FreeBody]:
+    return [
+        FreeBody(m.body(int(m.jnt_bodyid[joint])).name, m.joint(joint).name, WORLD)
+        for joint in range(m.njnt)
+        if m.jnt_type[joint] == _FREE
+    ]
+
+
+def _fix(spec: Any, root: str) -> None:
+    """Let a body stand in the world's origin, as the root link of a URDF does."""
+    body = spec.body(root)
+    for joint in list(body.joints):
+        spec.delete(joint)
+    body.pos, body.quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])

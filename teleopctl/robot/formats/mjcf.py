@@ -1,0 +1,135 @@
+"""MJCF files: MuJoCo's own models, read by MuJoCo, with names for all that ROS has to name.
+
+Whoever draws such a robot, controls it or simulates it reads it through here, so that all of them
+call its parts by the same names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from teleopctl.errors import InvalidDescriptionError
+
+WORLD = "world"
+
+_FREE = mujoco.mjtJoint.mjJNT_FREE
+# The keyframe that a robot starts in.
+_HOME = "home"
+
+
+# Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
+@dataclass(frozen=True)
+class Mjcf:
+    """An MJCF file.
+
+    Attributes:
+        path: The file.
+        spec: The ``mujoco.MjSpec``, every body, joint and actuator with a name.
+        model: The same, compiled.
+        tops: The bodies on the world that are the robot; the others are what stands around it.
+        home: Number of the keyframe that it starts in; -1 for none.
+    """
+
+    path: Path
+    spec: Any
+    model: Any
+    tops: tuple[int, ...]
+    home: int
+
+    @property
+    def root(self) -> str:
+        """The root link: the robot's one free body, or the world where it is fixed to that."""
+        if len(self.tops) == 1 and free_joint(self.model, self.tops[0]) is not None:
+            return str(self.model.body(self.tops[0]).name)
+        return WORLD
+
+    def bodies(self) -> list[int]:
+        """The bodies of the robot, parents before children."""
+        m = self.model
+        return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
+
+    def start(self) -> Any:
+        """A ``mujoco.MjData`` at the start: in the keyframe ``home``, else with all joints at 0."""
+        data = mujoco.MjData(self.model)
+        if self.home >= 0:
+            mujoco.mj_resetDataKeyframe(self.model, data, self.home)
+        mujoco.mj_kinematics(self.model, data)
+        return data
+
+
+def load_mjcf(path: Path) -> Mjcf:
+    """Read an MJCF file with all that it includes.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo does not accept it, or there is no robot in it.
+    """
+    path = path.absolute()
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        _name_parts(spec)
+        model = spec.compile()
+    except ValueError as error:
+        message = " ".join(str(error).split())
+        raise InvalidDescriptionError(f"{path}: {message}") from error
+    tops = _robot_of(model)
+    if not tops:
+        raise InvalidDescriptionError(
+            f"{path}: there is no robot in it: its world has no bodies",
+            hint="A scene without a robot is a world: teleopctl launch sim.yaml world:=FILE",
+        )
+    home = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, _HOME)
+    return Mjcf(path, spec, model, tops, int(home))
+
+
+def free_joint(model: Any, body: int) -> int | None:
+    """The number of the free joint that a body hangs on, or None."""
+    first = int(model.body_jntadr[body])
+    has_one = int(model.body_jntnum[body]) == 1 and model.jnt_type[first] == _FREE
+    return first if has_one else None
+
+
+def joints_of(model: Any, body: int) -> range:
+    """The numbers of the joints between a body and its parent, in the order in which they act."""
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
+
+
+def _robot_of(model: Any) -> tuple[int, ...]:
+    """What has joints is the robot; without any what moves freely, else all bodies."""
+    on_world = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
+    jointed = {
+        int(model.body_rootid[model.jnt_bodyid[joint]])
+        for joint in range(model.njnt)
+        if model.jnt_type[joint] != _FREE
+    }
+    free = {body for body in on_world if free_joint(model, body) is not None}
+    return tuple(body for body in on_world if body in (jointed or free or set(on_world)))
+
+
+def _name_parts(spec: Any) -> None:
+    for kind, elements in (
+        ("body", spec.bodies),
+        ("joint", spec.joints),
+        ("actuator", spec.actuators),
+        ("tendon", spec.tendons),
+    ):
+        taken = {element.name for element in elements}
+        for element in elements:
+            if not element.name:
+                wanted = _names_for(kind, element)
+                element.name = next(name for name in wanted if name not in taken)
+                taken.add(element.name)
+
+
+def _names_for(kind: str, element: Any) -> Iterator[str]:
+    """What an element without a name may be called: by what it belongs to, else by a number."""
+    owner = {"joint": lambda: element.parent.name, "actuator": lambda: element.target}.get(kind)
+    name = owner() if owner is not None else ""
+    if name:
+        yield f"{name}_{kind}"
+    yield from (f"{name or kind}_{number}" for number in range(1, 1_000_000))

@@ -1,0 +1,182 @@
+"""What the actuators of an MJCF file make of a joint: commands in radians, and what to put in.
+
+MuJoCo computes an actuator's force from its control u, the length l that it acts along and the
+rate of that, as gain * u + b0 + b1 * l + b2 * dl/dt. Where b1 < 0 that is a spring towards a
+position, where b1 = 0 and b2 < 0 a damper at a velocity, and where both are 0 a force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+
+from teleopctl.robot.urdf import Mimic
+
+# As numbers: a model has numbers, which Python does not find among MuJoCo's enumerators.
+SINGLE_AXIS = frozenset(map(int, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)))
+_ON_JOINTS = frozenset(map(int, (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)))
+_PLAIN_DYNAMICS = frozenset(
+    int(kind)
+    for kind in (
+        mujoco.mjtDyn.mjDYN_NONE,
+        mujoco.mjtDyn.mjDYN_INTEGRATOR,
+        mujoco.mjtDyn.mjDYN_FILTER,
+        mujoco.mjtDyn.mjDYN_FILTEREXACT,
+    )
+)
+_PLAIN_BIASES = frozenset(map(int, (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)))
+
+
+@dataclass(frozen=True, slots=True)
+class JointActuator:
+    """An actuator of the file that a joint is commanded by.
+
+    Its control is ``scale * command + offset``.
+
+    Attributes:
+        name: Its name.
+        joint: The joint.
+        interface: What is commanded: ``position``, ``velocity`` or ``effort``.
+        scale: See above.
+        offset: See above.
+        most: The largest command that it takes, in size; 0 where that is not limited.
+        effort: The largest effort that it gives the joint, N m or N; 0 where it is not limited.
+    """
+
+    name: str
+    joint: str
+    interface: str
+    scale: float
+    offset: float
+    most: float
+    effort: float
+
+
+# Any stands for MuJoCo's model, here and below: it has no static type.
+def file_mimics(model: Any) -> dict[str, Mimic]:
+    """Which joints follow which: what joint equalities with a straight line say.
+
+    MuJoCo counts both from where they are at the start (``ref``).
+    """
+    found: dict[str, Mimic] = {}
+    for number in range(model.neq):
+        is_joint = model.eq_type[number] == mujoco.mjtEq.mjEQ_JOINT
+        first, second = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+        offset, slope, *curve = (float(value) for value in model.eq_data[number][:5])
+        if not (is_joint and model.eq_active0[number] and second >= 0) or any(curve):
+            continue
+        if any(int(model.jnt_type[joint]) not in SINGLE_AXIS for joint in (first, second)):
+            continue
+        refs = [float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (first, second)]
+        mimic = Mimic(model.joint(second).name, slope, offset + refs[0] - slope * refs[1])
+        found.setdefault(str(model.joint(first).name), mimic)
+    return found
+
+
+# Any: as above.
+def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
+    """The actuators that a joint can be commanded by.
+
+    Returns:
+        The actuators, at most one for each interface of a joint, and a sentence for each other.
+    """
+    found: dict[tuple[str, str], JointActuator] = {}
+    remarks = []
+    mimics = file_mimics(model)
+    for number in range(model.nu):
+        name = model.actuator(number).name
+        moved = _moved(model, number, mimics)
+        made = None if moved is None else _actuator(model, number, *moved)
+        if moved is None:
+            remarks.append(f"Actuator '{name}' moves no joint alone: it keeps its control")
+        elif made is None:
+            remarks.append(
+                f"Actuator '{name}' of joint '{moved[0]}' is neither position, velocity nor "
+                "motor: it keeps its control"
+            )
+        elif (made.joint, made.interface) in found:
+            remarks.append(
+                f"Joint '{made.joint}' has two actuators for {made.interface}: '{name}' keeps "
+                "its control"
+            )
+        else:
+            found[made.joint, made.interface] = made
+    return list(found.values()), remarks
+
+
+def _moved(model: Any, number: int, mimics: dict[str, Mimic]) -> tuple[str, float, float] | None:
+    """The joint q that an actuator moves, and its length as slope * q + offset."""
+    target = int(model.actuator_trnid[number][0])
+    gear = float(model.actuator_gear[number][0])
+    kind = int(model.actuator_trntype[number])
+    if kind in _ON_JOINTS:
+        parts = [(target, 1.0)]
+    elif kind == mujoco.mjtTrn.mjTRN_TENDON:
+        parts = list(_joints_of_tendon(model, target))
+    else:
+        return None
+    if not parts or any(int(model.jnt_type[joint]) not in SINGLE_AXIS for joint, _ in parts):
+        return None
+    slopes: dict[str, float] = {}
+    offset = 0.0
+    for joint, coefficient in parts:
+        name = str(model.joint(joint).name)
+        mimic = mimics.get(name) if kind == mujoco.mjtTrn.mjTRN_TENDON else None
+        if mimic is not None:
+            name, offset = mimic.joint, offset + coefficient * mimic.offset
+            coefficient *= mimic.multiplier
+        slopes[name] = slopes.get(name, 0.0) + coefficient
+    if len(slopes) != 1:
+        return None
+    ((name, slope),) = slopes.items()
+    return (name, slope * gear, offset * gear) if slope * gear else None
+
+
+def _joints_of_tendon(model: Any, tendon: int) -> Iterator[tuple[int, float]]:
+    """The joints of a fixed tendon, with their coefficients; none of a spatial one."""
+    first = int(model.tendon_adr[tendon])
+    for wrap in range(first, first + int(model.tendon_num[tendon])):
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+            yield int(model.wrap_objid[wrap]), float(model.wrap_prm[wrap])
+
+
+def _actuator(
+    model: Any, number: int, joint: str, slope: float, offset: float
+) -> JointActuator | None:
+    gain = float(model.actuator_gainprm[number][0])
+    constant, spring, damper = (float(value) for value in model.actuator_biasprm[number][:3])
+    dynamics = int(model.actuator_dyntype[number])
+    plain = (
+        model.actuator_gaintype[number] == mujoco.mjtGain.mjGAIN_FIXED
+        and int(model.actuator_biastype[number]) in _PLAIN_BIASES
+        and dynamics in _PLAIN_DYNAMICS
+        and gain != 0.0
+    )
+    if model.actuator_biastype[number] == mujoco.mjtBias.mjBIAS_NONE:
+        constant = spring = damper = 0.0
+    if not plain or spring > 0.0 or (spring == 0.0 and damper > 0.0):
+        return None
+    integrates = dynamics == mujoco.mjtDyn.mjDYN_INTEGRATOR
+    if spring and integrates:
+        interface, scale, zero = "velocity", -spring * slope / gain, 0.0
+    elif integrates:
+        return None
+    elif spring:
+        interface, scale = "position", -spring * slope / gain
+        zero = (-spring * offset - constant) / gain
+    elif damper:
+        interface, scale, zero = "velocity", -damper * slope / gain, -constant / gain
+    else:
+        interface, scale, zero = "effort", 1.0 / (gain * slope), -constant / gain
+    most = 0.0
+    if model.actuator_ctrllimited[number]:
+        most = max(abs((float(end) - zero) / scale) for end in model.actuator_ctrlrange[number])
+    effort = most if interface == "effort" else 0.0
+    if model.actuator_forcelimited[number]:
+        effort = abs(slope) * max(abs(float(end)) for end in model.actuator_forcerange[number])
+    return JointActuator(
+        str(model.actuator(number).name), joint, interface, scale, zero, most, effort
+    )

@@ -1,0 +1,58 @@
+"""A robot's file of any kind: told apart by its root element, and read as URDF.
+
+Whoever takes a robot's file takes it from here, so that each kind works wherever one does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+from lxml import etree
+
+from teleopctl.robot.xacro_file import ExpandedXacro, read_xacro
+
+ModelKind = Literal["urdf", "mjcf"]
+
+_KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf"}
+
+
+def model_kind(path: Path | str) -> ModelKind:
+    """Tell the kind of a robot's file by its root element.
+
+    What cannot be read, and what has another root, counts as URDF: its reader says what is wrong.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            events = etree.iterparse(
+                file, events=("start",), resolve_entities=False, remove_comments=True
+            )
+            _, root = next(events)
+    except (OSError, etree.XMLSyntaxError, StopIteration):
+        return "urdf"
+    return _KINDS.get(str(root.tag), "urdf")
+
+
+def read_model(
+    path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
+) -> ExpandedXacro:
+    """Read a robot's file, and tell the files that it includes.
+
+    Args:
+        path: URDF, xacro or MJCF, told apart by the root element.
+        mappings: Values of a xacro file's ``<xacro:arg>`` by name; the others take none.
+        safe: See `expand_xacro`.
+
+    Returns:
+        URDF as text. That of an MJCF file says which file it is of (`RobotDescription.mjcf`),
+        which is what a simulator simulates.
+
+    Raises:
+        InvalidDescriptionError: When it cannot be read.
+    """
+    if model_kind(path) == "mjcf":
+        from teleopctl.robot.formats.mjcf_urdf import mjcf_as_urdf
+
+        return mjcf_as_urdf(Path(path))
+    return read_xacro(path, mappings, safe=safe)
