@@ -69,6 +69,7 @@ class RobotModel:
         """The longest physics step that it is made for, in nanoseconds."""
         return round(float(self.mj_model.opt.timestep) * 1e9)
 
+    # Any stands for MuJoCo's types, which have no static ones.
     def put_at_start(self, model: Any, data: Any) -> None:
         """Put a simulation where it begins.
 
