@@ -19,9 +19,9 @@ from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
+from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
-from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 from teleopctl.mujoco_model.world import add_world, world_geoms

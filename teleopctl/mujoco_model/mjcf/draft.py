@@ -17,8 +17,8 @@ from teleopctl.mujoco_model.base import WORLD, FreeBase, world_frame
 from teleopctl.mujoco_model.drives import add_drives, prepare_drives
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
-from teleopctl.mujoco_model.scene import complete_scene
 from teleopctl.mujoco_model.mjcf.start import Start
+from teleopctl.mujoco_model.scene import complete_scene
 from teleopctl.mujoco_model.world import add_world
 from teleopctl.robot import JointActuator, Mjcf, ball_turns, joint_actuators, load_mjcf
 
