@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 _BUILT_IN = os.path.join(os.path.dirname(__file__), "definitions")
 
 # Definitions that changed after Jazzy, for the distributions that have the changed ones.
-_CHANGED = dict.fromkeys(("kilted", "lyrical"), os.path.join(_BUILT_IN, "_kilted"))
+_CHANGED = {
+    "kilted": [os.path.join(_BUILT_IN, "_kilted")],
+    "lyrical": [os.path.join(_BUILT_IN, "_lyrical"), os.path.join(_BUILT_IN, "_kilted")],
+}
 
 
 class Catalog:
@@ -37,8 +40,7 @@ class Catalog:
     def __init__(self, distribution_name: str | None = None, *, cached: bool = True) -> None:
         self.distribution = distribution_name or distribution()
         self._standard = StandardTypes(self.distribution, cached=cached)
-        changed = _CHANGED.get(self.distribution)
-        self._built_in = [_BUILT_IN] if changed is None else [changed, _BUILT_IN]
+        self._built_in = [*_CHANGED.get(self.distribution, ()), _BUILT_IN]
         self._definitions: dict[str, Definition] = {}
         self._used: set[str] = set()
         # The files of the definitions that were read from one.

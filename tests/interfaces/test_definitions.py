@@ -67,12 +67,13 @@ def described(kind: FieldType) -> Any:  # Any: nested tuples, which rosbags has 
 
 @pytest.fixture(scope="module")
 def catalogs() -> dict[str, Catalog]:
-    return {name: Catalog(name, cached=False) for name in ("jazzy", "kilted")}
+    return {name: Catalog(name, cached=False) for name in ("jazzy", "kilted", "lyrical")}
 
 
 def test_every_definition_has_the_hash_that_is_recorded(catalogs):
     files = [("jazzy", name) for name in names(FOLDER)]
-    files += [("kilted", name) for name in names(FOLDER / "_kilted")]
+    for each in ("kilted", "lyrical"):
+        files += [(each, name) for name in names(FOLDER / f"_{each}")]
     found = [[each, name, type_hash(catalogs[each], name)] for each, name in files]
     assert found == RECORDED
 
@@ -89,5 +90,6 @@ def test_the_origin_of_every_package_is_told():
         re.MULTILINE,
     )
     packages = [folder.name for folder in FOLDER.glob("[!_]*/")]
-    packages += [f"_kilted/{folder.name}" for folder in FOLDER.glob("_kilted/*/")]
+    for each in ("_kilted", "_lyrical"):
+        packages += [f"{each}/{folder.name}" for folder in FOLDER.glob(f"{each}/*/")]
     assert told == sorted(packages)
