@@ -18,6 +18,7 @@ TeleopctlError                       exit status 1
 ├── InvalidParameterError            a parameter has a value that it cannot have
 ├── HardwareError                    a hardware component cannot be loaded or started
 ├── InvalidDescriptionError          a robot description: xacro, URDF, <ros2_control>, <gazebo>
+│   └── UnknownFormatError           no description of any kind that is known
 ├── InvalidMessageError              bytes, YAML or a value that are not the message they should be
 │   └── InvalidDefinitionError       a .msg, .srv or .action that is not one
 ├── InvalidFileError                 a file of another kind: parameters, configuration, text
@@ -134,6 +135,10 @@ class HardwareError(TeleopctlError):
 
 class InvalidDescriptionError(TeleopctlError):
     """A robot description is not well formed, or means nothing that can be built."""
+
+
+class UnknownFormatError(InvalidDescriptionError):
+    """A text or a file is no description of any kind that is known."""
 
 
 class InvalidMessageError(TeleopctlError):

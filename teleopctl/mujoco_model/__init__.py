@@ -23,6 +23,12 @@ if TYPE_CHECKING:
         build_model as build_model,
         initial_positions as initial_positions,
     )
+    from teleopctl.mujoco_model.surroundings.thing import Thing as Thing
+    from teleopctl.mujoco_model.surroundings.things import (
+        in_world as in_world,
+        with_thing as with_thing,
+        without_things as without_things,
+    )
 else:
     from teleopctl.lazy import attach
 
@@ -34,5 +40,7 @@ else:
             "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",
             "model": "RobotModel build_model initial_positions",
+            "surroundings.thing": "Thing",
+            "surroundings.things": "in_world with_thing without_things",
         },
     )

@@ -20,11 +20,12 @@ from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.mjcf.draft import MjcfDraft, draft_mjcf
 from teleopctl.mujoco_model.mjcf.start import Start
-from teleopctl.mujoco_model.scene import add_scene
 from teleopctl.mujoco_model.shapes import drop_impossible_shapes
+from teleopctl.mujoco_model.surroundings.scene import add_scene
+from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
+from teleopctl.mujoco_model.surroundings.world import add_world, world_geoms
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
-from teleopctl.mujoco_model.world import add_world, world_geoms
 
 if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription, World
@@ -41,9 +42,11 @@ class RobotModel:
     Attributes:
         name: The robot's name.
         mj_model: The compiled ``mujoco.MjModel``.
+        spec: The ``mujoco.MjSpec`` that it was compiled from, not to be changed.
         joints: The movable joints with one degree of freedom, in the order of the model.
         cameras: The camera sensors.
         free_bodies: What moves freely, of the robot and of its world.
+        things: What stands or lies around the robot.
         base: The robot's root link where that is free; its body is the first of ``free_bodies``.
         world_frame: The frame at the world's origin.
         world_geoms: The numbers of the shapes in ``mj_model`` that are of the world.
@@ -54,9 +57,11 @@ class RobotModel:
 
     name: str
     mj_model: Any
+    spec: Any
     joints: tuple[JointSpec, ...]
     cameras: tuple[CameraModel, ...]
     free_bodies: tuple[FreeBody, ...]
+    things: tuple[Thing, ...]
     base: FreeBase | None
     world_frame: str
     world_geoms: tuple[int, ...]
@@ -156,9 +161,11 @@ def build_model(
     return RobotModel(
         name=description.name,
         mj_model=model,
+        spec=spec,
         joints=tuple(joints),
         cameras=tuple(draft.cameras),
         free_bodies=tuple(draft.free_bodies),
+        things=tuple(draft.things),
         base=base,
         world_frame=world_frame(description, fixed_base=fixed_base),
         world_geoms=world_geoms(model),
@@ -175,9 +182,11 @@ def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> 
     return RobotModel(
         name=description.name,
         mj_model=model,
+        spec=draft.spec,
         joints=tuple(draft.joints),
         cameras=(),
         free_bodies=tuple(draft.free_bodies),
+        things=draft.things,
         base=draft.base,
         world_frame=frame,
         world_geoms=tuple(around),
@@ -197,6 +206,7 @@ class _Draft:
         joints: See `RobotModel`, as for ``cameras`` and ``free_bodies``.
         cameras: See there.
         free_bodies: See there.
+        things: See there.
         base: See there, not yet in its place.
         warnings: What had to be repaired or left out so far.
     """
@@ -206,6 +216,7 @@ class _Draft:
     joints: list[JointSpec]
     cameras: list[CameraModel]
     free_bodies: list[FreeBody]
+    things: tuple[Thing, ...]
     base: FreeBase | None
     warnings: list[str]
 
@@ -237,12 +248,15 @@ def _draft(
     apply_gazebo(spec, description)
     prepare_joints(spec, joints)
     exclude_adjacent(spec)
+    things: tuple[Thing, ...] = ()
     if world is not None:
-        things, complaints = add_world(spec, world, world_frame(description, fixed_base=fixed_base))
-        bodies += things
+        before = {body.name for body in spec.worldbody.bodies}
+        moving, complaints = add_world(spec, world, world_frame(description, fixed_base=fixed_base))
+        bodies += moving
         warnings += complaints
+        things = things_since(before, spec, moving)
     add_scene(spec)
-    return _Draft(spec, _compile(spec), joints, cameras, bodies, base, warnings)
+    return _Draft(spec, _compile(spec), joints, cameras, bodies, things, base, warnings)
 
 
 def initial_positions(

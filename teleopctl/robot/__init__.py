@@ -64,7 +64,11 @@ if TYPE_CHECKING:
         Pose as Pose,
         Sphere as Sphere,
     )
-    from teleopctl.robot.world_file import World as World, read_world as read_world
+    from teleopctl.robot.world_file import (
+        World as World,
+        read_world as read_world,
+        read_world_text as read_world_text,
+    )
     from teleopctl.robot.xacro_file import (
         ExpandedXacro as ExpandedXacro,
         expand_xacro as expand_xacro,
@@ -94,7 +98,7 @@ else:
             "sensors.sensor_tag": "Noise Plugin Rays Sensor Sweep",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
-            "world_file": "World read_world",
+            "world_file": "World read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

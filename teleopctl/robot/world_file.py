@@ -2,7 +2,8 @@
 
 A world is a file of its own, so that the robot's description stays what it is on the real robot.
 It is URDF or xacro, whose links on fixed joints stand still and whose links on floating joints
-from `world` move; or a scene of MuJoCo's (MJCF), which MuJoCo reads.
+from `world` move freely; what is on another joint moves as it is pushed, as a door does. Or it is a
+scene of MuJoCo's (MJCF), which MuJoCo reads.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from teleopctl.errors import InvalidDescriptionError
+from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse
 from teleopctl.robot.repair import repair_urdf
@@ -32,10 +33,19 @@ class World:
     Attributes:
         path: The file.
         description: What it says; None for a scene of MuJoCo's.
+        text: What stands in it, where there is no such file.
+        name: What it calls itself.
     """
 
     path: Path
     description: RobotDescription | None
+    text: str = ""
+    name: str = ""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is a thing by itself, which moves freely wherever it is put."""
+        return self.description is not None and self.description.root != "world"
 
 
 def read_world(path: Path) -> World:
@@ -46,36 +56,64 @@ def read_world(path: Path) -> World:
 
     Raises:
         InvalidDescriptionError: It is missing, broken, of another kind, has sizes or places
-            that are none, or joints that are neither fixed nor floating. The message names the
-            file and, unless it is made by xacro, the line.
+            that are none, or a floating joint that does not start at ``world``. The message names
+            the file and, unless it is made by xacro, the line.
     """
     path = path.absolute()
     try:
         content = path.read_bytes()
     except OSError as error:
         raise InvalidDescriptionError(f"Cannot read {path}: {error.strerror}") from error
-    # Entities have no business here: they could read other files.
-    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
-    try:
-        root = etree.fromstring(content, parser)
-    except etree.XMLSyntaxError as error:
-        reason = error.msg or "it is empty"
-        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
+    root = _parse(path, content)
     if root.tag == "mujoco":
-        return World(path, None)
-    if root.tag != "robot":
-        raise InvalidDescriptionError(
-            f"{path}:{root.sourceline}: <{root.tag}> is no world",
-            hint="A world is a URDF or xacro file (<robot>) or a scene of MuJoCo's (<mujoco>).",
-        )
+        return World(path, None, name=root.get("model") or "")
     if _XACRO in content:
         # Its lines are others once it is expanded.
-        return World(path, _checked(path, expand_xacro(path), has_lines=False))
+        return _described(path, _checked(path, expand_xacro(path), has_lines=False))
     try:
         text = content.decode()
     except UnicodeDecodeError as error:
         raise InvalidDescriptionError(f"{path} is not text in UTF-8") from error
-    return World(path, _checked(path, text, has_lines=True))
+    return _described(path, _checked(path, text, has_lines=True))
+
+
+def read_world_text(text: str, where: str) -> World:
+    """Read what could stand in a world file.
+
+    Args:
+        text: URDF or MJCF.
+        where: What errors call it.
+
+    Raises:
+        InvalidDescriptionError: As of `read_world`.
+    """
+    path, content = Path(where), text.encode(errors="surrogatepass")
+    root = _parse(path, content)
+    if root.tag == "mujoco":
+        return World(path, None, text, root.get("model") or "")
+    if _XACRO in content:
+        raise UnknownFormatError(f"{where}: xacro is not expanded here: hand over what comes of it")
+    return _described(path, _checked(path, text, has_lines=True), text)
+
+
+def _described(path: Path, description: RobotDescription, text: str = "") -> World:
+    return World(path, description, text, description.name)
+
+
+def _parse(path: Path, content: bytes) -> Element:
+    # Entities have no business here: they could read other files.
+    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+    try:
+        root: Element = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        reason = error.msg or "it is empty"
+        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
+    if root.tag not in ("robot", "mujoco"):
+        raise UnknownFormatError(
+            f"{path}:{root.sourceline}: <{root.tag}> is no world",
+            hint="A world is a URDF or xacro file (<robot>) or a scene of MuJoCo's (<mujoco>).",
+        )
+    return root
 
 
 def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
@@ -107,12 +145,6 @@ def _check_numbers(element: Element, place: str) -> None:
 
 def _check_joint(joint: Element, place: str) -> None:
     name, kind, parent = joint.get("name"), joint.get("type"), joint.find("parent")
-    if kind not in ("fixed", "floating"):
-        raise InvalidDescriptionError(
-            f"{place}: joint '{name}' is {kind}, but what is in a world stands still or moves "
-            "freely",
-            hint="Its joints are 'fixed' or 'floating'; what has joints is a robot.",
-        )
     start = None if parent is None else parent.get("link")
     if kind == "floating" and start != "world":
         raise InvalidDescriptionError(

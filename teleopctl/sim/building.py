@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import Pose, RobotDescription, read_world
+from teleopctl.robot import Pose, RobotDescription, World, read_world
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
@@ -23,6 +23,7 @@ class SimulatedRobot(NamedTuple):
         simulation: At its start.
         sensors: What measures in it, for topics.
         interfaces: What measures in it, for controllers.
+        world: What stands around the robot, or None.
     """
 
     description: RobotDescription
@@ -30,6 +31,7 @@ class SimulatedRobot(NamedTuple):
     simulation: Simulation
     sensors: list[Sensor]
     interfaces: SensorInterfaces
+    world: World | None
 
 
 def simulate(
@@ -75,4 +77,6 @@ def simulate(
     for first, second in model.excluded:
         warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
     simulation = Simulation(model, control_period_ns=control_period_ns, timestep_ns=timestep_ns)
-    return SimulatedRobot(description, model, simulation, sensors, interfaces.kept(measuring))
+    return SimulatedRobot(
+        description, model, simulation, sensors, interfaces.kept(measuring), surroundings
+    )

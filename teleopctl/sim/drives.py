@@ -33,6 +33,18 @@ _POSITION, _VELOCITY, _EFFORT = range(3)
 # two time constants of its drive.
 _BRAKING_S = 0.01
 
+# What a drive remembers from one period to the next.
+_STATE = (
+    "_mode",
+    "_target",
+    "_wanted_speed",
+    "_setpoint",
+    "_setpoint_speed",
+    "_fed_forward",
+    "_planned_target",
+    "_stiffness",
+)
+
 # Closer than this (rad or m) a set-point has arrived.
 _ARRIVED = 1e-9
 
@@ -60,6 +72,7 @@ class Drives:
     ) -> None:
         self._m = m = model
         self._d = data
+        self._joints = joints
         self._period_s = period_s
         driven = [joint for joint in joints if joint.has_drive]
         self._drive_of = {joint.name: row for row, joint in enumerate(driven)}
@@ -121,6 +134,19 @@ class Drives:
         self._stiffness: Array = np.array(self._gain[:, 0])
         self._d.act[self._act] = self._setpoint
         self._apply_modes()
+
+    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Drives:
+        """Return the same drives, with all that they were told, in another model of the robot.
+
+        Args:
+            model: The other ``mujoco.MjModel``, whose gains change while running.
+            data: Its ``mujoco.MjData``, in the state of the one so far.
+        """
+        moved = Drives(model, data, self._joints, self._period_s)
+        for name in _STATE:
+            setattr(moved, name, getattr(self, name))
+        moved._apply_modes()
+        return moved
 
     def apply(
         self,

@@ -218,6 +218,15 @@ class LockstepLoop:
             self._requests.append(change)
             self._changed.notify_all()
 
+    def restart(self) -> None:
+        """Go on from the simulation's start; called on the loop's thread, by a request."""
+        now = self._simulation.time_ns
+        for beat in (self._clock_beat, self._view_beat):
+            beat.restart()
+        self._pacer.anchor(now)
+        self._command = self._unstamped = None
+        self._lost = False
+
     def stop(self) -> None:
         """Make `run` return."""
         with self._changed:

@@ -20,6 +20,8 @@ from teleopctl.node import (
 )
 from teleopctl.robot import Pose, RobotDescription
 from teleopctl.sim.building import simulate
+from teleopctl.sim.entities.stage import Stage
+from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.ports import TopicPorts
@@ -58,6 +60,8 @@ class MujocoSim(Node):
         self.create_service(_StepSimulation, "~/step_simulation", self._on_step)
         self.create_service(_ResetWorld, "~/reset_world", self._on_reset)
         self.create_service(_SetFreeJointState, "~/set_free_joint_state", self._on_set_free)
+        self._stage: Stage | None = None
+        offer_standard_services(self, lambda: self._stage)
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
@@ -161,7 +165,7 @@ class MujocoSim(Node):
         progress.tell(progress.STARTING)
         logger.info("Received the robot description, parsing...")
         self._urdf = urdf
-        description, model, simulation, sensors, interfaces = simulate(
+        robot = simulate(
             urdf,
             world=str(self.get_parameter("world").value),
             fixed_base=bool(self.get_parameter("fixed_base").value),
@@ -170,6 +174,7 @@ class MujocoSim(Node):
             timestep_ns=round(self._number("timestep") * 1e9),
             warn=logger.warning,
         )
+        description, model, simulation = robot.description, robot.model, robot.simulation
         self._report(description, model)
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
         if period_s > step_s:
@@ -179,9 +184,9 @@ class MujocoSim(Node):
                 f"period ({step_s:g} s)."
             )
         states_topic = str(self.get_parameter("joint_states_topic").value)
-        ports = TopicPorts(self, simulation, states_topic, interfaces)
+        ports = TopicPorts(self, simulation, states_topic, robot.interfaces)
         ports.show_base(bool(self.get_parameter("publish_base_tf").value))
-        self._sensors = SensorPublisher(self, simulation, sensors)
+        self._sensors = SensorPublisher(self, simulation, robot.sensors)
         self._loop = LockstepLoop(
             simulation,
             ports,
@@ -201,6 +206,14 @@ class MujocoSim(Node):
         )
         self._ports = ports
         self._markers = WorldMarkers(self, model)
+        self._stage = Stage(
+            simulation,
+            self._loop,
+            patience_s=self._patience_s,
+            world=robot.world,
+            on_change=self._on_change,
+            on_restart=self._sensors.restart,
+        )
         self.add_graph_callback(self._on_graph)
         self._on_graph()
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
@@ -303,6 +316,12 @@ class MujocoSim(Node):
             )
             return
         self._loop.offer(Command(to_nanoseconds(message.header.stamp), names, *values))
+
+    def _on_change(self) -> None:
+        """Show what has come or gone; called on the loop's thread."""
+        self._ports.bodies_changed()
+        self._markers.renew(self._simulation.present_model)
+        self._on_graph()
 
     # --- services -------------------------------------------------------------------------
 

@@ -31,6 +31,7 @@ class Parting:
         self, model: mujoco.MjModel, data: mujoco.MjData, pairs: Sequence[tuple[str, str]]
     ) -> None:
         self._m, self._d = model, data
+        self._names = tuple(pairs)
         self._excluded = np.array(model.exclude_signature)
         self._pairs = [_Pair(model, first, second) for first, second in pairs]
         self._waiting: deque[_Pair] = deque()
@@ -44,6 +45,23 @@ class Parting:
     def waits(self) -> bool:
         """Whether there are pairs to look at."""
         return bool(self._waiting)
+
+    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Parting:
+        """Return the same pairs in another model of the robot; those that came apart still touch.
+
+        Args:
+            model: The other ``mujoco.MjModel``, whose excluded pairs are changed.
+            data: Its ``mujoco.MjData``.
+        """
+        moved = Parting(model, data, self._names)
+        waiting = {pair.names: None for pair in self._waiting}
+        for pair in moved._pairs:
+            if pair.names not in waiting:
+                moved._release(pair)
+        # In the order in which their turns come.
+        by_name = {pair.names: pair for pair in moved._pairs}
+        moved._waiting = deque(by_name[names] for names in waiting)
+        return moved
 
     def check(self) -> None:
         """Let the next pair touch from now on if it is apart."""
@@ -66,6 +84,7 @@ class _Pair:
     """Two links, as MuJoCo has them."""
 
     def __init__(self, model: mujoco.MjModel, first: str, second: str) -> None:
+        self.names = first, second
         low, high = sorted(int(model.body(name).id) for name in (first, second))
         self.signature = (low << 16) + high
         # Those that overlapped the last time come first: one distance then answers for most.

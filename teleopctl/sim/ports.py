@@ -71,9 +71,16 @@ class TopicPorts:
         self._clock_publisher = node.create_publisher(_Clock, "/clock", 10)
         self._state_publisher = node.create_publisher(_JointState, states_topic, 10)
         self._view_publisher = node.create_publisher(_JointState, VIEW_TOPIC, 10)
-        self._bodies = None
-        if simulation.free_bodies.bodies:
-            self._bodies = FreeBodyPorts(node, simulation)
+        self._node = node
+        self._bodies: FreeBodyPorts | None = None
+        self.bodies_changed()
+
+    def bodies_changed(self) -> None:
+        """Things have come or gone."""
+        if self._bodies is not None:
+            self._bodies.renew()
+        elif self._simulation.free_bodies.bodies:
+            self._bodies = FreeBodyPorts(self._node, self._simulation)
 
     def show_base(self, shown: bool) -> None:
         """Whether the robot's free root link is among the transforms, see `FreeBodyPorts`."""
@@ -164,21 +171,28 @@ class FreeBodyPorts:
     """
 
     def __init__(self, node: Node, simulation: Simulation) -> None:
-        self._bodies = bodies = simulation.free_bodies
+        self._node = node
+        self._simulation = simulation
+        self._broadcaster: TransformBroadcaster | None = None
+        self._publisher = node.create_publisher(_FreeJointStateArray, FREE_BODIES_TOPIC, 10)
+        self._base_shown = False
+        self.renew()
+
+    def renew(self) -> None:
+        """Begin anew with the bodies that the simulation has now."""
+        self._bodies = bodies = self._simulation.free_bodies
         self._states = _FreeJointStateArray(
             free_joints=[_FreeJointState(name=body.link) for body in bodies.bodies]
         )
         self._transforms = [_TransformStamped(child_frame_id=b.link) for b in bodies.bodies]
         for transform, body in zip(self._transforms, bodies.bodies, strict=True):
             transform.header.frame_id = body.parent
-        self._has_base = simulation.model.base is not None
-        self._publisher = node.create_publisher(_FreeJointStateArray, FREE_BODIES_TOPIC, 10)
-        self._node = node
-        self._broadcaster: TransformBroadcaster | None = None
-        self.show_base(False)
+        self._has_base = self._simulation.model.base is not None
+        self.show_base(self._base_shown)
 
     def show_base(self, shown: bool) -> None:
         """Whether the robot's root link is among the transforms."""
+        self._base_shown = shown
         # It is the first of the free bodies.
         self._shown = self._transforms[1 if self._has_base and not shown else 0 :]
         if self._shown and self._broadcaster is None:

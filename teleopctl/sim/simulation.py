@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from teleopctl.mujoco_model import RobotModel
 from teleopctl.sim.ball_joints import BallJoints
+from teleopctl.sim.carrying import carry_over
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.file_actuators import FileActuators
 from teleopctl.sim.free_bodies import FreeBodies
@@ -70,35 +71,52 @@ class Simulation:
     def __init__(
         self, model: RobotModel, *, control_period_ns: int, timestep_ns: int | None = None
     ) -> None:
-        self.model = model
         self.control_period_ns = control_period_ns
         self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
-        # Gains, gravity compensation and what may touch change while running: on a copy of its own.
-        self._m: Any = copy.copy(model.mj_model)
-        self._m.opt.timestep = control_period_ns * 1e-9 / self.steps_per_period
-        # Sensors are computed when they are read, on a copy: who looks changes nothing.
-        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        self._d: Any = mujoco.MjData(self._m)
-        self._observed: Any = None
-
+        self._bind(model)
         joints = model.joints
         self.joint_names = tuple(joint.name for joint in joints)
-        named = [self._m.joint(joint.ball or joint.name) for joint in joints]
-        self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
-        self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
         self._balls = BallJoints(joints)
         self.positions: Array = np.zeros(len(joints))
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
-        self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
         self._steps = 0
-        self._troubles = self._d.warning.number
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self._parting = Parting(self._m, self._d, model.excluded)
         ticks = -(-_PARTING_NS // control_period_ns)
         self._parting_steps = ticks * self.steps_per_period
         self.reset_state()
+
+    def _bind(self, model: RobotModel) -> None:
+        """Begin with a model, in its own initial state."""
+        self.model = model
+        # Gains, gravity compensation and what may touch change while running: on a copy of its own.
+        self._m: Any = copy.copy(model.mj_model)
+        self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
+        # Sensors are computed when they are read, on a copy: who looks changes nothing.
+        self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        self._d: Any = mujoco.MjData(self._m)
+        self._observed: Any = None
+        self._troubles = self._d.warning.number
+        named = [self._m.joint(joint.ball or joint.name) for joint in model.joints]
+        self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
+        self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
+        self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
+
+    def take(self, model: RobotModel) -> None:
+        """Go on with another model of the same robot; what is in both goes on as it was.
+
+        Args:
+            model: With more around the robot than the one so far, or with less.
+        """
+        m, d = self._m, self._d
+        self._bind(model)
+        carry_over(m, d, self._m, self._d)
+        self._drives = self._drives.moved_to(self._m, self._d)
+        self._file_actuators = FileActuators(self._m, self._d, model.joints)
+        self._parting = self._parting.moved_to(self._m, self._d)
+        self.refresh()
 
     # --- time -----------------------------------------------------------------------------
 
@@ -175,6 +193,10 @@ class Simulation:
     def reset(self) -> None:
         """Back to time zero, initial positions and no commands."""
         self.reset_state()
+        self.reset_time()
+
+    def reset_time(self) -> None:
+        """Back to time zero; everything stays as it is."""
         self._steps = 0
 
     def reset_state(
@@ -189,6 +211,7 @@ class Simulation:
             velocities: How fast they are to move instead (rad/s or m/s), by name.
         """
         mujoco.mj_resetData(self._m, self._d)
+        self._restore_standing()
         self.model.put_at_start(self._m, self._d)
         self._balls.put(self._d, positions or {})
         for joint in self.model.joints:
@@ -260,6 +283,52 @@ class Simulation:
     def has_link(self, name: str) -> bool:
         """Whether there is a link of a name."""
         return bool(mujoco.mj_name2id(self._m, mujoco.mjtObj.mjOBJ_BODY, name) >= 0)
+
+    @property
+    def present_model(self) -> RobotModel:
+        """The model with what stands in the world where it was put."""
+        return replace(self.model, mj_model=self._m)
+
+    def put_standing(self, body: str, pose: Array) -> None:
+        """Put something that stands in the world elsewhere, until the next reset.
+
+        Args:
+            body: Its topmost body.
+            pose: Position (m) and rotation (w x y z, of any length), (7,).
+        """
+        number, turn = self._m.body(body).id, np.array(pose[3:])
+        mujoco.mju_normalize4(turn)
+        self._m.body_pos[number], self._m.body_quat[number] = pose[:3], turn
+        self._wake()
+
+    def _restore_standing(self) -> None:
+        """Put back what stands in the world where it was at the start."""
+        start = self.model.mj_model
+        if not np.array_equal(self._m.body_pos, start.body_pos) or not np.array_equal(
+            self._m.body_quat, start.body_quat
+        ):
+            self._m.body_pos[:], self._m.body_quat[:] = start.body_pos, start.body_quat
+            self._wake()
+
+    def _wake(self) -> None:
+        """Let what sleeps notice that something around it has changed.
+
+        MuJoCo works out only once where things stand, as long as it lets others sleep.
+        """
+        asleep = self._m.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
+        self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        mujoco.mj_forward(self._m, self._d)
+        self._m.opt.enableflags |= asleep
+
+    def set_gravity(self, gravity: Array) -> None:
+        """Set the acceleration of free fall in the world, (3,), in m/s²."""
+        self._m.opt.gravity[:] = gravity
+        self._wake()
+
+    def begin_world(self) -> None:
+        """Start anew, with the gravity that the world asks for; time goes on."""
+        self.set_gravity(self.model.mj_model.opt.gravity)
+        self.reset_state()
 
     def link_pose(self, link: str) -> LinkPose:
         """Where a link's frame is in the world."""

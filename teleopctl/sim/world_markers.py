@@ -18,7 +18,7 @@ from teleopctl.mujoco_model import RobotModel, free_root
 from teleopctl.node import qos_profile_latched
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.node import Node, Publisher
 
 WORLD_MARKERS_TOPIC = "/mujoco_sim/world_markers"
 
@@ -44,15 +44,24 @@ class WorldMarkers:
     """
 
     def __init__(self, node: Node, model: RobotModel) -> None:
-        self._publisher = None
+        self._node = node
+        self._publisher: Publisher[Any] | None = None
         self._readers = 0
         markers = world_markers(model)
         if markers:
-            self._message = _MarkerArray(markers=markers)
-            self._publisher = node.create_publisher(
+            self._publish(markers)
+
+    def renew(self, model: RobotModel) -> None:
+        """Show another world in the place of the one so far."""
+        self._publish([_Marker(action=_Marker.DELETEALL), *world_markers(model)])
+
+    def _publish(self, markers: list[Any]) -> None:
+        if self._publisher is None:
+            self._publisher = self._node.create_publisher(
                 _MarkerArray, WORLD_MARKERS_TOPIC, qos_profile_latched
             )
-            self._publisher.publish(self._message)
+        self._message = _MarkerArray(markers=markers)
+        self._publisher.publish(self._message)
 
     def look(self) -> None:
         """Send it again to readers that have come, since not all ask for what is kept."""

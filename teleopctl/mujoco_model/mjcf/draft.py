@@ -18,8 +18,9 @@ from teleopctl.mujoco_model.drives import add_drives, prepare_drives
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
 from teleopctl.mujoco_model.mjcf.start import Start
-from teleopctl.mujoco_model.scene import complete_scene
-from teleopctl.mujoco_model.world import add_world
+from teleopctl.mujoco_model.surroundings.scene import complete_scene
+from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
+from teleopctl.mujoco_model.surroundings.world import add_world
 from teleopctl.robot import JointActuator, Mjcf, ball_turns, joint_actuators, load_mjcf
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class MjcfDraft:
     spec: Any
     joints: list[JointSpec]
     free_bodies: list[FreeBody]
+    things: tuple[Thing, ...]
     base: FreeBase | None
     start: Start
     bodies: frozenset[str]
@@ -83,16 +85,20 @@ def draft_mjcf(
     driven = [joint for joint in joints if joint.has_drive]
     prepare_drives(spec, driven)
     add_drives(spec, bare, driven)
+    names = frozenset(bare.body(body).name for body in mjcf.bodies())
+    # What its file has beside it.
+    things = things_since(names, spec, free, prefix="")
     if world is not None:
+        before = {body.name for body in spec.worldbody.bodies}
         frame = world_frame(description, fixed_base=fixed_base)
-        things, complaints = add_world(spec, world, frame)
-        free += things
+        moving, complaints = add_world(spec, world, frame)
+        things += things_since(before, spec, moving)
+        free += moving
         warnings += complaints
     complete_scene(spec)
     if extend is not None:
         extend(spec)
-    names = frozenset(bare.body(body).name for body in mjcf.bodies())
-    return MjcfDraft(spec, joints, free, base, start, names, warnings)
+    return MjcfDraft(spec, joints, free, things, base, start, names, warnings)
 
 
 def _joints(

@@ -79,6 +79,11 @@ class SensorPublisher:
         for channel in self._channels:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
+    def restart(self) -> None:
+        """Begin again with the simulation, at time zero."""
+        for channel in self._channels:
+            channel.beat.restart()
+
     def next_ns(self) -> int | None:
         """When the next sensor is due, or None while nobody listens to any."""
         return min((c.beat.next_ns for c in self._channels if c.running), default=None)

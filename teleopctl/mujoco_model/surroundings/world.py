@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription, World
 
 # In front of the names of all that is of the world, but of bodies, which are frames to others.
-_PREFIX = "world/"
+WORLD_PREFIX = "world/"
 
 # What a scene of MuJoCo's may have beside things: it is for a robot that is not in it.
 _LEFT_OUT = {
@@ -48,39 +49,87 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
         What moves freely in the world, and a warning for each thing that was repaired or left out.
 
     Raises:
-        InvalidDescriptionError: MuJoCo cannot simulate it, it has joints, or a link of the robot
-            has the name of one of its links.
+        InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
+            one of its links.
     """
-    if world.description is None:
-        things = _read_scene(world.path)
-        warnings = _only_things(things, world.path)
-        _see_that_it_compiles(things, world.path)
-        for name in _OF_ALL:
-            setattr(things, name, getattr(spec, name))
-    else:
-        things, warnings = _read_urdf(world.path, world.description)
+    things, warnings = read_things(world)
+    spec.option.gravity = things.option.gravity
+    bodies = attach_things(spec, things, str(world.path), frame)
+    return bodies, [f"{world.path.name}: {warning}" for warning in warnings]
+
+
+def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
+    """Return the ``mujoco.MjSpec`` of a world, and what was repaired in it or left out.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot simulate it.
+    """
+    if world.description is not None:
+        return _read_urdf(world.path, world.description)
+    things = _read_scene(world)
+    warnings = _only_things(things)
+    _see_that_it_compiles(things, world.path)
+    return things, warnings
+
+
+def attach_things(
+    spec: mujoco.MjSpec,
+    things: mujoco.MjSpec,
+    where: str,
+    frame: str,
+    *,
+    prefix: str = WORLD_PREFIX,
+    holder: mujoco.MjsBody | None = None,
+) -> list[FreeBody]:
+    """Put things into a robot's spec.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` of the robot.
+        things: That of the things, which is used up.
+        where: What errors call it.
+        frame: The frame at the world's origin.
+        prefix: In front of the names of all parts but bodies, which are frames to others.
+        holder: What they stand in; the world unless said otherwise.
+
+    Returns:
+        What moves freely among them.
+
+    Raises:
+        InvalidDescriptionError: A body of that name is there already.
+    """
+    for name in _OF_ALL:
+        setattr(things, name, getattr(spec, name))
     free = _name_parts(things)
     names = [body.name for body in things.bodies if body.name != "world"]
     taken = {body.name for body in spec.bodies}.intersection(names)
     if taken:
         raise InvalidDescriptionError(
-            f"{world.path}: '{min(taken)}' is in the world, and is a link of the robot",
+            f"{where}: '{min(taken)}' is in the world, and is a link of the robot",
             hint="Rename one of them, or choose another world.",
         )
     spec.compiler.balanceinertia |= things.compiler.balanceinertia
-    spec.attach(things, prefix=_PREFIX, frame=spec.worldbody.add_frame())
+    spec.attach(things, prefix=prefix, frame=(holder or spec.worldbody).add_frame())
     for name in names:
-        spec.body(f"{_PREFIX}{name}").name = name
-    bodies = [FreeBody(link, f"{_PREFIX}{joint}", frame) for link, joint in free]
-    if bodies:
+        spec.body(f"{prefix}{name}").name = name
+    if free:
         # What has come to rest costs nothing until something touches it or puts it elsewhere.
         spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
-    return bodies, [f"{world.path.name}: {warning}" for warning in warnings]
+    return [FreeBody(link, f"{prefix}{joint}", frame) for link, joint in free]
 
 
-def world_geoms(model: mujoco.MjModel) -> tuple[int, ...]:
-    """The numbers of the shapes that are of the world."""
-    return tuple(n for n in range(model.ngeom) if model.geom(n).name.startswith(_PREFIX))
+def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int, ...]:
+    """The numbers of the shapes that are of the world.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        bodies: Bodies all of whose shapes are.
+    """
+    geoms = [model.geom(n) for n in range(model.ngeom)]
+    return tuple(
+        geom.id
+        for geom in geoms
+        if geom.name.startswith(WORLD_PREFIX) or model.body(geom.bodyid[0]).name in bodies
+    )
 
 
 def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec, list[str]]:
@@ -106,15 +155,23 @@ def _import(
     warnings += resolve_meshes(things, path.parent, try_each=try_each_mesh)
     warnings += repair_inertias(things) + unserved_tags(description.urdf)
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
+    warnings += [
+        f"The <mimic> of joint '{joint.name}' is left out: what is on joints in a world moves as "
+        "it is pushed"
+        for joint in description.joints.values()
+        if joint.mimic is not None
+    ]
     apply_gazebo(things, description)
     return things, warnings
 
 
-def _read_scene(path: Path) -> mujoco.MjSpec:
+def _read_scene(world: World) -> mujoco.MjSpec:
     try:
-        return mujoco.MjSpec.from_file(str(path))
+        if world.text:
+            return mujoco.MjSpec.from_string(world.text)
+        return mujoco.MjSpec.from_file(str(world.path))
     except ValueError as error:
-        raise _refusal(path, error) from error
+        raise _refusal(world.path, error) from error
 
 
 def _see_that_it_compiles(things: mujoco.MjSpec, path: Path) -> None:
@@ -132,15 +189,8 @@ def _refusal(path: Path, error: ValueError) -> InvalidDescriptionError:
     return InvalidDescriptionError(f"{path}: {' '.join(str(error).split())}")
 
 
-def _only_things(scene: mujoco.MjSpec, path: Path) -> list[str]:
+def _only_things(scene: mujoco.MjSpec) -> list[str]:
     """Take everything out of a scene that is not a thing in it."""
-    for joint in scene.joints:
-        if joint.type != mujoco.mjtJoint.mjJNT_FREE:
-            raise InvalidDescriptionError(
-                f"{path}: joint '{joint.name}' of body '{joint.parent.name}' is not free, but what "
-                "is in a world stands still or moves freely",
-                hint="What has joints is a robot: include none in the world's file.",
-            )
     warnings = []
     for attribute, word in _LEFT_OUT.items():
         found: list[Any] = list(getattr(scene, attribute))
@@ -165,7 +215,8 @@ def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
                     element.name = f"{kind}{number}"
     free = []
     for body in things.bodies:
-        for joint in body.joints:
-            joint.name = joint.name or f"{body.name}_joint"
-            free.append((body.name, joint.name))
+        for number, joint in enumerate(body.joints):
+            joint.name = joint.name or f"{body.name}_joint{number or ''}"
+            if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+                free.append((body.name, joint.name))
     return free

@@ -9,6 +9,9 @@ from __future__ import annotations
 import mujoco
 
 GROUND_NAME = "ground_plane"
+# Nobody else calls a shape so.
+_GROUND_GEOM = "teleopctl/ground"
+_GROUND_MATERIAL = "ground"
 
 # The side of one tile of the ground's chequer, in metres: a scale to judge distances by.
 _TILE_M = 0.5
@@ -28,9 +31,23 @@ def add_scene(spec: mujoco.MjSpec) -> None:
     """
     if all(texture.type != mujoco.mjtTexture.mjTEXTURE_SKYBOX for texture in spec.textures):
         _add_sky(spec)
+    add_ground(spec)
+    _add_lights(spec)
+
+
+def add_ground(spec: mujoco.MjSpec) -> None:
+    """Add our ground to a spec that has none."""
     if all(geom.type != mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.geoms):
         _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
-    _add_lights(spec)
+
+
+def drop_ground(spec: mujoco.MjSpec) -> None:
+    """Take our ground out again."""
+    geom = spec.geom(_GROUND_GEOM)
+    if geom is not None:
+        spec.delete(geom.parent)
+        spec.delete(spec.material(_GROUND_MATERIAL))
+        spec.delete(spec.texture(_GROUND_MATERIAL))
 
 
 def complete_scene(spec: mujoco.MjSpec) -> None:
@@ -68,7 +85,7 @@ def _add_sky(spec: mujoco.MjSpec) -> None:
 
 def _add_ground(spec: mujoco.MjSpec, name: str) -> None:
     spec.add_texture(
-        name="ground",
+        name=_GROUND_MATERIAL,
         type=mujoco.mjtTexture.mjTEXTURE_2D,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
         mark=mujoco.mjtMark.mjMARK_EDGE,
@@ -78,16 +95,16 @@ def _add_ground(spec: mujoco.MjSpec, name: str) -> None:
         width=256,
         height=256,
     )
-    material = spec.add_material(name="ground", reflectance=0.15, texuniform=True)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "ground"
+    material = spec.add_material(name=_GROUND_MATERIAL, reflectance=0.15, texuniform=True)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = _GROUND_MATERIAL
     # One texture holds two by two tiles.
     material.texrepeat = [0.5 / _TILE_M, 0.5 / _TILE_M]
     body = spec.worldbody.add_body(name=name)
     body.add_geom(
-        name=name,
+        name=_GROUND_GEOM,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0.0, 0.0, 0.05],  # zero half-lengths: an infinite plane
-        material="ground",
+        material=_GROUND_MATERIAL,
         group=1,
     )
 

@@ -1,0 +1,195 @@
+"""What stands and lies around a robot, and models with more of it, with less, or in another world.
+
+A model never changes: each function here returns another one, of the same robot with the same
+numbers in front. What was wrong with it is known before anything has happened to the first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.errors import InvalidDescriptionError, NotFoundError
+from teleopctl.mujoco_model.surroundings.scene import add_ground, drop_ground
+from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
+from teleopctl.mujoco_model.surroundings.world import (
+    WORLD_PREFIX,
+    add_world,
+    attach_things,
+    read_things,
+    world_geoms,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model.free_bodies import FreeBody
+    from teleopctl.mujoco_model.model import RobotModel
+    from teleopctl.robot import World
+
+# What a thing can have beside bodies, all of it named with the thing's prefix.
+_ASSETS = ("meshes", "textures", "materials", "hfields")
+_IN_THE_WORLD = ("geoms", "lights", "sites", "cameras")
+
+
+def with_thing(
+    model: RobotModel,
+    world: World,
+    name: str,
+    place: np.ndarray,
+    turn: np.ndarray,
+) -> RobotModel:
+    """Return a model with one more thing.
+
+    It moves freely unless its file makes it part of the world: by a root link named ``world``, or,
+    for MuJoCo's scenes, by a body without a free joint.
+
+    Args:
+        model: The model so far.
+        world: The thing, as a world of its own.
+        name: What it is to be called; its other bodies are ``NAME/body``.
+        place: Where its topmost body is to be in the world, (3,), in metres.
+        turn: The rotation of that, (4,), w x y z.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot simulate it, it is several things, or its name is
+            taken.
+    """
+    things, warnings = read_things(world)
+    spec = model.spec.copy()
+    if spec.body(name) is not None:
+        raise InvalidDescriptionError(f"There is '{name}' already")
+    serial = 1 + max(
+        (int(thing.prefix.split("/")[1]) for thing in model.things if thing.spawned), default=0
+    )
+    prefix = f"{WORLD_PREFIX}{serial}/"
+    tops = list(things.worldbody.bodies)
+    is_one = len(tops) == 1 and not list(things.worldbody.geoms)
+    holder = None
+    if is_one:
+        _put(tops[0], place, turn)
+        if world.moves and not list(tops[0].joints):
+            tops[0].add_freejoint()
+        _rename(things, tops[0].name, name)
+    elif any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in things.joints):
+        raise InvalidDescriptionError(
+            f"{world.path}: it has {len(tops)} parts that are not joined",
+            hint="Spawn them one by one, or load the file as a world.",
+        )
+    elif not tops and not list(things.worldbody.geoms):
+        raise InvalidDescriptionError(f"{world.path}: there is nothing in it")
+    else:
+        holder = spec.worldbody.add_body(name=name)
+        _put(holder, place, turn)
+        _rename(things, None, name)
+    bodies = attach_things(
+        spec, things, str(world.path), model.world_frame, prefix=prefix, holder=holder
+    )
+    thing = Thing(name, bodies[0].joint if bodies else "", prefix, spawned=True)
+    return replace(
+        _compiled(model, spec, str(world.path)),
+        free_bodies=(*model.free_bodies, *bodies),
+        things=(*model.things, thing),
+        warnings=tuple(warnings),
+    )
+
+
+def without_things(model: RobotModel, names: Iterable[str]) -> RobotModel:
+    """Return a model with fewer things.
+
+    Raises:
+        NotFoundError: There is no thing of that name.
+    """
+    leaving = []
+    for name in names:
+        thing = next((thing for thing in model.things if thing.name == name), None)
+        if thing is None:
+            raise NotFoundError(f"There is no thing '{name}' in the world")
+        leaving.append(thing)
+    spec = model.spec.copy()
+    remaining = tuple(thing for thing in model.things if thing not in leaving)
+    for thing in leaving:
+        spec.delete(spec.body(thing.name))
+    for prefix in {thing.prefix for thing in leaving}.difference(t.prefix for t in remaining):
+        if prefix:
+            _clear(spec, prefix)
+    names = {body.name for body in spec.bodies}
+    return replace(
+        _compiled(model, spec, "the world"),
+        free_bodies=tuple(body for body in model.free_bodies if body.link in names),
+        things=remaining,
+        warnings=(),
+    )
+
+
+def in_world(model: RobotModel, world: World | None) -> RobotModel:
+    """Return a model in another world, without anything that was spawned.
+
+    What stands in the robot's own file stays.
+
+    Args:
+        model: The model so far.
+        world: The world; None for nothing but the ground.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot simulate it, or a link of the robot has the name of
+            one of its links.
+    """
+    bare = without_things(model, [thing.name for thing in model.things if thing.prefix])
+    spec = bare.spec
+    drop_ground(spec)
+    before = {body.name for body in spec.worldbody.bodies}
+    free: list[FreeBody] = []
+    warnings: list[str] = []
+    if world is not None:
+        free, warnings = add_world(spec, world, model.world_frame)
+    things = things_since(before, spec, free)
+    add_ground(spec)
+    return replace(
+        _compiled(model, spec, str(world.path) if world is not None else "the empty world"),
+        free_bodies=(*bare.free_bodies, *free),
+        things=(*bare.things, *things),
+        warnings=tuple(warnings),
+    )
+
+
+# Any stands for MuJoCo's bodies, whose classes have no types.
+def _put(body: Any, place: np.ndarray, turn: np.ndarray) -> None:
+    body.pos, body.quat = place, turn
+    body.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _rename(things: mujoco.MjSpec, top: str | None, name: str) -> None:
+    for body in things.bodies:
+        if body.name == top:
+            body.name = name
+        elif body.name and body.name != "world":
+            body.name = f"{name}/{body.name}"
+
+
+def _clear(spec: mujoco.MjSpec, prefix: str) -> None:
+    """Take out what of things is in no body of theirs."""
+    own = (getattr(spec.worldbody, kind) for kind in _IN_THE_WORLD)
+    assets = (getattr(spec, kind) for kind in _ASSETS)
+    for elements in (*own, *assets):
+        for element in list(elements):
+            if _belongs(element.name, prefix):
+                spec.delete(element)
+
+
+def _belongs(name: str, prefix: str) -> bool:
+    """Whether a part is of the things of a prefix: ``world/`` is in front of ``world/1/`` too."""
+    rest = name.removeprefix(prefix)
+    return rest != name and not (prefix == WORLD_PREFIX and rest.split("/")[0].isdigit())
+
+
+def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
+    try:
+        compiled = spec.compile()
+    except ValueError as error:
+        raise InvalidDescriptionError(f"{where}: {' '.join(str(error).split())}") from error
+    around = {model.mj_model.geom(geom).bodyid[0] for geom in model.world_geoms}
+    bodies = {model.mj_model.body(body).name for body in around}
+    return replace(model, spec=spec, mj_model=compiled, world_geoms=world_geoms(compiled, bodies))

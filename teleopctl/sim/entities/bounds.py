@@ -1,0 +1,85 @@
+"""The room that entities take: boxes along the axes of a frame."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from teleopctl.sim.entities.entity import Entity
+    from teleopctl.sim.simulation import Simulation
+
+Array = npt.NDArray[np.float64]
+
+_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+
+
+class Box(NamedTuple):
+    """A box along the axes of a frame.
+
+    Attributes:
+        low: Its corner with the smallest coordinates, (3,), in metres.
+        high: The one with the largest, (3,).
+    """
+
+    low: Array
+    high: Array
+
+    def overlaps(self, other: Box) -> bool:
+        """Whether two boxes of one frame have a point in common."""
+        return bool((self.low <= other.high).all() and (other.low <= self.high).all())
+
+    def touches(self, center: Array, radius: float) -> bool:
+        """Whether a sphere has a point in common with the box."""
+        nearest = np.clip(center, self.low, self.high)
+        return bool(np.linalg.norm(nearest - center) <= radius)
+
+
+def bounds_of(simulation: Simulation, entity: Entity, *, in_world: bool = False) -> Box | None:
+    """The box around the shapes of an entity, along its own axes or those of the world.
+
+    Returns:
+        None where it has no shapes, or such as have no end.
+    """
+    m, d = simulation.observe()
+    top = m.body(entity.body).id if entity.body else 0
+    turn, place = np.eye(3), np.zeros(3)
+    if not in_world:
+        turn, place = d.xmat[top].reshape(3, 3), d.xpos[top]
+    points = [
+        (_corners(m, d, geom) - place) @ turn
+        for geom in range(m.ngeom)
+        if _is_of(simulation, m, geom, top) and _ends(m, geom)
+    ]
+    if not points:
+        return None
+    corners = np.concatenate(points)
+    return Box(corners.min(axis=0), corners.max(axis=0))
+
+
+# Any stands for MuJoCo's models and data, which have no types.
+def _is_of(simulation: Simulation, m: Any, geom: int, top: int) -> bool:
+    body = int(m.geom_bodyid[geom])
+    if top == 0:
+        # A robot that stands in the world: what is of nobody else, neither of the ground.
+        return geom not in simulation.model.world_geoms and body != 0
+    while body not in (0, top):
+        body = int(m.body_parentid[body])
+    return body == top
+
+
+def _ends(m: Any, geom: int) -> bool:
+    return bool(m.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE)
+
+
+def _corners(m: Any, d: Any, geom: int) -> Array:
+    """The corners in the world of the box around a shape along its own axes, (8, 3)."""
+    center, half = m.geom_aabb[geom][:3], m.geom_aabb[geom][3:]
+    found: Array = (
+        d.geom_xpos[geom] + (center + _CORNERS * half) @ d.geom_xmat[geom].reshape(3, 3).T
+    )
+    return found

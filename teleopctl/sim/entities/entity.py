@@ -1,0 +1,132 @@
+"""What is in a simulation, where it is and how it moves, by name. Knows nothing of ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import NotFoundError, RefusedError
+
+if TYPE_CHECKING:
+    from teleopctl.sim.simulation import Simulation
+
+Array = npt.NDArray[np.float64]
+
+_ROBOT = "robot"
+
+
+@dataclass(frozen=True)
+class Entity:
+    """The robot, or a thing around it.
+
+    Attributes:
+        name: What it is called.
+        body: Its topmost body; empty for a robot that stands in the world.
+        index: Its number among the free bodies, or None where it stands still.
+        is_robot: Whether it is the robot.
+        spawned: Whether it came in while the simulation ran.
+    """
+
+    name: str
+    body: str
+    index: int | None
+    is_robot: bool
+    spawned: bool
+
+
+class Motion(NamedTuple):
+    """Where a frame is and how it moves, all in the world.
+
+    Attributes:
+        pose: Position (m) and rotation (w x y z), (7,).
+        twist: Velocity of its origin (m/s) and angular velocity (rad/s), (6,).
+        acceleration: The same of the accelerations (m/s² and rad/s²), (6,).
+    """
+
+    pose: Array
+    twist: Array
+    acceleration: Array
+
+
+def entities(simulation: Simulation) -> dict[str, Entity]:
+    """All that is in a simulation by name, the robot first."""
+    model, bodies = simulation.model, simulation.free_bodies
+    things = {thing.name: thing for thing in model.things}
+    robot = model.name if model.name and model.name not in things else _ROBOT
+    base = "" if model.base is None else model.base.body.link
+    found = {robot: Entity(robot, base, bodies.index(base), is_robot=True, spawned=False)}
+    for name, thing in things.items():
+        found[name] = Entity(
+            name, name, bodies.index(name) if thing.joint else None, False, thing.spawned
+        )
+    return found
+
+
+def find(simulation: Simulation, name: str) -> Entity:
+    """Return the entity of a name.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    known = entities(simulation)
+    if name not in known:
+        raise NotFoundError(f"There is no entity '{name}'; there is {', '.join(known)}")
+    return known[name]
+
+
+def motion_of(simulation: Simulation, entity: Entity) -> Motion:
+    """Where an entity is and how it moves."""
+    if entity.index is None:
+        return Motion(_standing_pose(simulation, entity), np.zeros(6), np.zeros(6))
+    bodies = simulation.free_bodies
+    model, data = simulation.observe()
+    joint = model.joint(bodies.bodies[entity.index].joint)
+    start = int(joint.dofadr[0])
+    acceleration = np.array(data.qacc[start : start + 6])
+    if data.body_awake[int(joint.bodyid[0])] != mujoco.mjtSleepState.mjS_AWAKE:
+        acceleration[:] = 0.0  # what sleeps is left out of all computing
+    pose = bodies.pose(entity.index)
+    # As of velocities: the linear part is in the world's frame, the angular one in the body's.
+    mujoco.mju_rotVecQuat(acceleration[3:], acceleration[3:].copy(), pose[3:])
+    return Motion(pose, bodies.twist(entity.index), acceleration)
+
+
+def move(simulation: Simulation, entity: Entity, pose: Array | None, twist: Array | None) -> None:
+    """Put an entity elsewhere, or give it another velocity.
+
+    Args:
+        simulation: Where it is.
+        entity: What to move.
+        pose: As of `Motion`; None to leave it where it is.
+        twist: As of `Motion`; None to leave it as it moves.
+
+    Raises:
+        RefusedError: It stands still, and is to move, or it is a robot that stands in the world.
+    """
+    if entity.index is not None:
+        bodies = simulation.free_bodies
+        bodies.put(
+            entity.index,
+            bodies.pose(entity.index) if pose is None else pose,
+            bodies.twist(entity.index) if twist is None else twist,
+        )
+    elif twist is not None and twist.any():
+        raise RefusedError(f"'{entity.name}' stands still: it has no velocity")
+    elif pose is not None and not entity.body:
+        raise RefusedError(
+            f"The robot '{entity.name}' stands in the world: it cannot be put elsewhere"
+        )
+    elif pose is not None:
+        simulation.put_standing(entity.body, pose)
+    simulation.refresh()
+
+
+def _standing_pose(simulation: Simulation, entity: Entity) -> Array:
+    if not entity.body:
+        return np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    pose = simulation.link_pose(entity.body)
+    return np.concatenate([pose.position, pose.quaternion])

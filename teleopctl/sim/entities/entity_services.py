@@ -1,0 +1,184 @@
+"""simulation_interfaces: what is in the simulation, where it is, and how it is put elsewhere."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.errors import InvalidMessageError
+from teleopctl.interfaces import get_message, get_service, set_stamp
+from teleopctl.sim.entities.answers import Desk, Refusal, Result
+from teleopctl.sim.entities.bounds import Box, bounds_of
+from teleopctl.sim.entities.entity import Entity, entities, find, motion_of, move
+from teleopctl.sim.entities.poses import (
+    fill_pose,
+    fill_twist,
+    frame_of,
+    pose_in_world,
+    twist_in_world,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.sim.entities.stage import Stage
+
+_Bounds = get_message("simulation_interfaces/msg/Bounds")
+_Category = get_message("simulation_interfaces/msg/EntityCategory")
+_EntityInfo = get_message("simulation_interfaces/msg/EntityInfo")
+_EntityState = get_message("simulation_interfaces/msg/EntityState")
+_TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
+_Vector3 = get_message("geometry_msgs/msg/Vector3")
+_INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
+
+
+class EntityServices:
+    """Offers the services that ask for entities and move them.
+
+    Args:
+        desk: Where they are offered.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        # What somebody said of an entity, by its name.
+        self._infos: dict[str, Any] = {}
+        desk.offer("GetEntities", "get_entities", self._list)
+        desk.offer("GetEntitiesStates", "get_entities_states", self._list_states)
+        desk.offer("GetEntityState", "get_entity_state", self._get_state)
+        desk.offer("SetEntityState", "set_entity_state", self._set_state)
+        desk.offer("GetEntityInfo", "get_entity_info", self._get_info)
+        desk.offer("SetEntityInfo", "set_entity_info", self._set_info)
+        desk.offer("GetEntityBounds", "get_entity_bounds", self._get_bounds)
+
+    # Any, here and below: messages, whose classes are made at run time.
+    def _list(self, stage: Stage, request: Any, response: Any) -> None:
+        chosen = stage.ask(lambda: self._chosen(stage, request.filters))
+        response.entities = [entity.name for entity in chosen]
+
+    def _list_states(self, stage: Stage, request: Any, response: Any) -> None:
+        def look() -> None:
+            for entity in self._chosen(stage, request.filters):
+                response.entities.append(entity.name)
+                state = _EntityState()
+                _fill_state(state, stage, entity)
+                response.states.append(state)
+
+        stage.ask(look)
+
+    def _get_state(self, stage: Stage, request: Any, response: Any) -> None:
+        def look() -> None:
+            _fill_state(response.state, stage, find(stage.simulation, request.entity))
+
+        stage.ask(look)
+
+    def _set_state(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        # Before simulation_interfaces 2.1 there was no choice: all of the state is set.
+        with_pose = getattr(request, "set_pose", True)
+        with_twist = getattr(request, "set_twist", True)
+        if getattr(request, "set_acceleration", False):
+            raise Refusal(
+                Result.RESULT_FEATURE_UNSUPPORTED,
+                "An acceleration follows from forces: none is set",
+            )
+
+        def change() -> None:
+            simulation, state = stage.simulation, request.state
+            entity = find(simulation, request.entity)
+            frame = frame_of(simulation, state.header.frame_id)
+            try:
+                pose = pose_in_world(state.pose, frame) if with_pose else None
+                twist = twist_in_world(state.twist, frame) if with_twist else None
+            except InvalidMessageError as error:
+                raise Refusal(_INVALID_POSE, error.message) from error
+            move(simulation, entity, pose, twist)
+            if entity.index is None:
+                stage.changed()
+
+        stage.ask(change)
+
+    def _get_info(self, stage: Stage, request: Any, response: Any) -> None:
+        response.info = self._info(stage.ask(lambda: find(stage.simulation, request.entity)))
+
+    def _set_info(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        entity = stage.ask(lambda: find(stage.simulation, request.entity))
+        self._infos[entity.name] = request.info
+
+    def _get_bounds(self, stage: Stage, request: Any, response: Any) -> None:
+        box = stage.ask(lambda: bounds_of(stage.simulation, find(stage.simulation, request.entity)))
+        if box is not None:
+            response.bounds.type = _Bounds.TYPE_BOX
+            # The upper right corner comes first.
+            response.bounds.points = [_point(box.high), _point(box.low)]
+
+    def _info(self, entity: Entity) -> Any:
+        if entity.name in self._infos:
+            return self._infos[entity.name]
+        category = _Category.CATEGORY_STATIC_OBJECT
+        if entity.is_robot:
+            category = _Category.CATEGORY_ROBOT
+        elif entity.index is not None:
+            category = _Category.CATEGORY_DYNAMIC_OBJECT
+        return _EntityInfo(category=_Category(category=category))
+
+    def _chosen(self, stage: Stage, filters: Any) -> list[Entity]:
+        """The entities that pass a filter."""
+        try:
+            pattern = re.compile(filters.filter)
+        except re.error as error:
+            raise Refusal(
+                Result.RESULT_OPERATION_FAILED, f"The filter '{filters.filter}': {error}"
+            ) from error
+        categories = {category.category for category in filters.categories}
+        chosen = []
+        for entity in entities(stage.simulation).values():
+            info = self._info(entity)
+            if (
+                pattern.search(entity.name)
+                and (not categories or info.category.category in categories)
+                and _has_tags(info.tags, filters.tags)
+                and _is_within(stage, entity, filters.bounds)
+            ):
+                chosen.append(entity)
+        return chosen
+
+
+def _fill_state(state: Any, stage: Stage, entity: Entity) -> None:
+    simulation = stage.simulation
+    motion = motion_of(simulation, entity)
+    state.header.frame_id = simulation.model.world_frame
+    set_stamp(state.header.stamp, simulation.time_ns)
+    fill_pose(state.pose, motion.pose)
+    fill_twist(state.twist, motion.twist)
+    fill_twist(state.acceleration, motion.acceleration)
+
+
+def _has_tags(tags: list[str], wanted: Any) -> bool:
+    if not wanted.tags:
+        return True
+    every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
+    return (all if every else any)(tag in tags for tag in wanted.tags)
+
+
+def _is_within(stage: Stage, entity: Entity, bounds: Any) -> bool:
+    points = [np.array([point.x, point.y, point.z]) for point in bounds.points]
+    if bounds.type == _Bounds.TYPE_EMPTY:
+        return True
+    if bounds.type not in (_Bounds.TYPE_BOX, _Bounds.TYPE_SPHERE):
+        raise Refusal(
+            Result.RESULT_FEATURE_UNSUPPORTED, "Entities are found within boxes and spheres only"
+        )
+    if len(points) != 2 or not np.isfinite(points).all():
+        raise Refusal(Result.RESULT_OPERATION_FAILED, "The bounds are not two finite points")
+    box = bounds_of(stage.simulation, entity, in_world=True)
+    if box is None:
+        return False
+    if bounds.type == _Bounds.TYPE_SPHERE:
+        return box.touches(points[0], float(points[1][0]))
+    return box.overlaps(Box(np.minimum(*points), np.maximum(*points)))
+
+
+def _point(place: Any) -> Any:
+    x, y, z = map(float, place)
+    return _Vector3(x=x, y=y, z=z)

@@ -1,0 +1,86 @@
+"""Poses and velocities of messages, in the world's frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import InvalidMessageError, NotFoundError
+from teleopctl.sim.simulation import LinkPose
+
+if TYPE_CHECKING:
+    from teleopctl.sim.simulation import Simulation
+
+Array = npt.NDArray[np.float64]
+
+# Beyond this (m, m/s, rad/s) nothing is meant: a million kilometres.
+_FARTHEST = 1e9
+# How far the length of a quaternion may be from 1.
+_LENGTH_ERROR = 1e-2
+
+
+def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
+    """Where a frame is; None for the world, which an empty name means too.
+
+    Raises:
+        NotFoundError: There is no link of that name.
+    """
+    if name in ("", "world", simulation.model.world_frame):
+        return None
+    if not simulation.has_link(name):
+        raise NotFoundError(f"There is no link '{name}' that could be a frame")
+    return simulation.link_pose(name)
+
+
+# Any, here and below: messages, whose classes are made at run time.
+def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
+    """The position (m) and rotation (w x y z) of a Pose, in the world, (7,).
+
+    Raises:
+        InvalidMessageError: It is none.
+    """
+    p, q = message.position, message.orientation
+    place, turn = np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z])
+    if not (np.isfinite(place).all() and np.isfinite(turn).all()):
+        raise InvalidMessageError("A number of the pose is not finite")
+    if (np.abs(place) > _FARTHEST).any():
+        raise InvalidMessageError(f"The position is farther away than {_FARTHEST:g} m")
+    length = float(np.linalg.norm(turn))
+    if abs(length - 1.0) > _LENGTH_ERROR:
+        raise InvalidMessageError(f"The orientation is no rotation: its length is {length:g}")
+    turn /= length
+    if frame is None:
+        return np.concatenate([place, turn])
+    rotation = np.zeros(4)
+    mujoco.mju_mulQuat(rotation, frame.quaternion, turn)
+    return np.concatenate([frame.position + frame.rotation @ place, rotation])
+
+
+def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
+    """The velocity (m/s) and angular velocity (rad/s) of a Twist, along the world's axes, (6,).
+
+    Raises:
+        InvalidMessageError: It is none.
+    """
+    v, w = message.linear, message.angular
+    twist = np.array([v.x, v.y, v.z, w.x, w.y, w.z])
+    if not np.isfinite(twist).all() or (np.abs(twist) > _FARTHEST).any():
+        raise InvalidMessageError("A number of the velocity is not finite, or has no sense")
+    if frame is not None:
+        twist = np.concatenate([frame.rotation @ twist[:3], frame.rotation @ twist[3:]])
+    return twist
+
+
+def fill_pose(message: Any, pose: Array) -> None:
+    """Write a position and a rotation (w x y z), (7,), into a Pose."""
+    p, q = message.position, message.orientation
+    p.x, p.y, p.z, q.w, q.x, q.y, q.z = map(float, pose)
+
+
+def fill_twist(message: Any, twist: Array) -> None:
+    """Write a velocity and an angular velocity, (6,), into a Twist or an Accel."""
+    v, w = message.linear, message.angular
+    v.x, v.y, v.z, w.x, w.y, w.z = map(float, twist)

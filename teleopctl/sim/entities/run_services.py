@@ -1,0 +1,169 @@
+"""simulation_interfaces: how the simulation runs: played, paused, stepped, reset, ended."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.interfaces import get_action, get_message, get_service
+from teleopctl.node import ActionServer
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, complain
+
+if TYPE_CHECKING:
+    from teleopctl.sim.entities.stage import Stage
+
+_State = get_message("simulation_interfaces/msg/SimulationState")
+_Features = get_message("simulation_interfaces/msg/SimulatorFeatures")
+_Set = get_service("simulation_interfaces/srv/SetSimulationState").Response
+_Reset = get_service("simulation_interfaces/srv/ResetSimulation").Request
+_SimulateSteps = get_action("simulation_interfaces/action/SimulateSteps")
+_GetFeatures = get_service("simulation_interfaces/srv/GetSimulatorFeatures")
+
+# What a loop may take for one step, in seconds of wall time, and at least for all of them.
+_PER_STEP_S, _AT_LEAST_S = 0.01, 30.0
+# As many steps as a day has milliseconds.
+_MOST_STEPS = 86_400_000
+
+_FEATURES = (
+    "SPAWNING",
+    "DELETING",
+    "ENTITY_TAGS",
+    "ENTITY_BOUNDS",
+    "ENTITY_BOUNDS_BOX",
+    "ENTITY_CATEGORIES",
+    "SPAWNING_RESOURCE_STRING",
+    "ENTITY_STATE_GETTING",
+    "ENTITY_STATE_SETTING",
+    "ENTITY_INFO_GETTING",
+    "ENTITY_INFO_SETTING",
+    "SPAWNABLES",
+    "SIMULATION_RESET",
+    "SIMULATION_RESET_TIME",
+    "SIMULATION_RESET_STATE",
+    "SIMULATION_RESET_SPAWNED",
+    "SIMULATION_STATE_GETTING",
+    "SIMULATION_STATE_SETTING",
+    "SIMULATION_STATE_PAUSE",
+    "STEP_SIMULATION_SINGLE",
+    "STEP_SIMULATION_MULTIPLE",
+    "STEP_SIMULATION_ACTION",
+    "WORLD_LOADING",
+    "WORLD_RESOURCE_STRING",
+    "WORLD_UNLOADING",
+    "WORLD_INFO_GETTING",
+    "AVAILABLE_WORLDS",
+    "SPAWNING_ENTITIES",
+)
+_FORMATS = ("urdf", "mjcf")
+
+
+class RunServices:
+    """Offers the services that say how the simulation runs.
+
+    Args:
+        desk: Where they are offered.
+        quit_simulator: Ends the simulator once the answer is sent.
+    """
+
+    def __init__(self, desk: Desk, quit_simulator: Callable[[], None]) -> None:
+        self._desk = desk
+        self._quit = quit_simulator
+        node = desk.node
+        node.create_service(_GetFeatures, "get_simulator_features", self._tell_features)
+        desk.offer("GetSimulationState", "get_simulation_state", self._get_state)
+        desk.offer("SetSimulationState", "set_simulation_state", self._set_state)
+        desk.offer("ResetSimulation", "reset_simulation", self._reset)
+        desk.offer("StepSimulation", "step_simulation", self._step)
+        self._stepping = threading.Lock()
+        self._action = ActionServer(node, _SimulateSteps, "simulate_steps", self._simulate)
+
+    # Any, here and below: messages, whose classes are made at run time.
+    def _tell_features(self, request: Any, response: Any) -> Any:
+        del request
+        response.features.features = [getattr(_Features, name) for name in _FEATURES]
+        response.features.spawn_formats = list(_FORMATS)
+        response.features.custom_info = "teleopctl: MuJoCo, one robot, physics in lockstep"
+        return response
+
+    def _get_state(self, stage: Stage, request: Any, response: Any) -> None:
+        del request
+        response.state.state = self._state(stage)
+
+    def _state(self, stage: Stage) -> int:
+        if not stage.loop.paused:
+            return int(_State.STATE_PLAYING)
+        return int(_State.STATE_STOPPED if stage.stopped else _State.STATE_PAUSED)
+
+    def _set_state(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        wanted = request.state.state
+        if wanted == _State.STATE_QUITTING:
+            self._quit()
+        elif wanted == self._state(stage):
+            raise Refusal(_Set.ALREADY_IN_TARGET_STATE, "The simulation is in that state already")
+        elif wanted == _State.STATE_STOPPED:
+            stage.stop()
+        elif wanted == _State.STATE_PAUSED:
+            stage.pause()
+        elif wanted == _State.STATE_PLAYING:
+            stage.play()
+        else:
+            raise Refusal(_Set.INCORRECT_TRANSITION, "It can be stopped, played, paused and ended")
+
+    def _reset(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        scope = request.scope or _Reset.SCOPE_ALL
+        stage.reset(
+            time=bool(scope & _Reset.SCOPE_TIME),
+            state=bool(scope & _Reset.SCOPE_STATE),
+            spawned=bool(scope & _Reset.SCOPE_SPAWNED),
+        )
+
+    def _step(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        _advance(stage, request.steps)
+
+    async def _simulate(self, goal: Any) -> Any:
+        result, steps = _SimulateSteps.Result(), goal.request.steps
+        feedback = _SimulateSteps.Feedback(remaining_steps=steps)
+        result.result.result = Result.RESULT_OK
+
+        def one_more() -> None:
+            _advance(self._desk.stage, 1)
+
+        while feedback.remaining_steps > 0 and not goal.is_cancel_requested:
+            complain(result.result, one_more)
+            if result.result.result != Result.RESULT_OK:
+                goal.abort()
+                return result
+            feedback.completed_steps += 1
+            feedback.remaining_steps -= 1
+            goal.publish_feedback(feedback)
+            await _others()
+        if goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.succeed()
+        return result
+
+
+class _others:  # noqa: N801 - it is awaited as a function is
+    """Let the executor do what else there is."""
+
+    def __await__(self) -> Any:
+        yield
+
+
+def _advance(stage: Stage, steps: int) -> None:
+    if not stage.loop.paused:
+        raise Refusal(
+            Result.RESULT_OPERATION_FAILED, "The simulation can be stepped only while paused"
+        )
+    if not 0 < steps <= _MOST_STEPS:
+        raise Refusal(
+            Result.RESULT_OPERATION_FAILED, f"{steps} steps: 1 to {_MOST_STEPS} are possible"
+        )
+    if not stage.loop.step(steps, max(_AT_LEAST_S, _PER_STEP_S * steps)):
+        raise Refusal(Result.RESULT_OPERATION_FAILED, "The steps took too long")
+    stage.stopped = False

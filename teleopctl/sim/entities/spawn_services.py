@@ -1,0 +1,158 @@
+"""simulation_interfaces: what comes into the simulation while it runs, and what leaves it."""
+
+from __future__ import annotations
+
+import functools
+import re
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import (
+    InvalidDescriptionError,
+    InvalidMessageError,
+    NotFoundError,
+    UnknownFormatError,
+)
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.robot import World, read_world, read_world_text
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, complain, existing
+from teleopctl.sim.entities.poses import frame_of, pose_in_world
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from teleopctl.sim.entities.stage import Stage
+
+_Answer = get_service("simulation_interfaces/srv/SpawnEntity").Response
+_Many = get_service("simulation_interfaces/srv/SpawnEntities").Response
+_SpawnResult = get_message("simulation_interfaces/msg/SpawnResult")
+_Spawnable = get_message("simulation_interfaces/msg/Spawnable")
+
+_TEXT = "resource_string"
+_NAME = re.compile(r"[A-Za-z0-9_][\w.:/ -]{0,127}")
+_NAMESPACE = re.compile(r"(/?[A-Za-z_]\w*)(/[A-Za-z_]\w*)*/?")
+
+
+class SpawnServices:
+    """Offers the services that bring things in and take them out.
+
+    Args:
+        desk: Where they are offered.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self._logger = desk.node.get_logger()
+        desk.offer("SpawnEntity", "spawn_entity", self._spawn)
+        desk.offer("SpawnEntities", "spawn_entities", self._spawn_many)
+        desk.offer("DeleteEntity", "delete_entity", self._delete)
+        desk.offer("GetSpawnables", "get_spawnables", self._list)
+
+    # Any, here and below: messages, whose classes are made at run time.
+    def _spawn(self, stage: Stage, request: Any, response: Any) -> None:
+        world = _read(request)
+        name = _name_for(stage, world, request)
+        try:
+            pose = stage.ask(
+                lambda: pose_in_world(
+                    request.initial_pose.pose,
+                    frame_of(stage.simulation, request.initial_pose.header.frame_id),
+                )
+            )
+        except (InvalidMessageError, NotFoundError) as error:
+            raise Refusal(_Answer.INVALID_POSE, error.message) from error
+        remarks = []
+        if request.entity_namespace:
+            if not _NAMESPACE.fullmatch(request.entity_namespace):
+                raise Refusal(
+                    _Answer.NAMESPACE_INVALID, f"'{request.entity_namespace}' is no namespace"
+                )
+            remarks.append(
+                f"the namespace {request.entity_namespace} is without effect: '{name}' has no "
+                "interfaces of its own"
+            )
+        try:
+            remarks += stage.spawn(world, name, pose[:3], pose[3:])
+        except InvalidDescriptionError as error:
+            raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
+        for remark in remarks:
+            self._logger.warning(f"Spawning '{name}': {remark}")
+        self._logger.info(f"Spawned '{name}'")
+        response.entity_name = name
+        response.result.error_message = "; ".join(remarks)
+
+    def _spawn_many(self, stage: Stage, request: Any, response: Any) -> None:
+        for each in request.spawn_requests:
+            answer = _SpawnResult()
+            answer.result.result = Result.RESULT_OK
+            complain(answer.result, functools.partial(self._spawn, stage, each, answer))
+            response.results.append(answer)
+        failed = [r for r in response.results if r.result.result != Result.RESULT_OK]
+        if failed:
+            raise Refusal(
+                _Many.ENTITIES_SPAWN_FAILED, f"{len(failed)} of {len(response.results)} failed"
+            )
+
+    def _delete(self, stage: Stage, request: Any, response: Any) -> None:
+        del response
+        stage.delete(request.entity)
+        self._logger.info(f"Deleted '{request.entity}'")
+
+    def _list(self, stage: Stage, request: Any, response: Any) -> None:
+        del stage
+        unknown = []
+        for source in request.sources:
+            try:
+                folder = existing(source)
+                files = sorted(folder.iterdir()) if folder.is_dir() else [folder]
+                found = [file.absolute().as_uri() for file in files if _is_world(file)]
+            except (NotFoundError, OSError, ValueError):
+                found = []
+            if not found:
+                unknown.append(source)
+            response.spawnables += [_spawnable(uri) for uri in found]
+        if unknown:
+            response.result.error_message = f"Nothing to spawn in {', '.join(unknown)}"
+
+
+def _read(request: Any) -> World:
+    """Read what a request brings: by a URI, else as a text."""
+    # simulation_interfaces 2 has both in a message of their own.
+    resource = getattr(request, "entity_resource", request)
+    try:
+        if resource.uri:
+            return read_world(existing(resource.uri))
+        if resource.resource_string:
+            return read_world_text(resource.resource_string, _TEXT)
+    except UnknownFormatError as error:
+        raise Refusal(_Answer.UNSUPPORTED_FORMAT, error.message) from error
+    except InvalidDescriptionError as error:
+        raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
+    raise Refusal(_Answer.NO_RESOURCE, "There is neither a URI nor a text of what to spawn")
+
+
+def _name_for(stage: Stage, world: World, request: Any) -> str:
+    """Return the name that a thing gets."""
+    name = str(request.name or world.name or ("entity" if request.allow_renaming else ""))
+    if not _NAME.fullmatch(name) or name == "world":
+        raise Refusal(
+            _Answer.NAME_INVALID,
+            f"'{name}' is no name: letters, digits and _ . : / - are" if name else "It has no name",
+        )
+    if stage.ask(lambda: stage.is_free(name)):
+        return name
+    if not request.allow_renaming:
+        raise Refusal(_Answer.NAME_NOT_UNIQUE, f"There is '{name}' already")
+    return stage.ask(lambda: stage.unused_name(name))
+
+
+def _is_world(file: Path) -> bool:
+    try:
+        read_world(file)
+    except InvalidDescriptionError:
+        return False
+    return True
+
+
+def _spawnable(uri: str) -> Any:
+    if hasattr(_Spawnable(), "uri"):
+        return _Spawnable(uri=uri)
+    return _Spawnable(entity_resource=get_message("simulation_interfaces/msg/Resource")(uri=uri))

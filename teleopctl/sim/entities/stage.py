@@ -1,0 +1,229 @@
+"""A simulation that runs, and how what is in it is asked for and changed from other threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import NotFoundError, RefusedError, UnavailableError
+from teleopctl.mujoco_model import in_world, with_thing, without_things
+from teleopctl.sim.entities.entity import entities, find
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import RobotModel
+    from teleopctl.robot import World
+    from teleopctl.sim.lockstep import LockstepLoop
+    from teleopctl.sim.simulation import Simulation
+
+T = TypeVar("T")
+Array = npt.NDArray[np.float64]
+
+
+class Stage:
+    """What the services of a simulator work with.
+
+    What changes the model is worked out beforehand, while the simulation runs; it stands still
+    only to take it. What fails has changed nothing.
+
+    Args:
+        simulation: What is simulated.
+        loop: What runs it.
+        patience_s: How long to wait for the loop, in seconds of wall time.
+        world: The world; None for nothing but the ground.
+        on_change: Called on the loop's thread when something has come or gone.
+        on_restart: Called on the loop's thread when time has begun anew.
+
+    Attributes:
+        simulation: What is simulated; only to be touched within `ask`.
+        loop: What runs it.
+        world: The world; None for nothing but the ground.
+        world_source: Where it is from: a file, a URI, or what else it was called.
+        stopped: Whether it stands at its start, until somebody plays it.
+        changed: As ``on_change``.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        loop: LockstepLoop,
+        *,
+        patience_s: float,
+        world: World | None = None,
+        on_change: Callable[[], None] = lambda: None,
+        on_restart: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.simulation = simulation
+        self.loop = loop
+        self.world = world
+        self.world_source = "" if world is None else str(world.path)
+        self.stopped = False
+        self.changed = on_change
+        self._patience_s = patience_s
+        self._on_restart = on_restart
+
+    def ask(self, what: Callable[[], T]) -> T:
+        """Return what a function returns between two steps; what it raises is raised here.
+
+        Raises:
+            UnavailableError: The simulation did not react in time.
+        """
+        results: list[T] = []
+        errors: list[Exception] = []
+
+        def run() -> None:
+            try:
+                results.append(what())
+            except Exception as error:  # noqa: BLE001 - the caller is to know, the loop goes on
+                errors.append(error)
+
+        if not self.loop.call(run, self._patience_s):
+            raise UnavailableError("The simulation did not react in time")
+        if errors:
+            raise errors[0]
+        return results[0]
+
+    def spawn(self, world: World, name: str, place: Array, turn: Array) -> tuple[str, ...]:
+        """Put a thing into the world.
+
+        Args:
+            world: The thing, as a world of its own.
+            name: What it is to be called.
+            place: Where it is to be, (3,), in metres.
+            turn: Its rotation, (4,), w x y z.
+
+        Returns:
+            A warning for each part that was repaired or left out.
+
+        Raises:
+            InvalidDescriptionError: MuJoCo cannot simulate it.
+        """
+        model = with_thing(self.simulation.model, world, name, place, turn)
+        self._take(model)
+        return model.warnings
+
+    def delete(self, name: str) -> None:
+        """Take a thing out of the world.
+
+        Raises:
+            NotFoundError: There is nothing of that name.
+            RefusedError: It is the robot.
+        """
+        if find(self.simulation, name).is_robot:
+            raise RefusedError(
+                f"'{name}' is the robot of this simulator: it stays as long as that runs"
+            )
+        self._take(without_things(self.simulation.model, [name]))
+
+    def delete_spawned(self) -> None:
+        """Take out all that came in while the simulation ran."""
+        spawned = [entity.name for entity in entities(self.simulation).values() if entity.spawned]
+        if spawned:
+            self._take(without_things(self.simulation.model, spawned))
+
+    def load(
+        self,
+        world: World | None,
+        source: str = "",
+        judge: Callable[[tuple[str, ...]], None] = lambda _: None,
+    ) -> tuple[str, ...]:
+        """Change the world for another one, and stop at the start; what was spawned goes.
+
+        Args:
+            world: The world; None for nothing but the ground.
+            source: Where it is from.
+            judge: Takes what is returned, and raises what it thinks of it before anything is done.
+
+        Returns:
+            A warning for each part that was repaired or left out.
+
+        Raises:
+            InvalidDescriptionError: MuJoCo cannot simulate it.
+        """
+        model = in_world(self.simulation.model, world)
+        judge(model.warnings)
+        self.pause()
+        self._take(model, self.simulation.begin_world)
+        self.world, self.world_source = world, source
+        self.reset(time=True, state=False, spawned=False)
+        self.stopped = True
+        return model.warnings
+
+    def play(self) -> None:
+        """Let time go on.
+
+        Raises:
+            UnavailableError: The simulation did not react in time.
+        """
+        self._set_paused(False)
+        self.stopped = False
+
+    def pause(self) -> None:
+        """Let time stand still.
+
+        Raises:
+            UnavailableError: The simulation did not react in time.
+        """
+        self._set_paused(True)
+        self.stopped = False
+
+    def stop(self) -> None:
+        """Go back to the start, and stand still there.
+
+        Raises:
+            UnavailableError: The simulation did not react in time.
+        """
+        self.pause()
+        self.reset(time=True, state=True, spawned=True)
+        self.stopped = True
+
+    def reset(self, *, time: bool, state: bool, spawned: bool) -> None:
+        """Go back to the start.
+
+        Args:
+            time: Whether time begins anew.
+            state: Whether all is where it was.
+            spawned: Whether what came in while the simulation ran goes.
+        """
+        if spawned:
+            self.delete_spawned()
+
+        def change() -> None:
+            if state:
+                self.simulation.reset_state()
+            if time:
+                self.simulation.reset_time()
+                self.loop.restart()
+                self._on_restart()
+
+        self.ask(change)
+
+    def unused_name(self, wanted: str) -> str:
+        """Return a name that nothing has yet: the wanted one, else with a number."""
+        name, number = wanted, 0
+        while not self.is_free(name):
+            number += 1
+            name = f"{wanted}_{number}"
+        return name
+
+    def is_free(self, name: str) -> bool:
+        """Whether nothing has a name, neither an entity nor a link of the robot."""
+        try:
+            find(self.simulation, name)
+        except NotFoundError:
+            return not self.simulation.has_link(name)
+        return False
+
+    def _take(self, model: RobotModel, then: Callable[[], None] = lambda: None) -> None:
+        def change() -> None:
+            self.simulation.take(model)
+            then()
+            self.changed()
+
+        self.ask(change)
+
+    def _set_paused(self, paused: bool) -> None:
+        if not self.loop.set_paused(paused, self._patience_s):
+            raise UnavailableError("The simulation did not react in time")

@@ -1,0 +1,38 @@
+"""The standard services of simulators, `simulation_interfaces`, as far as one robot has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from teleopctl.sim.entities.answers import Desk
+from teleopctl.sim.entities.entity_services import EntityServices
+from teleopctl.sim.entities.run_services import RunServices
+from teleopctl.sim.entities.spawn_services import SpawnServices
+from teleopctl.sim.entities.world_services import WorldServices
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.sim.entities.stage import Stage
+
+# Until the answer that the simulator ends is with whoever asked, in seconds.
+_FAREWELL_S = 0.2
+
+
+def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> None:
+    """Offer the services of simulation_interfaces.
+
+    Args:
+        node: Whose they are.
+        stage: Returns what they work with, or None while there is no robot.
+    """
+    desk = Desk(node, stage)
+
+    def end() -> None:
+        node.get_logger().info("Asked to quit")
+        node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown())
+
+    EntityServices(desk)
+    SpawnServices(desk)
+    WorldServices(desk)
+    RunServices(desk, end)

@@ -1,0 +1,191 @@
+"""Things that come and go while a simulation runs, and leave everything else as it was."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from teleopctl.errors import InvalidDescriptionError, RefusedError
+from teleopctl.mujoco_model import RobotModel, build_model, in_world, with_thing, without_things
+from teleopctl.robot import World, read_world, read_world_text
+from teleopctl.sim.entities.bounds import bounds_of
+from teleopctl.sim.entities.entity import entities, find, motion_of, move
+from teleopctl.sim.simulation import Simulation
+from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
+from tests.sim.robots import INERTIAL, box, joint, link
+
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+BLOCK = f'<robot name="block">{link("b", INERTIAL + box("collision", "0.2 0.2 0.2"))}</robot>'
+BALL = '<body><freejoint/><geom size="0.1"/></body>'
+SPHERE = f'<mujoco model="ball"><worldbody>{BALL}</worldbody></mujoco>'
+PILLAR = '<mujoco><worldbody><geom type="box" size="0.1 0.1 0.5"/></worldbody></mujoco>'
+DOOR = world_urdf(
+    link("frame", ""),
+    link("leaf", INERTIAL),
+    joint("fixed", "world", "frame", kind="fixed"),
+    joint("hinge", "frame", "leaf", axis="0 0 1"),
+)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
+    """A rod on a hinge, and a cube above a wall."""
+    file = tmp_path_factory.mktemp("world") / "world.urdf"
+    file.write_text(world_urdf(wall("2 0 0.1"), cube()))
+    return build_model(rod(), world=read_world(file), fixed_base=True)
+
+
+def thing(text: str) -> World:
+    return read_world_text(text, "resource_string")
+
+
+def running(model: RobotModel) -> Simulation:
+    simulation = Simulation(model, control_period_ns=10_000_000)
+    simulation.apply(["hinge"], [0.5])
+    simulation.step(105)
+    return simulation
+
+
+def spawn(simulation: Simulation, text: str, name: str, *place: float) -> None:
+    simulation.take(with_thing(simulation.model, thing(text), name, np.array(place), UPRIGHT))
+
+
+def observed(simulation: Simulation) -> tuple[float, ...]:
+    simulation.read()
+    return (*simulation.positions, *simulation.velocities, *simulation.free_bodies.pose(0))
+
+
+def test_what_comes_falls_and_everything_else_goes_on_as_it_was(model: RobotModel) -> None:
+    alone, joined = running(model), running(model)
+    before = observed(joined)
+    spawn(joined, BLOCK, "block", 4.0, 0.0, 1.0)
+    assert observed(joined) == before
+    assert joined.time_ns == alone.time_ns
+
+    for simulation in (alone, joined):
+        simulation.step(895)
+    assert observed(joined) == pytest.approx(observed(alone), abs=1e-9)
+    assert joined.free_bodies.pose(1)[:3] == pytest.approx([4.0, 0.0, 0.1], abs=2e-3)
+
+
+def test_what_leaves_takes_nothing_with_it(model: RobotModel) -> None:
+    alone, joined = running(model), running(model)
+    spawn(joined, BLOCK, "first", 4.0, 0.0, 1.0)
+    spawn(joined, SPHERE, "second", 4.0, 1.0, 1.0)
+    joined.take(without_things(joined.model, ["first"]))
+    for simulation in (alone, joined):
+        simulation.step(100)
+
+    assert list(entities(joined)) == ["test", "wall", "cube", "second"]
+    assert joined.free_bodies.pose(1)[:2] == pytest.approx([4.0, 1.0])
+    assert observed(joined) == pytest.approx(observed(alone), abs=1e-9)
+    spawn(joined, BLOCK, "first", 4.0, 0.0, 1.0)
+    assert joined.free_bodies.pose(2)[:3] == pytest.approx([4.0, 0.0, 1.0])
+
+
+def test_a_command_holds_through_a_change(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
+    simulation.step(3000)
+    simulation.read()
+    assert simulation.positions[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_the_same_things_at_the_same_times_give_the_same_bits(model: RobotModel) -> None:
+    runs = []
+    for _ in range(2):
+        simulation = running(model)
+        spawn(simulation, BLOCK, "block", 2.03, 0.02, 1.0)
+        simulation.step(500)
+        simulation.take(without_things(simulation.model, ["cube"]))
+        simulation.step(500)
+        runs.append(observed(simulation))
+    assert runs[0] == runs[1]
+
+
+def test_a_reset_puts_things_back_to_where_they_came_in(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
+    move(simulation, find(simulation, "wall"), np.array([7.0, 0.0, 0.0, *UPRIGHT]), None)
+    simulation.step(300)
+    simulation.reset_state()
+    assert simulation.free_bodies.pose(1)[2] == 1.0
+    assert motion_of(simulation, find(simulation, "wall")).pose[0] == 2.0
+
+
+def test_what_stands_still_can_be_put_elsewhere_and_what_lay_on_it_falls(
+    model: RobotModel,
+) -> None:
+    simulation = running(model)
+    simulation.step(3000)  # the cube sleeps
+    assert simulation.free_bodies.pose(0)[2] == pytest.approx(0.3, abs=1e-3)
+    wall_ = find(simulation, "wall")
+    move(simulation, wall_, np.array([5.0, 0.0, 0.1, *UPRIGHT]), None)
+    simulation.step(2000)
+    assert simulation.free_bodies.pose(0)[2] == pytest.approx(0.1, abs=1e-3)
+    assert motion_of(simulation, wall_).pose[:3] == pytest.approx([5.0, 0.0, 0.1])
+    room = bounds_of(simulation, wall_, in_world=True)
+    assert room is not None
+    assert room.high == pytest.approx([5.1, 0.1, 0.2])
+    with pytest.raises(RefusedError, match="'wall' stands still"):
+        move(simulation, wall_, None, np.ones(6))
+    with pytest.raises(RefusedError, match="'test' stands in the world"):
+        move(simulation, find(simulation, "test"), np.array([1.0, 0.0, 0.0, *UPRIGHT]), None)
+
+
+def test_a_scene_without_joints_becomes_one_thing_that_stands(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, PILLAR, "pillar", 3.0, 0.0, 0.5)
+    pillar = find(simulation, "pillar")
+    assert pillar.index is None
+    room = bounds_of(simulation, pillar)
+    assert room is not None
+    assert (*room.low, *room.high) == pytest.approx((-0.1, -0.1, -0.5, 0.1, 0.1, 0.5))
+
+
+def test_a_door_moves_as_it_is_pushed(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, DOOR, "door", 3.0, 0.0, 0.0)
+    _, data = simulation.observe()
+    assert data.joint("world/1/hinge").qpos[0] == 0.0
+    assert simulation.has_link("door/leaf")
+
+
+def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path: Path) -> None:
+    simulation = running(model)
+    spawn(simulation, BLOCK, "block", 4.0, 0.0, 1.0)
+    moon = SPHERE.replace("<worldbody>", '<option gravity="0 0 -1.6"/><worldbody>')
+    simulation.take(in_world(simulation.model, thing(moon)))
+    simulation.begin_world()
+    (ball,) = (entity for entity in entities(simulation).values() if not entity.is_robot)
+    simulation.step(100)
+    assert motion_of(simulation, ball).acceleration[2] == pytest.approx(-1.6)
+
+    simulation.take(in_world(simulation.model, None))
+    assert list(entities(simulation)) == ["test"]
+    kinds = list(simulation.model.mj_model.geom_type)
+    assert kinds.count(0) == 1, "the ground is there, once"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "there is nothing in it"),
+        (
+            SPHERE.replace(BALL, 2 * BALL),
+            "2 parts that are not joined",
+        ),
+        ("<mujoco><worldbody><geom size='1' pos='nan 0 0'/></worldbody></mujoco>", "not finite"),
+        (
+            SPHERE.replace("<geom", "<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/><geom"),
+            "mass",
+        ),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused_before_anything_has_changed(
+    model: RobotModel, text: str, message: str
+) -> None:
+    with pytest.raises(InvalidDescriptionError, match=message):
+        with_thing(model, thing(text), "x", np.zeros(3), UPRIGHT)

@@ -1,0 +1,233 @@
+"""The standard services of simulators, by the definitions that every ROS 2 program has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from teleopctl.interfaces import get_action, get_message, get_service
+from teleopctl.node import ActionClient
+from teleopctl.packages import package_share
+from teleopctl.testing import LONGEST_WAIT_S, RosGraph
+from tests.system.sim_partner import Partner, command, teleop_urdf
+
+TABLE = package_share("teleopctl") / "worlds" / "table.urdf"
+INERTIA = '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/>'
+CAN = f"""<robot name="can"><link name="can">
+  <inertial><mass value="0.2"/>{INERTIA}</inertial>
+  <collision><geometry><cylinder radius="0.05" length="0.1"/></geometry></collision>
+</link></robot>"""
+BALL = """<mujoco model="yard"><worldbody><body name="ball" pos="1 1 1">
+  <freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
+BOMB = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">' + "".join(
+    f'<!ENTITY {chr(98 + n)} "{10 * f"&{chr(97 + n)};"}">' for n in range(20)
+)
+BOMB += "]><robot name='&u;'><link name='a'/></robot>"
+
+Result = get_message("simulation_interfaces/msg/Result")
+State = get_message("simulation_interfaces/msg/SimulationState")
+SpawnEntity = get_service("simulation_interfaces/srv/SpawnEntity")
+LoadWorld = get_service("simulation_interfaces/srv/LoadWorld")
+SetEntityState = get_service("simulation_interfaces/srv/SetEntityState")
+SetState = get_service("simulation_interfaces/srv/SetSimulationState")
+SimulateSteps = get_action("simulation_interfaces/action/SimulateSteps")
+
+
+class Caller(Partner):
+    """Calls the standard services."""
+
+    def ask(self, service: str, where: str, /, **request: Any) -> Any:
+        kind = get_service(f"simulation_interfaces/srv/{service}")
+        client = self.create_client(kind, f"/{where}")
+        assert client.wait_for_service(LONGEST_WAIT_S)
+        return client.call(kind.Request(**request), timeout_sec=LONGEST_WAIT_S)
+
+    def do(self, service: str, where: str, /, **request: Any) -> Any:
+        """Ask, and see that it is done."""
+        response = self.ask(service, where, **request)
+        assert response.result.result == Result.RESULT_OK, response.result.error_message
+        return response
+
+    def spawn(self, text: str, x: float, **request: Any) -> Any:
+        kind = SpawnEntity.Request(resource_string=text, **request)
+        kind.initial_pose.pose.position.x, kind.initial_pose.pose.position.z = x, 1.0
+        fields = {name: getattr(kind, name) for name in kind.get_fields_and_field_types()}
+        return self.ask("SpawnEntity", "spawn_entity", **fields)
+
+    def names(self, **filters: Any) -> list[str]:
+        wanted = get_message("simulation_interfaces/msg/EntityFilters")(**filters)
+        return list(self.do("GetEntities", "get_entities", filters=wanted).entities)
+
+    def height(self, entity: str) -> float:
+        state = self.do("GetEntityState", "get_entity_state", entity=entity).state
+        return float(state.pose.position.z)
+
+    def step(self, count: int) -> None:
+        self.do("StepSimulation", "step_simulation", steps=count)
+
+    def state(self) -> int:
+        return int(self.do("GetSimulationState", "get_simulation_state").state.state)
+
+
+@pytest.fixture(scope="module")
+def caller(shared_ros: RosGraph) -> Iterator[Caller]:
+    """Beside a simulator that stands still at its start, with the arm and its table."""
+    partner = Caller(teleop_urdf())
+    flags = ["-p", f"world:={TABLE}", "-p", "paused:=true", "-p", "real_time_factor:=0"]
+    sim = shared_ros.spawn_module(
+        "teleopctl.nodes", ["mujoco_sim", "mujoco_sim", "--ros-args", *flags]
+    )
+    sim.wait_for_line("Simulation is paused")
+    partner.connect(lambda state: command(state, joint_1=0.5))
+    yield partner
+    partner.close()
+
+
+@pytest.fixture(autouse=True)
+def _from_the_start(caller: Caller) -> None:
+    caller.ask("SetSimulationState", "set_simulation_state", state=State(state=State.STATE_STOPPED))
+
+
+def test_what_is_there_is_told_by_name_kind_and_place(caller: Caller) -> None:
+    assert caller.names() == ["teleop", "table", "cube"]
+    assert caller.names(filter="^t") == ["teleop", "table"]
+    category = get_message("simulation_interfaces/msg/EntityCategory")
+    moving = category(category=category.CATEGORY_DYNAMIC_OBJECT)
+    assert caller.names(categories=[moving]) == ["cube"]
+    bounds = caller.do("GetEntityBounds", "get_entity_bounds", entity="cube").bounds
+    high, low = bounds.points
+    assert (high.x, low.x) == pytest.approx((0.05, -0.05))
+    point = get_message("geometry_msgs/msg/Vector3")
+    around = type(bounds)(
+        type=bounds.TYPE_SPHERE, points=[point(x=-0.15, y=1.5, z=0.17), point(x=0.03)]
+    )
+    assert caller.names(bounds=around) == ["cube"]
+    missing = caller.ask("GetEntityState", "get_entity_state", entity="chair").result
+    assert missing.result == Result.RESULT_NOT_FOUND
+    assert missing.error_message == "There is no entity 'chair'; there is teleop, table, cube"
+
+
+def test_things_are_spawned_fall_and_are_deleted(caller: Caller) -> None:
+    assert caller.spawn(CAN, 2.0).entity_name == "can"
+    taken = caller.spawn(CAN, 2.0).result
+    assert taken.result == SpawnEntity.Response.NAME_NOT_UNIQUE
+    assert caller.spawn(CAN, 2.5, allow_renaming=True).entity_name == "can_1"
+    caller.step(1000)
+    assert caller.height("can") == pytest.approx(0.05, abs=2e-3)
+    caller.do("DeleteEntity", "delete_entity", entity="can")
+    assert caller.names() == ["teleop", "table", "cube", "can_1"]
+    assert caller.height("can_1") == pytest.approx(0.05, abs=2e-3)
+    kept = caller.ask("DeleteEntity", "delete_entity", entity="teleop").result
+    assert kept.result == Result.RESULT_OPERATION_FAILED
+
+
+def test_what_is_spawned_is_on_the_topics_of_what_moves(caller: Caller) -> None:
+    seen: list[list[str]] = []
+    kind = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
+    caller.create_subscription(
+        kind,
+        "/mujoco_sim/free_joint_states",
+        lambda message: seen.append([state.name for state in message.free_joints]),
+        10,
+        immediate=True,
+    )
+    caller.spawn(CAN, 2.0)
+    while ["cube", "can"] not in seen:  # until the simulator has seen who listens
+        caller.step(100)
+
+
+@pytest.mark.parametrize(
+    ("text", "x", "code"),
+    [
+        (CAN, float("nan"), SpawnEntity.Response.INVALID_POSE),
+        (CAN, 1e300, SpawnEntity.Response.INVALID_POSE),
+        ("", 1.0, SpawnEntity.Response.NO_RESOURCE),
+        ("<robot", 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+        ("<house/>", 1.0, SpawnEntity.Response.UNSUPPORTED_FORMAT),
+        (BOMB, 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+        (CAN.replace('"0.2"', '"-1"'), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+        (CAN.replace("0.1", "1e999"), 1.0, SpawnEntity.Response.RESOURCE_PARSE_ERROR),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_words(
+    caller: Caller, text: str, x: float, code: int
+) -> None:
+    result = caller.spawn(text, x, name="thing").result
+    assert (result.result, bool(result.error_message)) == (code, True)
+    assert caller.names() == ["teleop", "table", "cube"]
+
+
+def test_entities_are_put_where_they_are_to_be(caller: Caller) -> None:
+    state = get_message("simulation_interfaces/msg/EntityState")()
+    state.pose.position.z, state.twist.linear.x = 2.0, 1.0
+    caller.do("SetEntityState", "set_entity_state", entity="cube", state=state)
+    caller.step(100)
+    found = caller.do("GetEntityState", "get_entity_state", entity="cube").state
+    assert found.pose.position.x == pytest.approx(0.1)
+    assert found.pose.position.z == pytest.approx(2.0 - 9.81 * 0.1 * 0.101 / 2.0)
+    assert found.acceleration.linear.z == pytest.approx(-9.81)
+    state.pose.orientation.w = 0.0
+    refused = caller.ask("SetEntityState", "set_entity_state", entity="cube", state=state).result
+    assert refused.result == SetEntityState.Response.INVALID_POSE
+
+
+def test_the_simulation_is_played_paused_and_stopped(caller: Caller) -> None:
+    assert caller.state() == State.STATE_STOPPED
+    for wanted in (State.STATE_PLAYING, State.STATE_PAUSED):
+        caller.do("SetSimulationState", "set_simulation_state", state=State(state=wanted))
+        assert caller.state() == wanted
+    again = caller.ask(
+        "SetSimulationState", "set_simulation_state", state=State(state=State.STATE_PAUSED)
+    ).result
+    assert again.result == SetState.Response.ALREADY_IN_TARGET_STATE
+
+
+def test_a_reset_takes_back_what_its_scope_says(caller: Caller) -> None:
+    scopes = get_service("simulation_interfaces/srv/ResetSimulation").Request
+    caller.spawn(CAN, 2.0)
+    caller.step(500)
+
+    def now() -> int:
+        found = caller.do("GetEntityState", "get_entity_state", entity="teleop").state
+        return int(found.header.stamp.nanosec)
+
+    caller.do("ResetSimulation", "reset_simulation", scope=scopes.SCOPE_STATE)
+    assert (caller.height("can"), now()) == (1.0, 500_000_000)
+    caller.do("ResetSimulation", "reset_simulation", scope=scopes.SCOPE_TIME)
+    assert now() == 0
+    caller.do("ResetSimulation", "reset_simulation", scope=scopes.SCOPE_SPAWNED)
+    assert caller.names() == ["teleop", "table", "cube"]
+    caller.step(200)
+    assert now() == 200_000_000
+
+
+def test_steps_are_an_action_that_tells_of_each(caller: Caller) -> None:
+    client = ActionClient(caller, SimulateSteps, "/simulate_steps")
+    assert client.wait_for_server(LONGEST_WAIT_S)
+    told: list[int] = []
+    answer = client.send_goal(
+        SimulateSteps.Goal(steps=3),
+        feedback_callback=lambda message: told.append(message.feedback.completed_steps),
+    )
+    assert answer is not None
+    assert answer.result.result.result == Result.RESULT_OK
+    assert told == [1, 2, 3]
+    client.destroy()
+
+
+def test_another_world_is_loaded_and_unloaded(caller: Caller) -> None:
+    loaded = caller.do("LoadWorld", "load_world", resource_string=BALL)
+    assert loaded.world.name == "yard"
+    assert (caller.names(), caller.state()) == (["teleop", "ball"], State.STATE_STOPPED)
+    broken = caller.ask("LoadWorld", "load_world", uri="/no/such/world.urdf").result
+    assert (broken.result, caller.names()) == (Result.RESULT_NOT_FOUND, ["teleop", "ball"])
+    caller.do("UnloadWorld", "unload_world")
+    assert caller.names() == ["teleop"]
+    current = caller.ask("GetCurrentWorld", "get_current_world").result
+    assert current.error_message == "There is nothing around the robot"
+    known = caller.do("GetAvailableWorlds", "get_available_worlds").worlds
+    table = next(world for world in known if world.name == "table")
+    caller.do("LoadWorld", "load_world", uri=table.world_resource.uri)
+    assert caller.names() == ["teleop", "table", "cube"]
