@@ -15,9 +15,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.mujoco_model import RobotModel
+from teleopctl.mujoco_model import RobotModel, carry_over
 from teleopctl.sim.ball_joints import BallJoints
-from teleopctl.sim.carrying import carry_over
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.file_actuators import FileActuators
 from teleopctl.sim.free_bodies import FreeBodies
