@@ -5,8 +5,7 @@ import _signal  # type: ignore[import-not-found] # typeshed leaves private modul
 
 def main() -> None:
     """Run the command line of this process; until it can say how it ends, Ctrl-C just ends it."""
-    # Any import takes a millisecond or more, `signal` and `typing` too: long enough to be
-    # interrupted in.
+    # Any import takes a millisecond or more, `signal` too: long enough to be interrupted in.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from teleopctl.cli.main import main as command_line
 

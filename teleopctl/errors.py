@@ -36,11 +36,10 @@ follows from the class.
 
 from __future__ import annotations
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
+from teleopctl.typed import TYPE_CHECKING, ClassVar, Self
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from typing import ClassVar, Self
 
 EXIT_INTERRUPTED = 130
 """The exit status after Ctrl-C, as shells have it."""

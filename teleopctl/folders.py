@@ -11,9 +11,9 @@ import stat
 import sys
 
 from teleopctl.errors import SystemFailureError
+from teleopctl.typed import TYPE_CHECKING
 
 # Each of them takes as long to import as half a command of the command line.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path

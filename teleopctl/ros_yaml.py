@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any, TypeAlias
 
 import yaml
+
+from teleopctl.typed import Any, TypeAlias
 
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 

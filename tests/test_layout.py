@@ -28,6 +28,7 @@ GROUND = {
     "progress",
     "ros_yaml",
     "text_file",
+    "typed",
 }
 
 # What each folder may import beside the ground. A folder that is not listed may import nothing.
@@ -65,19 +66,20 @@ ALLOWED = {
 # The ground has an order of its own.
 ALLOWED_ON_THE_GROUND = {
     "background": {"errors", "folders", "output", "progress"},
-    "errors": set(),
+    "errors": {"typed"},
     "expression": {"printable"},
     "extras": {"errors"},
     "file_watch": set(),
-    "folders": {"errors"},
-    "lazy": set(),
+    "folders": {"errors", "typed"},
+    "lazy": {"typed"},
     "output": {"errors", "interrupts"},
     "packages": {"errors", "folders", "lazy", "plugins"},
-    "interrupts": set(),
+    "interrupts": {"typed"},
     "printable": set(),
     "progress": {"errors"},
-    "ros_yaml": {"errors"},
+    "ros_yaml": {"errors", "typed"},
     "text_file": {"errors"},
+    "typed": set(),
 }
 
 

@@ -8,8 +8,8 @@ Typer, which says what is wrong with a line. `main` says which module a verb liv
 
 from __future__ import annotations
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
+from teleopctl.typed import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from teleopctl.cli.verb import (
         Argument as Argument,

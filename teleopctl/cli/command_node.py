@@ -6,9 +6,9 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal
 
 from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.typed import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

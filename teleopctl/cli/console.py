@@ -12,9 +12,8 @@ import sys
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.printable import printable_json, printable_line, printable_text
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from typing import TextIO

@@ -15,9 +15,8 @@ import sys
 from teleopctl.cli.verb import Argument, Declaration, Group, Option, Parameter, Verb, parameters
 from teleopctl.errors import TeleopctlError
 from teleopctl.folders import cache_dir
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any

@@ -12,9 +12,8 @@ from teleopctl.cli import console, declared, ros2_options
 from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.declared import DeclaredVerb
 from teleopctl.cli.verb import Argument, Group, Option, Parameter
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from teleopctl.cli.live import live_graph
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import RouterNotRunning
 
 if TYPE_CHECKING:

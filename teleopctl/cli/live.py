@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import open_session, query_graph
 
 if TYPE_CHECKING:

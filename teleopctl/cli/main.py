@@ -22,10 +22,8 @@ from teleopctl.errors import (
     TeleopctlError,
     UsageError,
 )
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does, and signal half of that: too long for
-# `--help` and for Tab.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import NoReturn

@@ -8,9 +8,9 @@ Typer reads the same declarations and answers. What it accepts, Typer would have
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 from teleopctl.cli.verb import Argument, Option, Parameter, Verb, parameters
+from teleopctl.typed import Any
 
 _NUMBER_CHARACTERS = frozenset("0123456789.")
 

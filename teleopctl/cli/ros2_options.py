@@ -8,7 +8,8 @@ also where the name is a hidden one.
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
+from teleopctl.typed import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

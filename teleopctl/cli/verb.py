@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
+from teleopctl.typed import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any

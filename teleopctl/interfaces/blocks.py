@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import array
 import sys
-from typing import TYPE_CHECKING, Any, TypeAlias
+
+from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np

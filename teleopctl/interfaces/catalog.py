@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution
 from teleopctl.interfaces.typenames import KINDS, normalize, split
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,6 @@ import math
 import operator
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces.blocks import (
     ITEM_SIZES,
@@ -24,6 +23,7 @@ from teleopctl.interfaces.blocks import (
     numpy_type,
 )
 from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, FieldType, Shape
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.blocks import NumberArray

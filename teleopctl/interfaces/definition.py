@@ -5,7 +5,8 @@ from __future__ import annotations
 import keyword
 import re
 from enum import IntEnum
-from typing import NamedTuple
+
+from teleopctl.typed import NamedTuple
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
 """Name of the one uint8 that stands on the wire, and in the hash, for a type without fields."""

@@ -6,9 +6,9 @@ import json
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
-from typing import Any
 
 from teleopctl.interfaces.definition import Definition, Field
+from teleopctl.typed import Any
 
 NOT_SUPPORTED = "TypeHashNotSupported"
 """What stands in keys and tokens of ROS 2 Humble in the place of a hash."""

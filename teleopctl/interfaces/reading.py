@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from teleopctl.interfaces.parser import held_message, without_comment
 from teleopctl.interfaces.store import definition_text
 from teleopctl.interfaces.typenames import normalize, split
+from teleopctl.typed import NamedTuple
 
 
 class DefinitionLine(NamedTuple):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from teleopctl.interfaces.definition import Shape
 from teleopctl.interfaces.typenames import split
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.definition import Definition, FieldType

@@ -7,7 +7,7 @@ sec -1, nanosec 750000000.
 
 from __future__ import annotations
 
-from typing import Protocol
+from teleopctl.typed import Protocol
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 

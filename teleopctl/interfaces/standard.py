@@ -12,7 +12,6 @@ import json
 import os
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import UsageError
 from teleopctl.folders import cache_dir
@@ -24,6 +23,7 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pathlib import Path

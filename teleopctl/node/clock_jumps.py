@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
-from typing import Protocol
 
 from teleopctl.node.values.time import Duration
+from teleopctl.typed import Protocol
 
 
 class ClockChange(IntEnum):

@@ -8,12 +8,12 @@ import itertools
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
 
 from teleopctl.node.values import signals
 from teleopctl.node.values.exceptions import NotInitializedException
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
+from teleopctl.typed import TYPE_CHECKING, ClassVar, Literal
 
 if TYPE_CHECKING:
     import zenoh
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.library_logging import LibraryLogs
     from teleopctl.wire import Graph, GraphWatcher
 
-SessionMode = Literal["peer", "client"]
+    SessionMode = Literal["peer", "client"]
 
 # Bound of the first look at the graph, which takes about a millisecond.
 _FIRST_LOOK_S = 1.0

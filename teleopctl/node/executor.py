@@ -13,7 +13,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
@@ -27,18 +26,19 @@ from teleopctl.node.values.exceptions import (
 from teleopctl.node.values.future import Future, ResultT, Task
 from teleopctl.node.values.scheduler import Schedulable
 from teleopctl.node.values.spin_guard import SpinGuard
+from teleopctl.typed import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_endpoints import NodeEndpoints
 
+    # What is to be called, and the entity and the node whose callback it is.
+    Ready = tuple[Task[Any], Waitable | Timer | None, NodeEndpoints | None]
+
 # A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
 # A word to the spinning thread that carries no work: something changed, look at everything again.
 _LOOK_AGAIN = object()
-
-# What is to be called, and the entity and the node whose callback it is.
-Ready: TypeAlias = tuple[Task[Any], "Waitable | Timer | None", "NodeEndpoints | None"]
 
 
 class Executor:
@@ -51,7 +51,7 @@ class Executor:
     """
 
     # Whether what is ready is left to `wait_for_ready_callbacks`.
-    _hands_over: ClassVar[bool] = True
+    _hands_over = True
 
     def __init__(self, *, context: Context | None = None) -> None:
         self._context = context or Context.default()

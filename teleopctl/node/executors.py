@@ -7,12 +7,12 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.executor import Executor
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor

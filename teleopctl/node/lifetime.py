@@ -5,14 +5,15 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
 
-from teleopctl.node.context import Context, SessionMode
+from teleopctl.node.context import Context
 from teleopctl.node.executor import Executor
 from teleopctl.node.executors import SingleThreadedExecutor
 from teleopctl.node.values.signals import SignalHandlerOptions
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from teleopctl.node.context import SessionMode
     from teleopctl.node.node import Node
     from teleopctl.node.values.future import Future, ResultT
 

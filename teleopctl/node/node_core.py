@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
 
 from teleopctl.node.clock import ROSClock
 from teleopctl.node.context import Context
@@ -18,6 +17,7 @@ from teleopctl.node.values.names import (
 )
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
 from teleopctl.node.values.scheduler import Scheduler
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import NodeToken, format_token
 
 if TYPE_CHECKING:

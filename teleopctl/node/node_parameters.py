@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
@@ -21,6 +20,7 @@ from teleopctl.node.parameters.parameter_store import (
 )
 from teleopctl.node.values.exceptions import ParameterAlreadyDeclaredException
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
+from teleopctl.typed import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import (

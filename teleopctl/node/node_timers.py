@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import from_seconds
 from teleopctl.node.clock import Clock
@@ -17,6 +16,7 @@ from teleopctl.node.values.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.waiting.user_waitable import ServedWaitable, Waitable

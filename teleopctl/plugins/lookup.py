@@ -8,9 +8,8 @@ from functools import cache
 from importlib import import_module
 
 from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from importlib.metadata import Distribution

@@ -5,8 +5,11 @@ time at which it was sent and who sent it. Receivers written in C++ throw on a m
 nothing but `encode` may produce attachments.
 """
 
+from __future__ import annotations
+
 import struct
-from typing import NamedTuple
+
+from teleopctl.typed import NamedTuple
 
 GID_SIZE = 16
 """Bytes in the identity of an endpoint."""

@@ -12,14 +12,15 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from typing import Literal
 
 import zenoh
 
 from teleopctl.errors import UsageError
+from teleopctl.typed import TYPE_CHECKING, Literal
 from teleopctl.wire.address import DEFAULT_ADDRESS, RouterAddress
 
-SessionMode = Literal["peer", "client"]
+if TYPE_CHECKING:
+    SessionMode = Literal["peer", "client"]
 
 _SESSION_FILE = "ZENOH_SESSION_CONFIG_URI"
 _ROUTER_FILE = "ZENOH_ROUTER_CONFIG_URI"

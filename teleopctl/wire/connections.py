@@ -7,10 +7,10 @@ each session with the address that it connects from, which the operating system 
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import zenoh
 
+from teleopctl.typed import Any
 from teleopctl.wire.roll_call import router_key
 
 _LONGEST_WAIT_S = 1.0

@@ -9,10 +9,10 @@ new peer has met everybody.
 import os
 import threading
 import time
-from typing import cast
 
 import zenoh
 
+from teleopctl.typed import cast
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import how_to_start
 from teleopctl.wire.roll_call import listed_peers, router_key

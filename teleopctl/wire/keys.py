@@ -4,9 +4,10 @@ A topic or service lives on ``<domain>/<name>/<dds type>/<type hash>``; the slas
 are Zenoh levels. Two ends exchange data only when the whole key is equal, the hash included.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
 
 from teleopctl.interfaces import from_dds, to_dds
+from teleopctl.typed import NamedTuple
 
 ANY_HASH = "*"
 """In place of a type hash: receive every version of a type, that of ROS 2 Humble included."""

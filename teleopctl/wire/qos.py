@@ -5,10 +5,12 @@ duration is ``seconds,nanoseconds`` and every number that equals rmw_zenoh's def
 Policies are the plain integers of ``rmw/types.h``; names for them belong to the client library.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
-from typing import NamedTuple
 
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
+from teleopctl.typed import NamedTuple
 
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration that never ends, in nanoseconds: the largest that the ROS middleware can express."""

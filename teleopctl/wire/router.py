@@ -13,11 +13,11 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from teleopctl.errors import RefusedError, TeleopctlError, UnavailableError
+from teleopctl.typed import TYPE_CHECKING, Any
 from teleopctl.wire.address import RouterAddress, tcp_address
 from teleopctl.wire.config import (
     how_to_start,

@@ -7,15 +7,18 @@ import os
 import zenoh
 
 from teleopctl.errors import UnavailableError, UsageError
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import (
     SessionConfig,
-    SessionMode,
     how_to_start,
     reason_of,
     session_config,
 )
 from teleopctl.wire.keys import decimal
+
+if TYPE_CHECKING:
+    from teleopctl.wire.config import SessionMode
 
 # That the router answers is known where this counts: only the machine may be busy.
 _BUSY_ROUTER_S = 5.0

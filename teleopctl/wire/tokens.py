@@ -5,11 +5,13 @@ key says all that ROS knows about it. Names and types are held here in their ROS
 (``/robot1/chatter``, ``std_msgs/msg/String``) and mangled only in the text.
 """
 
+from __future__ import annotations
+
 from enum import StrEnum
-from typing import NamedTuple
 
 from teleopctl.interfaces import from_dds, to_dds
 from teleopctl.printable import printable_line
+from teleopctl.typed import NamedTuple
 from teleopctl.wire.keys import LIVELINESS_PREFIX, decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos
 

@@ -1,11 +1,13 @@
 """The command line must not load what only a few verbs need."""
 
-import json
 import subprocess
 import sys
 
 import pytest
 
+from teleopctl.interfaces import get_message
+from teleopctl.node import qos_profile_latched
+from teleopctl.testing import RosGraph
 from tests.bag.bags import write_bag
 
 HEAVY = {
@@ -14,11 +16,13 @@ HEAVY = {
 }
 
 PROBE = """
-import json, sys
+import sys
+before = set(sys.modules)
 from teleopctl.cli import console, main
 console.error = lambda failure: None
 status = main.run({words!r})
-print("\\n" + json.dumps([status, sorted({{name.partition(".")[0] for name in sys.modules}})]))
+print()
+print(status, *sorted({{name.partition(".")[0] for name in set(sys.modules) - before}}))
 """
 
 
@@ -31,8 +35,8 @@ def loaded_after(words: list[str], env: dict[str, str]) -> tuple[int, set[str]]:
         check=True,
         timeout=60,
     )
-    status, modules = json.loads(done.stdout.splitlines()[-1])
-    return status, set(modules)
+    status, *modules = done.stdout.splitlines()[-1].split()
+    return int(status), set(modules)
 
 
 @pytest.mark.parametrize(
@@ -48,6 +52,33 @@ def test_help_in_a_pipe_loads_no_rich_and_no_verb(ros):
     status, modules = loaded_after(["--help"], ros.env)
     assert status == 0
     assert not modules & {"rich", "numpy", "zenoh", "yaml"}
+
+
+@pytest.fixture(scope="module")
+def latched(shared_ros: RosGraph) -> RosGraph:
+    """A graph where ``/chatter`` keeps a message for whoever comes, and the types are cached."""
+    shared_ros.run("interface show std_msgs/msg/String")
+    string = get_message("std_msgs/msg/String")
+    publisher = shared_ros.node.create_publisher(string, "/chatter", qos_profile_latched)
+    publisher.publish(string(data="x"))
+    return shared_ros
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "topic list",
+        "param get /test use_sim_time",
+        "service call /test/list_parameters rcl_interfaces/srv/ListParameters",
+        "topic pub --once -w 0 /heard std_msgs/msg/String {}",
+        "topic echo --once /chatter",
+        "interface show std_msgs/msg/String",
+    ],
+)
+def test_a_short_command_loads_no_typing(line, latched):
+    status, modules = loaded_after(line.split(), latched.env)
+    assert status == 0
+    assert modules.isdisjoint(HEAVY | {"typing"})
 
 
 @pytest.mark.parametrize("line", ["bag --help", "bag list storage"])

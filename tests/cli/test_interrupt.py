@@ -29,7 +29,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "status"),
     [
-        ("typing", -signal.SIGINT),
+        ("teleopctl.interrupts", -signal.SIGINT),
         ("teleopctl.cli.main", -signal.SIGINT),
         ("teleopctl.cli.console", -signal.SIGINT),
         ("teleopctl.plugins", 130),

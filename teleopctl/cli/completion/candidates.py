@@ -8,9 +8,8 @@ from __future__ import annotations
 import os
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.typed import TYPE_CHECKING
 
-# The rest is imported where candidates are wanted; typing takes as long as Python's own start.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path

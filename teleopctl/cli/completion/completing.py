@@ -15,9 +15,8 @@ from teleopctl.cli.declared import DeclaredVerb
 from teleopctl.cli.verb import Argument, Group, Option, Parameter, Verb
 from teleopctl.errors import TeleopctlError
 from teleopctl.printable import printable_line
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any

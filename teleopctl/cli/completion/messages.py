@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
+from teleopctl.typed import TYPE_CHECKING
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 

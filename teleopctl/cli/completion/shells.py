@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import os
 
-# Importing typing takes as long as starting Python does.
-TYPE_CHECKING = False
+from teleopctl.typed import TYPE_CHECKING
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

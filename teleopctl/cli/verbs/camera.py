@@ -3,7 +3,6 @@
 import threading
 import time
 from pathlib import Path
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -18,6 +17,7 @@ from teleopctl.errors import (
     UnsupportedError,
     UsageError,
 )
+from teleopctl.typed import Annotated, Any
 
 GROUP = Group(
     "Save pictures of cameras.",

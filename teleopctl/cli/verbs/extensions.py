@@ -5,7 +5,6 @@ The registry is `teleopctl.plugins`: a kind of plug-in is what ros2 calls an ext
 
 import sys
 from collections.abc import Iterator
-from typing import Annotated
 
 from teleopctl import plugins
 from teleopctl.cli import console
@@ -13,6 +12,7 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Group, Option, Verb
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.plugins import Kind, Plugin
+from teleopctl.typed import Annotated
 
 EXTENSIONS = Verb(f"{__name__}:list_extensions", "List plug-ins, ours and strangers'.")
 EXTENSION_POINTS = Verb(f"{__name__}:list_extension_points", "List the kinds of plug-ins.")

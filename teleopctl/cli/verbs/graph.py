@@ -1,13 +1,13 @@
 """``teleopctl graph``: who talks to whom, as a picture."""
 
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.live import live_graph
 from teleopctl.cli.verb import Option, Verb
 from teleopctl.diagram import SHOWN, ros_graph, to_dot, to_svg
 from teleopctl.errors import SystemFailureError, UsageError
+from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:graph",

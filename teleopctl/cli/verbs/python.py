@@ -1,9 +1,9 @@
 """``teleopctl python``: Python itself, with ROS 2's packages to import."""
 
 import sys
-from typing import Annotated
 
 from teleopctl.cli.verb import Argument, Verb
+from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:python",

@@ -3,13 +3,13 @@
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Annotated
 
 from teleopctl import packages
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import NotFoundError, UsageError, did_you_mean
 from teleopctl.packages import Executable
+from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:run",

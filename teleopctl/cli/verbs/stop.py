@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -20,6 +19,7 @@ from teleopctl.launch import (
     stop_running,
 )
 from teleopctl.printable import printable_line
+from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:stop",

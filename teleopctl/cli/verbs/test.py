@@ -3,11 +3,11 @@
 import contextlib
 import os
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import UsageError
+from teleopctl.typed import Annotated
 
 VERB = Verb(
     f"{__name__}:test",

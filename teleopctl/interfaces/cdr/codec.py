@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout
 from teleopctl.interfaces.cdr.reading import Read
 from teleopctl.interfaces.cdr.writing import Write
+from teleopctl.typed import Any, NamedTuple, TypeAlias
 
 Writer: TypeAlias = Callable[[bytearray, Any], None]
 """Appends a message to data that so far is the encapsulation."""

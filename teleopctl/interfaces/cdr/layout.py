@@ -22,11 +22,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from struct import Struct
-from typing import TypeAlias
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
+from teleopctl.typed import TypeAlias
 
 HEADER_SIZE = 4
 MAXIMUM_ALIGNMENT = 8

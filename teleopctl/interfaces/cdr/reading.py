@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Any
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped, empty
 from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
@@ -22,6 +21,7 @@ from teleopctl.interfaces.cdr.layout import (
     padding,
 )
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
+from teleopctl.typed import Any
 
 _COUNT = "I"
 

@@ -6,7 +6,6 @@ Received bytes are not trusted: whatever they hold, the result is a message or a
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any, TypeVar
 
 from teleopctl.errors import InvalidMessageError, TeleopctlError
 from teleopctl.interfaces.blocks import BLOCK_CODES, to_numpy
@@ -15,6 +14,7 @@ from teleopctl.interfaces.cdr.layout import HEADER_SIZE
 from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.store import get_message
+from teleopctl.typed import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from teleopctl.interfaces.blocks import NumberArray

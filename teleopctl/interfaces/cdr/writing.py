@@ -7,12 +7,12 @@ is copied once, by ``extend``; ``+=`` would be numpy's addition for a numpy arra
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped
 from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
 from teleopctl.interfaces.cdr.layout import HEADER_SIZE, Offsets, Run, after_block, padding
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
+from teleopctl.typed import Any
 
 _COUNT = "I"
 _SWAPPED = sys.byteorder == "big"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
 
 from teleopctl.interfaces.definition import Shape
+from teleopctl.typed import Any, NamedTuple
 
 MOST_FIELDS = 500
 MOST_ELEMENTS = 64

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
 
 from teleopctl.errors import InvalidMessageError, UsageError
+from teleopctl.typed import Any
 
 _STEP = re.compile(
     r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?P<end>-?\d*))\]"

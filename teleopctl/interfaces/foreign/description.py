@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import (
     FIELD_NAME,
@@ -15,6 +13,7 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAPE_STEP
 from teleopctl.interfaces.typenames import normalize
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import (

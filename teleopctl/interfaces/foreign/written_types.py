@@ -10,7 +10,6 @@ import re
 import threading
 from collections.abc import Mapping
 from functools import cache
-from typing import Any
 
 from teleopctl.errors import InvalidDefinitionError, TeleopctlError
 from teleopctl.interfaces import hashing
@@ -23,6 +22,7 @@ from teleopctl.interfaces.services import service_of_event, split_definition
 from teleopctl.interfaces.standard import definition_of
 from teleopctl.interfaces.store import get_message, known_types
 from teleopctl.interfaces.typenames import normalize, split
+from teleopctl.typed import Any
 
 ROS2MSG, ROS2IDL = "ros2msg", "ros2idl"
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import yaml
+
+from teleopctl.typed import Any
 
 _UNLIMITED = 2**31 - 1
 _LONG_ESCAPE = "\\U"

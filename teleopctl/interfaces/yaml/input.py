@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import Any, TypeVar
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.convert import check_length, converter, expected
@@ -20,6 +19,7 @@ from teleopctl.interfaces.message import Message
 from teleopctl.interfaces.stamps import Stamp, set_stamp, to_nanoseconds
 from teleopctl.interfaces.store import get_message
 from teleopctl.interfaces.yaml.plain import read_plain
+from teleopctl.typed import Any, TypeVar
 
 MessageType = TypeVar("MessageType")
 

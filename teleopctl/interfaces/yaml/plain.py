@@ -7,7 +7,8 @@ one of these is left to PyYAML by returning None; tests hold the two equal.
 from __future__ import annotations
 
 import re
-from typing import Any
+
+from teleopctl.typed import Any
 
 # Texts that YAML 1.1 takes for something else, in any case of letters.
 _WORDS = frozenset({"true", "false", "yes", "no", "on", "off", "null"})

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Awaitable, Callable
-from typing import TypeAlias
 
 from teleopctl.interfaces import FeedbackT, GoalT, ResultT
 from teleopctl.node.actions.server_goal import ServerGoalHandle
+from teleopctl.typed import TypeAlias
 
 
 class GoalResponse(enum.Enum):

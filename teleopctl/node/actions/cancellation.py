@@ -6,7 +6,6 @@ Source: the cancellation policies of action_msgs/srv/CancelGoal.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Protocol, TypeVar
 
 from teleopctl.node.actions.goal_state import (
     GoalEvent,
@@ -14,6 +13,7 @@ from teleopctl.node.actions.goal_state import (
     InvalidGoalTransitionError,
     next_state as _next_state,
 )
+from teleopctl.typed import Protocol, TypeVar
 
 ERROR_NONE = 0
 ERROR_UNKNOWN_GOAL_ID = 2

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import uuid
 import weakref
-from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import FeedbackT, GoalT, ResultT, deserialize, get_message
@@ -19,6 +18,7 @@ from teleopctl.node.values.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, Self, cast
 
 if TYPE_CHECKING:
     from action_msgs.msg import GoalStatusArray

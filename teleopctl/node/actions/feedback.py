@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Generic
 
 from teleopctl.interfaces import FeedbackMessage, FeedbackT
 from teleopctl.node.actions.goal_state import goal_key
+from teleopctl.typed import Generic
 
 FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from teleopctl.interfaces import (
     FeedbackT,
@@ -38,6 +37,7 @@ from teleopctl.node.values.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, Self, cast
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from typing import TYPE_CHECKING
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, split
@@ -11,6 +10,7 @@ from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values import logging
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.qos import QoSProfile
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.node.node_endpoints import NodeEndpoints

@@ -5,7 +5,8 @@ from __future__ import annotations
 import collections
 import threading
 import time
-from typing import Generic, TypeVar
+
+from teleopctl.typed import Generic, TypeVar
 
 ItemT = TypeVar("ItemT")
 

@@ -8,7 +8,6 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, cast
 
 import zenoh
 
@@ -22,6 +21,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceUnavailableError
 from teleopctl.node.values.future import Future, ResultT
 from teleopctl.node.values.qos import QoSProfile
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.wire import (
     EntityKind,
     Refusals,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import abc
-from typing import TYPE_CHECKING, Any, Self
 
 from teleopctl.interfaces import type_hash
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
+from teleopctl.typed import TYPE_CHECKING, Any, Self
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_key
 
 if TYPE_CHECKING:

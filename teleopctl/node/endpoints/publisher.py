@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import time
-from typing import TYPE_CHECKING, Any, Generic
 
 import zenoh
 
@@ -19,6 +18,7 @@ from teleopctl.node.values.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from teleopctl.typed import TYPE_CHECKING, Any, Generic
 from teleopctl.wire import EntityKind, assertion_key, encode_attachment
 
 if TYPE_CHECKING:

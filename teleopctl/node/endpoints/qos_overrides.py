@@ -10,7 +10,6 @@ import copy
 import dataclasses
 import enum
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
@@ -22,6 +21,7 @@ from teleopctl.node.values.qos import (
     ReliabilityPolicy,
 )
 from teleopctl.node.values.time import Duration
+from teleopctl.typed import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

@@ -6,7 +6,6 @@ import contextlib
 import functools
 import time
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
 import zenoh
 
@@ -19,6 +18,7 @@ from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 from teleopctl.wire import (
     EntityKind,
     Refusals,

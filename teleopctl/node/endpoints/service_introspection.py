@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import enum
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.endpoints.publisher import Publisher
 from teleopctl.node.values.exceptions import InvalidHandle
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.clock import Clock

@@ -6,7 +6,6 @@ import functools
 import time
 from collections.abc import Callable
 from types import FunctionType, MethodType
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 
 import zenoh
 
@@ -20,6 +19,7 @@ from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import RCLError
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypedDict
 from teleopctl.wire import EntityKind, Refusals, decode_attachment
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import MessageT
 from teleopctl.node.lifecycle.managed_entity import ManagedEntity
@@ -16,6 +15,7 @@ from teleopctl.node.lifecycle.states import (
 )
 from teleopctl.node.node import Node
 from teleopctl.node.values.qos import QoSProfile
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.events.callbacks import PublisherEventCallbacks

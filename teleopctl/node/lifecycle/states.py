@@ -6,7 +6,8 @@ Numbers and labels are those of ``lifecycle_msgs`` and rcl_lifecycle.
 from __future__ import annotations
 
 from enum import Enum, IntEnum
-from typing import NamedTuple
+
+from teleopctl.typed import NamedTuple
 
 
 class PrimaryState(IntEnum):

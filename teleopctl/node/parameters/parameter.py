@@ -5,10 +5,10 @@ from __future__ import annotations
 import array
 import enum
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from teleopctl.interfaces import get_message
 from teleopctl.printable import shortened
+from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias, cast
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
 
 from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.parameters.parameter import Parameter
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
+from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from pathlib import Path

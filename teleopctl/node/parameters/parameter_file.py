@@ -11,9 +11,9 @@ import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.errors import InvalidFileError
+from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.parameters.parameter import (
@@ -26,6 +25,7 @@ from teleopctl.node.values.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
+from teleopctl.typed import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

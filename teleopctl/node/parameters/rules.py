@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor

@@ -6,7 +6,8 @@ import collections
 import threading
 import weakref
 from collections.abc import Callable
-from typing import Any, ClassVar
+
+from teleopctl.typed import Any, ClassVar
 
 Work = Callable[[], None]
 # Hands work to a pool; False when the pool takes none any more.

@@ -7,7 +7,8 @@ import sys
 import threading
 from collections.abc import Callable, Coroutine, Generator, Mapping, Sequence
 from types import CoroutineType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+
+from teleopctl.typed import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
     import asyncio

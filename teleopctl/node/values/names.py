@@ -10,7 +10,6 @@ node.
 from __future__ import annotations
 
 import re
-from typing import Final
 
 from teleopctl.node.values.exceptions import (
     InvalidNamespaceException,
@@ -20,6 +19,7 @@ from teleopctl.node.values.exceptions import (
     NameValidationException,
     UnknownSubstitutionError,
 )
+from teleopctl.typed import Final
 
 # What rmw allows (rmw/validate_*.h), in characters.
 _LONGEST_TOPIC: Final = 247

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import enum
-from typing import Any, Self
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
+from teleopctl.typed import Any, Self
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
 
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.typed import Any, Protocol
 
 
 class Schedulable(Protocol):

@@ -10,9 +10,9 @@ import enum
 import signal
 import threading
 from types import FrameType
-from typing import Protocol
 
 from teleopctl.interrupts import come_again, end_waits, in_transport_callback
+from teleopctl.typed import Protocol
 
 
 class Endable(Protocol):

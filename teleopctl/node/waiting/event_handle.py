@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
 from teleopctl.node.endpoints.events.callbacks import (
     IncompatibleQoSInfo,
     PublisherEventCallbacks,
@@ -15,6 +13,7 @@ from teleopctl.node.endpoints.qos_overrides import QoSPolicyKind
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
+from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription

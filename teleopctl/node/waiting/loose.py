@@ -8,7 +8,6 @@ from __future__ import annotations
 import collections
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node.endpoints.client import Client
@@ -19,6 +18,7 @@ from teleopctl.node.endpoints.timer import PeriodicTimer, TimerHandle
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.callback_groups import ReentrantCallbackGroup
 from teleopctl.node.values.handle import Handle
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

@@ -5,11 +5,11 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.node.endpoints.timer import PeriodicTimer
 from teleopctl.node.endpoints.waitable import Waitable
 from teleopctl.node.values.handle import Handle
+from teleopctl.typed import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from teleopctl.node.context import Context

@@ -1,7 +1,6 @@
 """``teleopctl action echo``."""
 
 from collections.abc import Callable
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -38,6 +37,7 @@ from teleopctl.node import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
+from teleopctl.typed import Annotated, Any
 
 _INTERFACES = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK", "STATUS")
 

@@ -2,7 +2,6 @@
 
 import sys
 import uuid
-from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -20,6 +19,7 @@ from teleopctl.interfaces import (
     normalize,
 )
 from teleopctl.node import ActionClient, Future, GoalState, LoggingSeverity, SingleThreadedExecutor
+from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import Message

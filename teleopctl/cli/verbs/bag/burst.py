@@ -1,7 +1,6 @@
 """``teleopctl bag burst``."""
 
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath, Storage
@@ -19,6 +18,7 @@ from teleopctl.cli.verbs.bag.play_options import (
 )
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import from_seconds
+from teleopctl.typed import Annotated
 
 
 def burst(

@@ -8,7 +8,8 @@ import select
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any, Self
+
+from teleopctl.typed import Any, Self
 
 SPACE, UP, DOWN, RIGHT, LEFT = "SPACE", "UP", "DOWN", "RIGHT", "LEFT"
 

@@ -1,8 +1,7 @@
 """Arguments and options that verbs of bags share."""
 
-from typing import Annotated
-
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.typed import Annotated
 
 BagPath = Annotated[
     str,

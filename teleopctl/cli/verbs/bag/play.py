@@ -1,7 +1,6 @@
 """``teleopctl bag play``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import Storage
@@ -20,6 +19,7 @@ from teleopctl.cli.verbs.bag.play_options import (
 )
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     pass

@@ -1,10 +1,10 @@
 """Options that ``bag play`` and ``bag burst`` share, and what they mean."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli.verb import Option
 from teleopctl.errors import UsageError
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSProfile

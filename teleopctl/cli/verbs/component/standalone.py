@@ -2,7 +2,6 @@
 
 import threading
 import uuid
-from typing import Annotated, Any
 
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.live import absolute_name
@@ -29,6 +28,7 @@ from teleopctl.node import (
     get_default_context,
 )
 from teleopctl.packages import find_executable
+from teleopctl.typed import Annotated, Any
 
 
 def standalone(

@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.listing import out_files
@@ -11,6 +10,7 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
 from teleopctl.diagram import Box, Diagram, joined, to_dot, to_svg, write_files
+from teleopctl.typed import Annotated, Any
 
 # The name that ros2 control gives its PDF.
 _NAME = "controller_diagram"

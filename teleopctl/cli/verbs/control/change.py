@@ -1,7 +1,6 @@
 """``control`` verbs that change controllers."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -14,6 +13,7 @@ from teleopctl.cli.verbs.control.session import (
     manager_client,
 )
 from teleopctl.errors import RefusedError, UsageError
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.control import ControllerManagerClient

@@ -1,7 +1,5 @@
 """``control`` verbs about hardware."""
 
-from typing import Annotated, Any
-
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -12,6 +10,7 @@ from teleopctl.cli.verbs.control.session import (
     manager_client,
 )
 from teleopctl.errors import RefusedError
+from teleopctl.typed import Annotated, Any
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}

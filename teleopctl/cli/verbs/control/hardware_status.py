@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -13,6 +12,7 @@ from teleopctl.cli.verbs.topic.text import json_value
 from teleopctl.errors import NotFoundError, what_there_is
 from teleopctl.interfaces import get_message, message_to_yaml
 from teleopctl.node import SingleThreadedExecutor
+from teleopctl.typed import Annotated, Any
 
 _TYPE = "control_msgs/msg/HardwareStatus"
 _TOPIC = "/hardware_status"

@@ -1,12 +1,12 @@
 """``control list_controllers`` and ``list_controller_types``."""
 
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.control.session import DEFAULT_MANAGER, ManagerName, manager_client
+from teleopctl.typed import Annotated, Any
 
 _COLORS = {"active": "\033[92m", "inactive": "\033[96m", "unconfigured": "\033[93m"}
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
 
 from teleopctl import progress
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.control import ControllerManagerClient
+from teleopctl.typed import Annotated
 
 ManagerName = Annotated[
     str,

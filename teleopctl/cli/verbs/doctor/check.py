@@ -1,7 +1,6 @@
 """``teleopctl doctor``: the checks, one after the other, and the reports."""
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -9,6 +8,7 @@ from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.doctor import clocks, graph as graph_checks, machine, network, reports
 from teleopctl.cli.verbs.doctor.finding import Finding
 from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.typed import Annotated
 from teleopctl.wire import Graph
 
 _Check = Callable[[], Iterable[Finding]]

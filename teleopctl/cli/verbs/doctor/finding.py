@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from teleopctl.typed import NamedTuple
 
 
 class Finding(NamedTuple):

@@ -7,7 +7,6 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -15,6 +14,7 @@ from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.multicast import datagrams
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message
+from teleopctl.typed import Annotated
 
 
 def hello(

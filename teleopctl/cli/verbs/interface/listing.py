@@ -1,13 +1,13 @@
 """``teleopctl interface list|package|packages``: which types there are."""
 
 from collections.abc import Iterator
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.interfaces import known_types, list_types
+from teleopctl.typed import Annotated
 
 _TITLES = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 

@@ -1,13 +1,13 @@
 """``teleopctl interface stubs``: what type checkers read of message packages."""
 
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError
 from teleopctl.interfaces import known_types, write_stubs
+from teleopctl.typed import Annotated
 
 _CONFIGURATION = """\
 For type checkers to find them, in the pyproject.toml of your program:

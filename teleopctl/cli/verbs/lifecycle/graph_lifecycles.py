@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli.command_node import ask_all, command_node
 from teleopctl.cli.live import absolute_name
@@ -11,6 +10,7 @@ from teleopctl.cli.verbs.lifecycle.nodes import managed_nodes
 from teleopctl.cli.waiting import wait_aloud
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, what_there_is
 from teleopctl.interfaces import get_service
+from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

@@ -1,7 +1,5 @@
 """``teleopctl lifecycle get``."""
 
-from typing import Annotated
-
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument
@@ -11,6 +9,7 @@ from teleopctl.cli.verbs.lifecycle.graph_lifecycles import (
     open_lifecycles,
 )
 from teleopctl.errors import TeleopctlError
+from teleopctl.typed import Annotated
 
 
 def get_state(

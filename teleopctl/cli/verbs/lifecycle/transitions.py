@@ -1,7 +1,6 @@
 """``teleopctl lifecycle list`` and ``set``."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -14,6 +13,7 @@ from teleopctl.cli.verbs.lifecycle.graph_lifecycles import (
     open_lifecycles,
 )
 from teleopctl.errors import NotFoundError, RefusedError
+from teleopctl.typed import Annotated, Any
 
 
 def list_transitions(

@@ -1,12 +1,11 @@
 """``teleopctl multicast receive|send``."""
 
-from typing import Annotated
-
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.multicast import datagrams
 from teleopctl.errors import UsageError
+from teleopctl.typed import Annotated
 
 _GREETING = "Hello World!"
 

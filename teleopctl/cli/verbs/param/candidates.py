@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from teleopctl.cli.completion.completing import Line
 from teleopctl.errors import TeleopctlError
+from teleopctl.typed import Any
 
 # A longer list helps nobody to choose.
 _MOST_VALUES = 12

@@ -1,7 +1,6 @@
 """``teleopctl param dump``, ``load``, ``save`` and ``restore``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -16,6 +15,7 @@ from teleopctl.cli.verbs.param.loading import load_values
 from teleopctl.cli.verbs.param.options import HiddenNodes, Nodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.results import Results
 from teleopctl.errors import NotFoundError, TeleopctlError
+from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 
 if TYPE_CHECKING:
     from teleopctl.node import ParameterFile

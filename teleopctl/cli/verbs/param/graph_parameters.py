@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeAlias
 
 from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.live import absolute_name
@@ -17,6 +16,7 @@ from teleopctl.errors import (
     did_you_mean,
     what_there_is,
 )
+from teleopctl.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
@@ -12,6 +11,7 @@ from teleopctl.cli.verbs.param.options import ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.typed import Annotated, Any
 
 
 def list_parameters(

@@ -1,7 +1,6 @@
 """``teleopctl param set`` and ``delete``."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -21,6 +20,7 @@ from teleopctl.cli.verbs.param.options import (
 from teleopctl.cli.verbs.param.results import Results
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import RefusedError, UsageError
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, SetParametersResult

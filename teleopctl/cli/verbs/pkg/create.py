@@ -1,7 +1,5 @@
 """``teleopctl pkg create``."""
 
-from typing import Annotated
-
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
@@ -12,6 +10,7 @@ from teleopctl.packages import (
     create_package,
     license_names,
 )
+from teleopctl.typed import Annotated
 
 
 def create(

@@ -1,13 +1,12 @@
 """``teleopctl pkg list|executables|prefix|xml``."""
 
-from typing import Annotated
-
 from teleopctl import packages
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import BrokenPluginError, InvalidFileError, NotFoundError, did_you_mean
 from teleopctl.packages import Package
+from teleopctl.typed import Annotated
 
 _PackageName = Annotated[
     str, Argument(metavar="PACKAGE", help="Name of the package.", complete="packages")

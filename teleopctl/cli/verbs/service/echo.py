@@ -1,7 +1,5 @@
 """``teleopctl service echo``."""
 
-from typing import Annotated, Any
-
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.listing import types_of
@@ -31,6 +29,7 @@ from teleopctl.cli.verbs.topic.text_options import (
 )
 from teleopctl.cli.words.messages import service_class_named
 from teleopctl.errors import RefusedError
+from teleopctl.typed import Annotated, Any
 
 
 def echo(

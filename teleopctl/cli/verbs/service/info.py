@@ -1,7 +1,6 @@
 """``teleopctl service info``."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.listing import types_of
@@ -13,6 +12,7 @@ from teleopctl.cli.verbs.topic.endpoint_text import (
     endpoint_record,
     warn_of_mismatch,
 )
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

@@ -1,7 +1,6 @@
 """``teleopctl tf list``."""
 
 import time
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -9,6 +8,7 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.errors import UsageError
 from teleopctl.tf import Buffer, TransformListener
+from teleopctl.typed import Annotated
 
 # A robot sends its moving frames at least this often.
 _WAIT_S = 1.0

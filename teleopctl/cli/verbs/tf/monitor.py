@@ -1,13 +1,13 @@
 """``teleopctl tf monitor``."""
 
 import contextlib
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
 from teleopctl.tf import GATHER_S, MonitorResults, monitor_transforms
+from teleopctl.typed import Annotated
 
 
 def monitor(

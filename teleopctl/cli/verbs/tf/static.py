@@ -1,8 +1,7 @@
 """``teleopctl tf static``."""
 
-from typing import Annotated
-
 from teleopctl.cli.verb import Argument, Option
+from teleopctl.typed import Annotated
 
 
 def _number(flag: str, text: str) -> Option:

@@ -1,7 +1,6 @@
 """``teleopctl topic info``."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.listing import types_of
@@ -14,6 +13,7 @@ from teleopctl.cli.verbs.topic.endpoint_text import (
     warn_of_mismatch,
 )
 from teleopctl.cli.verbs.topic.qos.pairs import warn_of_qos
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken

@@ -5,7 +5,6 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
@@ -32,6 +31,7 @@ from teleopctl.errors import (
     UsageError,
     what_there_is,
 )
+from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.wire import EntityKind, ensure_router, query_graph, router_has_all
 
 if TYPE_CHECKING:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from teleopctl.errors import InvalidMessageError, UsageError
+from teleopctl.typed import Any
 
 
 # Any: a message's class is made from its definition.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
 from teleopctl.cli.live import live_graph
@@ -15,6 +13,7 @@ from teleopctl.errors import (
     UnavailableError,
     did_you_mean,
 )
+from teleopctl.typed import TYPE_CHECKING, Any
 from teleopctl.wire import Graph, RouterNotRunning, ensure_router
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import array
 import math
 import re
-from typing import TYPE_CHECKING, Any
+
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json

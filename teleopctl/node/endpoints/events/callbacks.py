@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+
+from teleopctl.typed import Any, NamedTuple
 
 # Any: what it is told depends on the event.
 EventCallback = Callable[[Any], object]

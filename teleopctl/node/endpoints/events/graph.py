@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from teleopctl.node.endpoints.events.callbacks import (
     EventCallback,
     IncompatibleTypeInfo,
@@ -11,6 +9,7 @@ from teleopctl.node.endpoints.events.callbacks import (
 )
 from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.values.callback_groups import CallbackGroup
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import EndpointToken, EntityKind
 
 if TYPE_CHECKING:

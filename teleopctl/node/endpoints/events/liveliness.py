@@ -10,7 +10,6 @@ that only subscriptions of this library listen to.
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
 
 import zenoh
 
@@ -25,6 +24,7 @@ from teleopctl.node.endpoints.events.handler import EventHandler
 from teleopctl.node.endpoints.events.watchdog import Watchdog
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import LivelinessPolicy, bound_ns
+from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import INFINITE_NS, EndpointToken, EntityKind, assertion_key
 
 if TYPE_CHECKING:

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import CompressionName, MaxBagDuration, MaxBagSize
 from teleopctl.errors import UsageError
+from teleopctl.typed import Annotated
 
 _STORAGES = ("mcap", "sqlite3")
 

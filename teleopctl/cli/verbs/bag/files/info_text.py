@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from teleopctl.bag import ServiceCounter, is_service_event, service_of
 from teleopctl.cli.console import Json
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import BagMessage, BagMetadata, BagTopic

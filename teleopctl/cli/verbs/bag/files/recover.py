@@ -1,12 +1,12 @@
 """``teleopctl bag recover``."""
 
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
+from teleopctl.typed import Annotated
 
 
 def recover_bag(

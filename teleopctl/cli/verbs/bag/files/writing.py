@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from teleopctl.bag import (
     Compression,
@@ -21,6 +20,7 @@ from teleopctl.bag import (
 from teleopctl.cli import console
 from teleopctl.errors import NotFoundError, UsageError, what_there_is
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, from_seconds
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.bag import Bag, BagTopic

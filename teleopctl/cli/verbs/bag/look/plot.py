@@ -5,13 +5,13 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
 from teleopctl.extras import extra
+from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
     from teleopctl.bag import Curve

@@ -2,12 +2,12 @@
 
 import webbrowser
 from pathlib import Path
-from typing import Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
+from teleopctl.typed import Annotated
 
 _PORT = 8080
 

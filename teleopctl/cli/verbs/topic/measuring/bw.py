@@ -1,7 +1,6 @@
 """``teleopctl topic bw``."""
 
 import threading
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import UseSimTime
@@ -25,6 +24,7 @@ from teleopctl.cli.verbs.topic.qos.options import (
     ReliabilityName,
 )
 from teleopctl.cli.verbs.topic.source import TopicSource
+from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("bandwidth", "window", "mean", "min", "max")
 

@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.learning import learn_type
@@ -24,6 +23,7 @@ from teleopctl.cli.verbs.topic.qos.options import (
 from teleopctl.cli.verbs.topic.source import TopicSource
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces import deserialize, get_message, to_nanoseconds
+from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("delay", "min", "max", "std_dev", "window")
 _STAMP = "builtin_interfaces/msg/Time"

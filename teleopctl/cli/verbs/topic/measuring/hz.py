@@ -1,7 +1,6 @@
 """``teleopctl topic hz``."""
 
 import threading
-from typing import Annotated, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.options import UseSimTime
@@ -21,6 +20,7 @@ from teleopctl.cli.verbs.topic.qos.options import (
 )
 from teleopctl.cli.verbs.topic.selection import filter_predicate
 from teleopctl.cli.verbs.topic.source import TopicSource
+from teleopctl.typed import Annotated, Any
 
 _COLUMNS = ("rate", "min_delta", "max_delta", "std_dev", "window")
 

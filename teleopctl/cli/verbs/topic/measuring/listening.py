@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
@@ -17,6 +16,7 @@ from teleopctl.cli.verbs.topic.source import (
 )
 from teleopctl.cli.words.patterns import expanded
 from teleopctl.errors import UsageError, did_you_mean
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.cli.verbs.topic.qos.options import QosWishes

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
 
 from teleopctl.errors import UsageError
+from teleopctl.typed import NamedTuple
 
 
 class Summary(NamedTuple):

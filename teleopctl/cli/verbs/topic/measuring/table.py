@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from teleopctl.cli import console
 from teleopctl.printable import printable_line
+from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table

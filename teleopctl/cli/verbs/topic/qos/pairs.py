@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.cli import console
+from teleopctl.typed import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.node import QoSCompatibility
