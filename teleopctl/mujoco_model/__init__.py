@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         with_thing as with_thing,
         without_things as without_things,
     )
+    from teleopctl.mujoco_model.unserved import unserved_tags as unserved_tags
 else:
     from teleopctl.lazy import attach
 
@@ -44,5 +45,6 @@ else:
             "surroundings.carrying": "carry_over",
             "surroundings.thing": "Thing",
             "surroundings.things": "in_world with_thing without_things",
+            "unserved": "unserved_tags",
         },
     )

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 # The versions on which bits depend.
 _LIBRARIES = ("mujoco", "numpy", "teleopctl")
-_TIMESTEP_S = 0.001
 
 
 class Verification(NamedTuple):
@@ -89,8 +88,8 @@ def verify_bag(
 
 def _number(value: object) -> float:
     if value is None:
-        return _TIMESTEP_S
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        return 0.0  # the model's own
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
         raise InvalidFileError(f"The recorded timestep is {value!r}, expected seconds")
     return float(value)
 

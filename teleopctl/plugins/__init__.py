@@ -45,6 +45,7 @@ _VERBS = {
     "component": ("component:GROUP", "Load nodes into containers."),
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
+    "robot": ("robot:GROUP", "Check robots' files."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
     "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),

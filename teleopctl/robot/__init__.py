@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.robot.any_robot import (
         controllers_for as controllers_for,
+        described_controllers as described_controllers,
         with_mesh_paths as with_mesh_paths,
         xacro_arguments as xacro_arguments,
     )
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
         model_kind as model_kind,
         read_model as read_model,
     )
+    from teleopctl.robot.formats.urdf_tags import unknown_tags as unknown_tags
     from teleopctl.robot.free_joints import JointSet as JointSet
     from teleopctl.robot.gazebo_plugins.table import (
         PluginControllers as PluginControllers,
@@ -80,12 +82,13 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "any_robot": "controllers_for with_mesh_paths xacro_arguments",
+            "any_robot": "controllers_for described_controllers with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
             "formats.mjcf_actuators": "JointActuator joint_actuators",
             "formats.mjcf_urdf": "ball_turns",
             "formats.model_file": "ModelKind model_kind read_model",
+            "formats.urdf_tags": "unknown_tags",
             "free_joints": "JointSet",
             "gazebo_plugins.table": "PluginControllers plugin_controllers tags_of_plugin",
             "joint_rules": "JointLimits",

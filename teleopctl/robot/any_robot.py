@@ -67,6 +67,20 @@ def with_mesh_paths(urdf: str, folder: Path) -> str:
     return _MESH.sub(whole, urdf)
 
 
+def described_controllers(description: RobotDescription) -> list[str]:
+    """Return the parameter files of controllers that a description names, as it writes them.
+
+    They stand at Gazebo's plug-in of ros2_control.
+    """
+    return [
+        path
+        for plugin in description.gazebo.plugins
+        if "ros2_control" in plugin.filename
+        for path in plugin.parameters.get("parameters", ())
+        if path
+    ]
+
+
 # Any: parameters as they stand in YAML.
 def controllers_for(description: RobotDescription, moved: Collection[str] = ()) -> dict[str, Any]:
     """Return parameters of controllers that move every joint of ``<ros2_control>``, and tell all.

@@ -193,6 +193,7 @@ interface stubs NEW --all
 pkg list
 pkg executables teleop_py_pkg
 pkg prefix teleop_description
+robot check robot.urdf --simulate
 pkg xml carried
 pkg xml carried -t version
 pkg create made
@@ -250,6 +251,7 @@ def graph(shared_ros: RosGraph, tmp_path_factory: pytest.TempPathFactory) -> Ite
     write_bag(folder / "bag")
     manifest = "<package format='3'><name>carried</name><version>1.0.0</version></package>"
     (folder / "carried").mkdir()
+    (folder / "robot.urdf").write_text('<robot name="post"><link name="world"/></robot>')
     (folder / "deleting.py").write_text(DELETING)
     (folder / "parameters.yaml").write_text(
         "/simple_publisher:\n  ros__parameters: {use_sim_time: false}\n"

@@ -94,15 +94,11 @@ def _with_hardware(words: Sequence[str], context: LaunchContext) -> tuple[str, t
 
 def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
     """The file that the description names, else the last argument, else a file made for it."""
+    from teleopctl.robot import described_controllers
+
     *robot, otherwise = words
     description, plugins = _described(robot, context)
-    named = [
-        path
-        for plugin in description.gazebo.plugins
-        if "ros2_control" in plugin.filename
-        for path in plugin.parameters.get("parameters", ())
-        if path
-    ]
+    named = described_controllers(description)
     if not named:
         return otherwise or str(_made_for(description, plugins, context))
     for path in named:

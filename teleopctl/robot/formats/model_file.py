@@ -5,15 +5,20 @@ Whoever takes a robot's file takes it from here, so that each kind works whereve
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
 from lxml import etree
 
+from teleopctl.packages import include_package_of
 from teleopctl.robot.xacro_file import ExpandedXacro, read_xacro
 
 ModelKind = Literal["urdf", "mjcf"]
+
+# What xacro does something with, and what only a whole reader of XML gets right.
+_EXPANDED = re.compile(r"xacro|\$[({]|<!DOCTYPE|encoding\s*=\s*.(?!utf-8)", re.IGNORECASE)
 
 _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf"}
 
@@ -55,4 +60,23 @@ def read_model(
         from teleopctl.robot.formats.mjcf_urdf import mjcf_as_urdf
 
         return mjcf_as_urdf(Path(path))
+    plain = _plain_urdf(Path(path))
+    if plain is not None:
+        include_package_of(Path(path))
+        return ExpandedXacro(plain, (Path(path).absolute(),))
     return read_xacro(path, mappings, safe=safe)
+
+
+def _plain_urdf(path: Path) -> str | None:
+    """The text of a URDF file in which nothing is to be expanded, so that its lines stay its own.
+
+    None for any other, and for what is not XML: xacro says what is wrong.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        if _EXPANDED.search(text):
+            return None
+        etree.fromstring(text.encode(), etree.XMLParser(encoding="utf-8", resolve_entities=False))
+    except (OSError, UnicodeDecodeError, etree.XMLSyntaxError):
+        return None
+    return text

@@ -1,0 +1,231 @@
+"""``teleopctl robot``: what becomes of robots' files."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.errors import NotFoundError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from teleopctl.nodes.checking.report import RobotReport
+
+GROUP = Group(
+    "Check robots' files.",
+    {
+        "check": Verb(
+            f"{__name__}:check",
+            "Tell how robots' files are read, and whether they stand in simulation.",
+            examples=(
+                "teleopctl robot check my_robot.urdf.xacro",
+                "teleopctl robot check ur.urdf.xacro ur_type:=ur5e name:=ur --simulate",
+                "teleopctl robot check src --simulate",
+            ),
+        )
+    },
+)
+
+_SIMULATED_S = 5.0
+_TITLES = {
+    "repaired": "Repaired",
+    "guessed": "Guessed or left out",
+    "without_effect": "Without effect",
+    "unknown": "Unknown",
+}
+
+
+def check(
+    words: Annotated[
+        list[str],
+        Argument(
+            help="Files or folders; a xacro file's arguments as name:=value.",
+            metavar="FILE [name:=value]…",
+            complete="files",
+        ),
+    ],
+    simulate: Annotated[
+        bool, Option("-s", "--simulate", help="Let each robot stand for 5 simulated seconds.")
+    ] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Check robots' files: the tree, what was repaired, ignored or guessed, and whether it stands.
+
+    The first lines are those of check_urdf. Of several files, and of the robots in folders, a table
+    is printed. The exit status is 1 when one of them fails.
+    """
+    from teleopctl.nodes.checking.report import check_robot
+    from teleopctl.nodes.checking.walk import robots_in
+
+    arguments = dict(word.split(":=", 1) for word in words if ":=" in word)
+    places = [Path(word) for word in words if ":=" not in word]
+    if not places:
+        raise UsageError("No file is given", hint="teleopctl robot check FILE_OR_FOLDER")
+    for place in places:
+        if not place.exists():
+            raise NotFoundError(f"There is no file or folder {place}")
+    seconds = _SIMULATED_S if simulate else 0.0
+    if len(places) == 1 and places[0].is_file():
+        report = check_robot(places[0], arguments, simulate_s=seconds)
+        if as_json:
+            console.out_json(_document(report))
+        else:
+            _print(report)
+        return int(bool(report.fault))
+    reports = []
+    for file in robots_in(places):
+        console.note(f"{file}")
+        reports.append(check_robot(file, arguments, simulate_s=seconds))
+    if as_json:
+        console.out_json([_document(report) for report in reports])
+    else:
+        console.out_lines(_table(reports))
+    return int(not reports or any(report.fault for report in reports))
+
+
+def _print(report: "RobotReport") -> None:
+    description = report.description
+    if report.error is not None or description is None:
+        console.note(f"ERROR: Model Parsing the {report.kind} failed: {report.error}")
+        return
+    console.out(f"robot name is: {description.name}")
+    console.out("---------- Successfully Parsed XML ---------------")
+    children = description.child_joints[description.root]
+    console.out(f"root Link: {description.root} has {len(children)} child(ren)")
+    console.out_lines(_tree(report, description.root, 2))
+    console.out()
+    console.out_lines(_summary(report))
+
+
+def _tree(report: "RobotReport", link: str, level: int) -> "Iterator[str]":
+    """The children of a link as check_urdf indents and orders them."""
+    assert report.description is not None
+    joints = sorted(report.description.child_joints[link], key=lambda joint: joint.name)
+    for number, joint in enumerate(joints, 1):
+        yield f"{'  ' * level}child({number}):  {joint.child}"
+        yield from _tree(report, joint.child, level + 2)
+
+
+def _summary(report: "RobotReport") -> "Iterator[str]":
+    description = report.description
+    assert description is not None
+    kinds: dict[str, int] = {}
+    for joint in description.joints.values():
+        kinds[joint.type] = kinds.get(joint.type, 0) + 1
+    counted = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    yield f"{len(description.links)} links, {len(description.joints)} joints ({counted or 'none'})"
+    if report.mass_kg is not None:
+        yield f"Mass: {report.mass_kg:g} kg"
+    for package, folder in report.packages.items():
+        yield f"Package {package}: {folder or 'not found'}"
+    if report.meshes:
+        missing = [uri for uri, path in report.meshes.items() if path is None]
+        yield f"Meshes: {len(report.meshes) - len(missing)} of {len(report.meshes)} found"
+        yield from (f"  not found: {uri}" for uri in missing)
+    for system in description.ros2_control:
+        yield f"<ros2_control> {system.name} ({system.hardware_plugin_name}):"
+        for part in system.joints:
+            commands = ", ".join(one.name for one in part.command_interfaces) or "none"
+            states = ", ".join(one.name for one in part.state_interfaces) or "none"
+            yield f"  {part.name}: commands {commands}; states {states}"
+    for name, kind in report.controllers.items():
+        yield f"Controller {name}: {kind}"
+    for attribute, title in _TITLES.items():
+        sentences = getattr(report, attribute)
+        if sentences:
+            yield f"{title}:"
+            yield from (f"  {sentence}" for sentence in sentences)
+    if report.refusal is not None:
+        yield f"Not simulated: {report.refusal}"
+    elif report.trial is None:
+        yield "It compiles; --simulate lets it stand for 5 s"
+    else:
+        yield from _outcome(report)
+
+
+def _outcome(report: "RobotReport") -> "Iterator[str]":
+    trial = report.trial
+    assert trial is not None
+    yield f"In simulation it {trial.verdict}" + (f": {trial.fault}" if trial.fault else "")
+    told = len(trial.moved) + len(trial.unmoved)
+    if told:
+        yield f"{len(trial.moved)} of {told} joints follow a command"
+    if trial.unmoved:
+        yield f"  not: {', '.join(trial.unmoved)}"
+    if trial.travelled_m is not None:
+        yield f"Its root link came {trial.travelled_m:.3f} m meanwhile"
+
+
+def _table(reports: "list[RobotReport]") -> "Iterator[str]":
+    rows = [("FILE", "PARSES", "COMPILES", "RESULT", "WHY NOT")]
+    for report in reports:
+        trial = report.trial
+        rows.append(
+            (
+                str(report.file),
+                "no" if report.error else "yes",
+                "-" if report.error else "no" if report.refusal else "yes",
+                "-" if trial is None else trial.verdict,
+                report.fault,
+            )
+        )
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        yield "  ".join([*cells, row[4]]).rstrip()
+    failed = sum(1 for report in reports if report.fault)
+    yield f"{len(reports) - failed} of {len(reports)} robots are fine"
+
+
+def _document(report: "RobotReport") -> console.Json:
+    description = report.description
+    trial = report.trial
+    return {
+        "file": str(report.file),
+        "kind": report.kind,
+        "error": report.error,
+        "refusal": report.refusal,
+        "fault": report.fault or None,
+        "name": None if description is None else description.name,
+        "root": None if description is None else description.root,
+        "links": [] if description is None else list(description.links),
+        "joints": []
+        if description is None
+        else [
+            {"name": one.name, "type": one.type, "parent": one.parent, "child": one.child}
+            for one in description.joints.values()
+        ],
+        "mass_kg": report.mass_kg,
+        "packages": report.packages,
+        "meshes": report.meshes,
+        "systems": []
+        if description is None or report.error
+        else [
+            {
+                "name": system.name,
+                "plugin": system.hardware_plugin_name,
+                "joints": [
+                    {
+                        "name": joint.name,
+                        "command_interfaces": [one.name for one in joint.command_interfaces],
+                        "state_interfaces": [one.name for one in joint.state_interfaces],
+                    }
+                    for joint in system.joints
+                ],
+            }
+            for system in description.ros2_control
+        ],
+        "controllers": report.controllers,
+        **{attribute: getattr(report, attribute) for attribute in _TITLES},
+        "trial": None
+        if trial is None
+        else {
+            "verdict": trial.verdict,
+            "fault": trial.fault or None,
+            "moved": list(trial.moved),
+            "unmoved": list(trial.unmoved),
+            "travelled_m": trial.travelled_m,
+        },
+    }

@@ -1,0 +1,183 @@
+"""Everything that can be told of a robot's file without a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.nodes.checking.trial import CONTROL_PERIOD_NS, Trial, try_out
+from teleopctl.packages import package_share, resolve_uri
+from teleopctl.robot import (
+    Mesh,
+    RobotDescription,
+    described_controllers,
+    model_kind,
+    read_model,
+    simulated,
+    unknown_tags,
+    with_mesh_paths,
+)
+
+if TYPE_CHECKING:
+    from teleopctl.sim import SimulatedRobot
+
+_PACKAGE = "package://"
+
+
+@dataclass
+class RobotReport:
+    """What is known of a robot's file.
+
+    Attributes:
+        file: The file.
+        kind: ``urdf`` or ``mjcf``.
+        error: Why it is no robot; None where it is one.
+        refusal: Why it cannot be simulated; None where it can.
+        description: The robot, where it is one.
+        mass_kg: Of the whole robot, as simulated.
+        repaired: What of the text was read otherwise than it stands there, a sentence each.
+        guessed: What was made up or left out, a sentence each.
+        without_effect: What is asked for and not done, a sentence each.
+        unknown: What nobody knows, a sentence each.
+        packages: Folders of the packages that it names; None for one that is not found.
+        meshes: Files of its meshes by URI; None for one that is not found.
+        controllers: Types of the controllers in the files that it names, by name.
+        trial: What became of it in simulation, where that was asked for.
+    """
+
+    file: Path
+    kind: str
+    error: str | None = None
+    refusal: str | None = None
+    description: RobotDescription | None = None
+    mass_kg: float | None = None
+    repaired: list[str] = field(default_factory=list)
+    guessed: list[str] = field(default_factory=list)
+    without_effect: list[str] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+    packages: dict[str, str | None] = field(default_factory=dict)
+    meshes: dict[str, str | None] = field(default_factory=dict)
+    controllers: dict[str, str] = field(default_factory=dict)
+    trial: Trial | None = None
+
+    @property
+    def fault(self) -> str:
+        """The first thing that is wrong with it; empty where nothing is."""
+        if self.error or self.refusal:
+            return self.error or self.refusal or ""
+        missing = [uri for uri, path in self.meshes.items() if path is None]
+        if missing:
+            more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+            return f"no file for the mesh {missing[0]}{more}"
+        if self.trial is not None and self.trial.fault:
+            return self.trial.fault
+        return ""
+
+
+def check_robot(
+    file: Path, arguments: Mapping[str, str], *, simulate_s: float = 0.0
+) -> RobotReport:
+    """Read a robot's file, build its model and perhaps let it stand.
+
+    Args:
+        file: URDF, xacro or MJCF.
+        arguments: Values of a xacro file's arguments.
+        simulate_s: How long it is to stand, in simulated seconds; 0 for not at all.
+
+    Returns:
+        The report; what is wrong with the file stands in it.
+    """
+    report = RobotReport(file, model_kind(file))
+    try:
+        text = with_mesh_paths(read_model(file, dict(arguments)).text, file.absolute().parent)
+        report.description = description = RobotDescription.from_urdf(text)
+        _see_files(report, description)
+        _see_controllers(report, description)
+        _ = description.ros2_control  # a mistake in it is one of the file's
+        urdf = simulated(text).urdf
+    except TeleopctlError as error:
+        report.error = f"{error.message} ({error.hint})" if error.hint else error.message
+        return report
+    report.repaired = list(description.repairs)
+    report.unknown = [] if description.mjcf else unknown_tags(text)
+    try:
+        robot = _see_model(report, urdf)
+    except TeleopctlError as error:
+        report.refusal = error.message
+        return report
+    if simulate_s:
+        report.trial = try_out(robot, simulate_s)
+    return report
+
+
+def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
+    from teleopctl.mujoco_model import unserved_tags
+    from teleopctl.sim import simulate
+
+    assert report.description is not None
+    # Its lines are those of the file, unless xacro made it.
+    report.without_effect = unserved_tags(report.description.urdf)
+    said: list[str] = []
+    robot = simulate(urdf, control_period_ns=CONTROL_PERIOD_NS, warn=said.append)
+    m: Any = robot.model.mj_model
+    links = robot.description.links
+    masses = (float(m.body_mass[n]) for n in range(m.nbody) if m.body(n).name in links)
+    report.mass_kg = round(sum(masses), 6)
+    known = {*report.repaired, *unserved_tags(urdf), *report.unknown}
+    report.guessed += [sentence for sentence in said if sentence not in known]
+    return robot
+
+
+def _see_files(report: RobotReport, description: RobotDescription) -> None:
+    for uri in dict.fromkeys(_mesh_uris(description)):
+        try:
+            path = resolve_uri(uri)
+            report.meshes[uri] = str(path) if path.is_file() else None
+        except TeleopctlError:
+            report.meshes[uri] = None
+        if uri.startswith(_PACKAGE):
+            package = uri.removeprefix(_PACKAGE).partition("/")[0]
+            report.packages.setdefault(package, _folder_of(package))
+
+
+def _folder_of(package: str) -> str | None:
+    try:
+        return str(package_share(package))
+    except TeleopctlError:
+        return None
+
+
+def _mesh_uris(description: RobotDescription) -> Iterator[str]:
+    for link in description.links.values():
+        shapes = [part.geometry for part in link.visuals]
+        shapes += [part.geometry for part in link.collisions]
+        yield from (shape.uri for shape in shapes if isinstance(shape, Mesh))
+
+
+def _see_controllers(report: RobotReport, description: RobotDescription) -> None:
+    from yaml import YAMLError
+
+    from teleopctl.ros_yaml import load_merged
+
+    for path in described_controllers(description):
+        try:
+            content = load_merged(resolve_uri(path).read_text(encoding="utf-8"))
+        except (TeleopctlError, OSError, UnicodeDecodeError, YAMLError) as error:
+            report.guessed.append(f"Controllers of {path} are not read: {error}")
+            continue
+        report.controllers.update(_types_in(content))
+
+
+# Any: what stands in YAML.
+def _types_in(content: Any) -> Iterator[tuple[str, str]]:
+    """Names and types of controllers, wherever a controller manager's parameters stand."""
+    if not isinstance(content, dict):
+        return
+    for name, value in content.items():
+        if isinstance(value, dict):
+            if isinstance(value.get("type"), str) and "/" in value["type"]:
+                yield str(name), value["type"]
+            yield from _types_in(value)

@@ -1,0 +1,144 @@
+"""Whether a robot stands in simulation, and whether its joints follow what they are told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import JointSpec
+    from teleopctl.sim import SimulatedRobot, Simulation
+
+CONTROL_PERIOD_NS = 10_000_000
+
+# A root link that has tilted by so much, in rad, or sunk by this part of its height, has fallen.
+_FALLEN_RAD = 0.5
+_SUNK = 0.3
+# What is no height counts as this, in metres: many root links lie on the ground.
+_LEAST_HEIGHT_M = 0.15
+# A joint that nobody moves and that does move by so much, in rad or m, is not held.
+_SAGGED = 0.1
+# How long joints are moved for, in s; how far or how fast, in rad or m; which part is enough.
+_MOVING_S = 2.0
+_STEP = 0.1
+_SPEED = 0.5
+_ENOUGH = 0.5
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What became of a robot.
+
+    Attributes:
+        verdict: ``stands``, ``falls``, ``sags`` (a joint gives way) or ``diverges``.
+        fault: Why it does not stand; empty where it does.
+        moved: Joints that followed a command.
+        unmoved: Joints that did not.
+        travelled_m: How far its free root link came meanwhile; None where that is fixed.
+    """
+
+    verdict: str
+    fault: str = ""
+    moved: tuple[str, ...] = ()
+    unmoved: tuple[str, ...] = ()
+    travelled_m: float | None = None
+
+
+def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
+    """Let a robot stand, with its drives holding it, and then move all joints that take commands.
+
+    Args:
+        robot: The robot, at its start.
+        seconds: How long it is to stand, in simulated time.
+    """
+    simulation = robot.simulation
+    simulation.hold()
+    start = simulation.positions.copy()
+    if not _run(simulation, seconds):
+        return Trial("diverges", f"physics diverged after {simulation.time_ns * 1e-9:.2f} s")
+    if fault := _fallen(robot):
+        return Trial("falls", fault)
+    held = [joint.has_drive or bool(joint.actuators) for joint in robot.model.joints]
+    away = np.where(held, np.abs(simulation.positions - start), 0.0)
+    if len(away) and away.max() > _SAGGED:
+        joint = simulation.joint_names[int(away.argmax())]
+        return Trial("sags", f"joint '{joint}' gave way by {away.max():.2f}")
+    return _moved(robot)
+
+
+def _run(simulation: Simulation, seconds: float) -> bool:
+    """Let time pass; returns whether physics holds."""
+    end = simulation.time_ns + round(seconds * 1e9)
+    while simulation.time_ns < end:
+        simulation.step_to(min(end, simulation.time_ns + CONTROL_PERIOD_NS))
+        simulation.read()
+        if simulation.diverged or not np.isfinite(simulation.positions).all():
+            return False
+    return True
+
+
+def _fallen(robot: SimulatedRobot) -> str:
+    """How the robot's free root link has fallen; empty where it stands or is fixed."""
+    base = robot.model.base
+    if base is None:
+        return ""
+    if not base.can_touch:
+        return "it has no collision shapes and falls through the ground"
+    now = robot.simulation.link_pose(base.body.link)
+    upright = float(np.clip(now.rotation[2, 2], -1.0, 1.0))
+    if math.acos(upright) > _FALLEN_RAD:
+        return f"it tilted by {math.degrees(math.acos(upright)):.0f} degrees"
+    sunk = base.height_m - float(now.position[2])
+    if sunk > _SUNK * max(base.height_m, _LEAST_HEIGHT_M):
+        return f"it sank by {sunk:.2f} m"
+    return ""
+
+
+def _moved(robot: SimulatedRobot) -> Trial:
+    simulation, base = robot.simulation, robot.model.base
+    told = [joint for joint in robot.model.joints if {"position", "velocity"} & _takes(joint)]
+    rows = [simulation.joint_names.index(joint.name) for joint in told]
+    before = simulation.positions[rows]
+    place = np.zeros(3) if base is None else simulation.link_pose(base.body.link).position
+    targets = [_target(joint, position) for joint, position in zip(told, before, strict=True)]
+    speeds = [math.nan if "position" in _takes(joint) else _SPEED for joint in told]
+    names = [joint.name for joint in told]
+    end = simulation.time_ns + round(_MOVING_S * 1e9)
+    while simulation.time_ns < end:
+        simulation.apply(names, targets, speeds)
+        if not _run(simulation, CONTROL_PERIOD_NS * 1e-9):
+            return Trial("diverges", "physics diverged while its joints moved")
+    after = simulation.positions[rows]
+    wanted = [
+        target - position if math.isfinite(target) else _SPEED * _MOVING_S
+        for target, position in zip(targets, before, strict=True)
+    ]
+    has_moved = [
+        abs(now - then) >= _ENOUGH * abs(asked)
+        for now, then, asked in zip(after, before, wanted, strict=True)
+    ]
+    travelled = None
+    if base is not None:
+        ahead = simulation.link_pose(base.body.link).position - place
+        travelled = round(float(np.hypot(ahead[0], ahead[1])), 4)
+    return Trial(
+        "stands",
+        moved=tuple(name for name, has in zip(names, has_moved, strict=True) if has),
+        unmoved=tuple(name for name, has in zip(names, has_moved, strict=True) if not has),
+        travelled_m=travelled,
+    )
+
+
+def _takes(joint: JointSpec) -> set[str]:
+    return set(joint.command_interfaces)
+
+
+def _target(joint: JointSpec, position: float) -> float:
+    """A position a little away, towards the farther limit; NaN for one that takes none."""
+    if "position" not in joint.command_interfaces:
+        return math.nan
+    up, down = joint.limits.upper - position, position - joint.limits.lower
+    return position + min(_STEP, up / 2) if up >= down else position - min(_STEP, down / 2)

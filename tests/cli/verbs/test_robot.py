@@ -1,0 +1,105 @@
+"""``teleopctl robot check``: check_urdf's text, what was ignored, and whether it stands."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from teleopctl.cli import main
+from tests.sim.robots import box, control, joint, link
+
+INERTIAL = """<inertial><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>"""
+# A table of four legs' width that stands, and the same on a knife's edge, which does not.
+STANDS = box("collision", "0.4 0.4 0.1") + INERTIAL
+FALLS = box("collision", "0.02 0.02 1") + INERTIAL.replace("<mass", '<origin xyz="0.1 0 0"/><mass')
+ARM = (
+    link("world", ""),
+    link("base", box("visual", "0.1 0.1 0.1")),
+    link("upper"),
+    link("tool"),
+    joint("weld", "world", "base", kind="fixed"),
+    joint("b_shoulder", "base", "upper"),
+    joint("a_camera", "base", "tool", kind="fixed"),
+    control(b_shoulder="position"),
+)
+
+
+def write(file: Path, *parts: str) -> Path:
+    file.write_text(f'<robot name="{file.stem}">{"".join(parts)}</robot>')
+    return file
+
+
+def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = '<visual><geometry><mesh filename="package://no_such/x.stl"/></geometry></visual>'
+    strange = '<gazebo reference="upper"><kp>1e6</kp></gazebo><sponsor/>'
+    file = write(tmp_path / "arm.urdf", *ARM, link("flag", mesh), strange)
+    file.write_text(
+        file.read_text().replace("</robot>", joint("j", "tool", "flag", kind="fixed") + "</robot>")
+    )
+
+    assert main.run(["robot", "check", str(file), "--simulate"]) == 1
+
+    assert capsys.readouterr().out.splitlines() == [
+        "robot name is: arm",
+        "---------- Successfully Parsed XML ---------------",
+        "root Link: world has 1 child(ren)",
+        "    child(1):  base",
+        "        child(1):  tool",
+        "            child(1):  flag",
+        "        child(2):  upper",
+        "",
+        "5 links, 4 joints (3 fixed, 1 revolute)",
+        "Mass: 1 kg",
+        "Package no_such: not found",
+        "Meshes: 0 of 1 found",
+        "  not found: package://no_such/x.stl",
+        "<ros2_control> hardware (mock_components/GenericSystem):",
+        "  b_shoulder: commands position; states position",
+        "Guessed or left out:",
+        "  Mesh 'package://no_such/x.stl' is left out: Package 'no_such' not found",
+        "Without effect:",
+        "  <kp> of 'upper' (line 7) has no effect",
+        "Unknown:",
+        "  <sponsor> in <robot> is unknown (line 7)",
+        "In simulation it stands",
+        "1 of 1 joints follow a command",
+    ]
+
+
+def test_a_folder_becomes_a_table_and_fails_with_the_first_robot_that_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "stands.urdf", link("table", STANDS))
+    (tmp_path / "parts.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="m"/></robot>'
+    )
+    (tmp_path / "package.xml").write_text("<package/>")
+    (tmp_path / "ball.xml").write_text(
+        '<mujoco><worldbody><body pos="0 0 0.1"><freejoint/><geom size="0.1"/></body></worldbody>'
+        "</mujoco>"
+    )
+    assert main.run(["robot", "check", str(tmp_path), "-s"]) == 0
+    capsys.readouterr()
+
+    write(tmp_path / "falls.urdf", link("knife", FALLS), '<gazebo reference="knife"/>')
+    (tmp_path / "broken.urdf").write_text(
+        '<robot name="two"><link name="a"/><link name="b"/></robot>'
+    )
+    assert main.run(["robot", "check", str(tmp_path), "-s", "--json"]) == 1
+
+    reports = {Path(one["file"]).name: one for one in json.loads(capsys.readouterr().out)}
+    verdicts = {name: one["trial"] and one["trial"]["verdict"] for name, one in reports.items()}
+    assert verdicts == {
+        "ball.xml": "stands",
+        "broken.urdf": None,
+        "falls.urdf": "falls",
+        "stands.urdf": "stands",
+    }
+    assert reports["broken.urdf"]["error"].startswith("Two root links found: [a] and [b]")
+    assert main.run(["robot", "check", str(tmp_path / "stands.urdf"), str(tmp_path)]) == 1
+    table = capsys.readouterr().out.splitlines()
+    assert table[0].split() == ["FILE", "PARSES", "COMPILES", "RESULT", "WHY", "NOT"]
+    assert table[-1] == "4 of 5 robots are fine"
