@@ -9,7 +9,6 @@ import queue
 import signal
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -18,174 +17,17 @@ from teleopctl import progress
 from teleopctl.control import ControllerManagerClient, manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
+from teleopctl.nodes.spawner_command_line import Request, read_command_line
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
 
+# In the controller manager's refusal where another controller has the interface.
+_CLAIMED = "is currently claimed by another controller"
+
+
 class SpawnError(Exception):
     """A controller could not be brought up; it has been logged why."""
-
-
-@dataclass
-class Request:
-    """What is asked for one controller.
-
-    Attributes:
-        name: The controller.
-        param_files: Parameter files for its node, later ones win.
-        load_only: Leave it unconfigured.
-        inactive: Leave it inactive.
-        ros_args: ROS arguments for its node.
-        type: Its type, where no parameter file gives it.
-    """
-
-    name: str
-    param_files: list[str] = field(default_factory=list)
-    load_only: bool = False
-    inactive: bool = False
-    ros_args: list[str] = field(default_factory=list)
-    type: str = ""
-
-
-def _controller_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-p",
-        "--param-file",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="parameter file for the controller's node; may be given several times",
-    )
-    parser.add_argument(
-        "--load-only", action="store_true", help="only load, leave the controller unconfigured"
-    )
-    parser.add_argument(
-        "--inactive",
-        "-s",  # as before Jazzy
-        "--stopped",
-        action="store_true",
-        help="load and configure, but do not activate",
-    )
-    parser.add_argument(
-        "-t",
-        "--controller-type",
-        default="",
-        metavar="TYPE",
-        help="the controller's type, where no parameter file gives it, as before Jazzy",
-    )
-    parser.add_argument(
-        "--controller-ros-args",
-        action="append",
-        default=[],
-        metavar="ARGS",
-        help="ROS arguments for the controller's node",
-    )
-
-
-def _make_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="spawner",
-        description="Load, configure and activate controllers.",
-        epilog="--controller NAME [OPTIONS] names one more controller with options of its own.",
-    )
-    parser.add_argument("controller_names", nargs="*", metavar="NAME", help="controllers")
-    parser.add_argument(
-        "-c",
-        "--controller-manager",
-        default="controller_manager",
-        metavar="NAME",
-        help="name of the controller manager's node",
-    )
-    parser.add_argument(
-        "-n", "--namespace", default="", metavar="NS", help="the controller manager's namespace"
-    )
-    _controller_options(parser)
-    parser.add_argument(
-        "-u",
-        "--unload-on-kill",
-        action="store_true",
-        help="stay, and deactivate and unload the controllers when interrupted",
-    )
-    parser.add_argument(
-        "--controller-manager-timeout",
-        type=float,
-        default=0.0,
-        metavar="S",
-        help="seconds to wait for the controller manager; 0 waits for ever",
-    )
-    parser.add_argument("--switch-timeout", type=float, default=5.0, metavar="S")
-    parser.add_argument("--service-call-timeout", type=float, default=10.0, metavar="S")
-    parser.add_argument(
-        "--activate-as-group", action="store_true", help="activate all in one switch"
-    )
-    parser.add_argument(
-        "--switch-asap",
-        action=argparse.BooleanOptionalAction,
-        default=False,
-        help="switch between two control cycles rather than beside them",
-    )
-    parser.add_argument(
-        "--allow-active",
-        action="store_true",
-        help="count a controller that is active already as a success",
-    )
-    return parser
-
-
-def read_command_line(
-    words: Sequence[str], ros_files: Sequence[str] = ()
-) -> tuple[argparse.Namespace, list[Request]]:
-    """Split a command line into common options and one request for each controller.
-
-    Args:
-        words: The program's arguments, without ROS's.
-        ros_files: Parameter files of the spawner itself, which are the controllers' as well.
-    """
-    groups: list[list[str]] = [[]]
-    for word in words:
-        if word == "--controller":
-            groups.append([])
-        else:
-            groups[-1].append(word)
-    parser = _make_parser()
-    options = parser.parse_args(groups[0])
-    if options.namespace and not options.controller_manager.startswith("/"):
-        options.controller_manager = f"/{options.namespace.strip('/')}/{options.controller_manager}"
-    own = argparse.ArgumentParser(prog="spawner --controller", add_help=False)
-    own.add_argument("name")
-    _controller_options(own)
-    requests = [
-        Request(
-            name,
-            list(options.param_file),
-            options.load_only,
-            options.inactive,
-            list(options.controller_ros_args),
-            options.controller_type,
-        )
-        # Names have no blanks: a launch argument gives several of them as one word.
-        for word in options.controller_names
-        for name in word.split()
-    ]
-    for group in groups[1:]:
-        given = own.parse_args(group)
-        requests.append(
-            Request(
-                given.name,
-                [*options.param_file, *given.param_file],
-                given.load_only or options.load_only,
-                given.inactive or options.inactive,
-                [*options.controller_ros_args, *given.controller_ros_args],
-                given.controller_type or options.controller_type,
-            )
-        )
-    if not requests:
-        parser.error("At least one controller name must be provided")
-    for request in requests:
-        # The same file twice counts once; the last mention decides the order.
-        own_files = list(dict.fromkeys(reversed(request.param_files)))[::-1]
-        request.param_files = list(dict.fromkeys([*own_files, *ros_files]))
-    return options, requests
 
 
 class Spawner:
@@ -209,30 +51,24 @@ class Spawner:
         """Bring all controllers up, one after the other.
 
         Raises:
-            SpawnError: One could not be brought up; those behind it have not been tried.
+            SpawnError: One could not be brought up; those behind it have not been tried, unless
+                that is wanted.
             ControllerManagerUnavailableError: The controller manager does not answer.
         """
         self._client.wait(self._options.controller_manager_timeout, patient=True)
         group: list[str] = []
+        failures: list[str] = []
         for request in requests:
-            state = self._load(request)
-            if request.load_only:
-                continue
-            if state == "active" and self._options.allow_active:
-                self._logger.info(f"Controller {request.name} is already active")
-                continue
-            if not self._client.configure_controller(request.name):
-                self._fail("Failed to configure controller", request.name, fatal=False)
-            if request.inactive:
-                continue
-            if self._options.activate_as_group:
-                group.append(request.name)
-            elif refusal := self._switch([request.name]):
-                self._fail(
-                    f"Failed to activate controller : {request.name}", fatal=False, why=refusal
-                )
-            else:
-                self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
+            try:
+                if self._prepare(request):
+                    group.append(request.name)
+            except SpawnError as error:
+                if not self._options.keep_going:
+                    raise
+                failures.append(str(error))
+        if failures:
+            progress.tell(progress.FAILED, "; ".join(failures))
+            raise SpawnError
         if not group:
             return
         if refusal := self._switch(group):
@@ -246,6 +82,27 @@ class Spawner:
                 _GREEN, f"Configured and activated all the parsed controllers list : {group}!"
             )
         )
+
+    def _prepare(self, request: Request) -> bool:
+        """Bring one controller up; whether it is still to be activated, with its group."""
+        state = self._load(request)
+        if request.load_only:
+            return False
+        if state == "active" and self._options.allow_active:
+            self._logger.info(f"Controller {request.name} is already active")
+            return False
+        if not self._client.configure_controller(request.name):
+            self._fail("Failed to configure controller", request.name, fatal=False)
+        if request.inactive or self._options.activate_as_group:
+            return not request.inactive
+        refusal = self._switch([request.name])
+        if not refusal:
+            self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
+        elif self._options.keep_going and _CLAIMED in refusal:
+            self._logger.warning(f"Controller {request.name} stays inactive")
+        else:
+            self._fail(f"Failed to activate controller : {request.name}", fatal=False, why=refusal)
+        return False
 
     def _load(self, request: Request) -> str:
         """Load a controller unless it is; returns its state before."""
@@ -317,12 +174,14 @@ class Spawner:
         """End with an error; ``why`` is in the log already, and told to a launch that waits."""
         if controller and (cause := self._client.cause(controller)):
             text = f"{text}: {cause}"
-        progress.tell(progress.FAILED, f"{text}: {' '.join(why.split())}" if why else text)
+        told = f"{text}: {' '.join(why.split())}" if why else text
+        if not self._options.keep_going:
+            progress.tell(progress.FAILED, told)
         if fatal:
             self._logger.fatal(text)
         else:
             self._logger.error(text)
-        raise SpawnError(text)
+        raise SpawnError(told)
 
     def _paint(self, color: str, text: str) -> str:
         return f"{color}{text}{_END}" if self._colors else text

@@ -244,6 +244,22 @@ class TestLooking:
         assert again.returncode == 0
         assert "Controller already loaded, skipping load_controller" in again.stderr
 
+    def test_the_others_come_up_beside_those_that_cannot_where_that_is_wanted(
+        self, looked_at, tmp_path
+    ):
+        ros, _, _ = looked_at
+        own = tmp_path / "own.yaml"
+        own.write_text(
+            "second: {ros__parameters: {type: position_controllers/JointGroupPositionController,"
+            " joints: [joint_1]}}\n"
+            "vendors: {ros__parameters: {type: vendor/Special}}\n"
+        )
+        done = spawn(ros, f"vendors second --param-file {own} --keep-going")
+        ros.run_module("teleopctl.nodes", "controller_manager unspawner second")
+        assert done.returncode == 1
+        assert "(type 'vendor/Special') not found" in done.stderr
+        assert "Controller second stays inactive" in done.stderr
+
 
 class TestMoving:
     def test_the_gripper_opens_and_its_mimic_joint_follows(self, ros, robot):

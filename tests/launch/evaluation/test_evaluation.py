@@ -228,6 +228,9 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
     text = "launch:\n- include: {file: spawn_controllers.yaml}"
     (spawner,) = plan(text, controllers_file=str(mine)).processes
     assert spawner.command[6:9] == ["spawner", "states wrist hand", "--param-file"]
+    assert "--keep-going" in spawner.command
+    (spawner,) = plan(text, controllers_file=str(mine), controllers="wrist").processes
+    assert "--keep-going" not in spawner.command
     mine.write_text("controller_manager: {ros__parameters: {update_rate: 50}}")
     with pytest.raises(TeleopctlError, match=r"mine\.yaml configures no controllers"):
         plan(text, controllers_file=str(mine))
