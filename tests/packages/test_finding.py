@@ -207,7 +207,7 @@ def test_unbuilt_sources_give_the_files_where_ours_has_none(empty_folder):
     )
     found = packages.find_package(name)
     assert (found.folder, "talker" in found.executables) == (folder, True)
-    assert found.executables["spawner"].target == "teleopctl.nodes.spawner:main"
+    assert found.executables["spawner"].target == "teleopctl.nodes.spawning.spawner:main"
 
 
 def test_a_comment_in_a_cmakelists_compiles_nothing(empty_folder):

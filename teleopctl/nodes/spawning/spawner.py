@@ -17,7 +17,7 @@ from teleopctl import progress
 from teleopctl.control import ControllerManagerClient, manager_settings
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
-from teleopctl.nodes.spawner_command_line import Request, read_command_line
+from teleopctl.nodes.spawning.command_line import Request, read_command_line
 
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 

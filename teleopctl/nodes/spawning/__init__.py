@@ -1,0 +1,1 @@
+"""Programs that load, activate and take away controllers."""
