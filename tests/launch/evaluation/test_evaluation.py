@@ -448,11 +448,11 @@ def test_a_robot_description_is_expanded_once_for_all_nodes(plan, tmp_path, monk
 
     calls = []
 
-    def read_xacro(path, mappings):
+    def read_model(path, mappings):
         calls.append((path, mappings))
         return robot.ExpandedXacro(ARM, (path,))
 
-    monkeypatch.setattr(robot, "read_xacro", read_xacro)
+    monkeypatch.setattr(robot, "read_model", read_model)
     node = (
         "- node: {pkg: camera, exec: camera, param: "
         "[{name: robot_description, value: \"$(xacro 'my arm.xacro' speed:=2)\"}]}\n"
