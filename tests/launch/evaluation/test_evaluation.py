@@ -519,7 +519,7 @@ def test_the_command_that_every_ros_launch_file_uses_needs_no_xacro_on_the_path(
 
     monkeypatch.setattr(
         robot,
-        "read_xacro",
+        "read_model",
         lambda path, given: robot.ExpandedXacro(f"{path.name} {given}", (path,)),
     )
     monkeypatch.setenv("PATH", "")
