@@ -53,7 +53,7 @@ def make_package(folder: Path, name: str, **files: str) -> Path:
     [
         ("robot_state_publisher", "robot_state_publisher", "robot_state_publisher"),
         ("controller_manager", "ros2_control_node", "controller_manager"),
-        ("controller_manager", "spawner", "spawner"),
+        ("controller_manager", "spawner", "spawning.spawner"),
         ("tf2_ros", "tf2_echo", "tf2.tf2_echo"),
         ("teleop_py_pkg", "simple_publisher", "simple_publisher"),
         ("teleop_robot_py_pkg", "simple_parameter", "simple_parameter"),
