@@ -25,9 +25,10 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.formats.urdf_tags import unknown_tags as unknown_tags
     from teleopctl.robot.free_joints import JointSet as JointSet
+    from teleopctl.robot.gazebo_plugins.effects import GroundTruth as GroundTruth
     from teleopctl.robot.gazebo_plugins.table import (
-        PluginControllers as PluginControllers,
-        plugin_controllers as plugin_controllers,
+        MotionPlugins as MotionPlugins,
+        motion_plugins as motion_plugins,
         tags_of_plugin as tags_of_plugin,
     )
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
@@ -90,7 +91,8 @@ else:
             "formats.model_file": "ModelKind model_kind read_model",
             "formats.urdf_tags": "unknown_tags",
             "free_joints": "JointSet",
-            "gazebo_plugins.table": "PluginControllers plugin_controllers tags_of_plugin",
+            "gazebo_plugins.effects": "GroundTruth",
+            "gazebo_plugins.table": "MotionPlugins motion_plugins tags_of_plugin",
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",

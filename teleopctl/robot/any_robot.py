@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
+    from teleopctl.robot.gazebo_plugins.table import MotionPlugins
 
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"<xacro:arg\s([^>]*)>")
@@ -82,15 +83,18 @@ def described_controllers(description: RobotDescription) -> list[str]:
 
 
 # Any: parameters as they stand in YAML.
-def controllers_for(description: RobotDescription, moved: Collection[str] = ()) -> dict[str, Any]:
+def controllers_for(
+    description: RobotDescription, plugins: MotionPlugins | None = None
+) -> dict[str, Any]:
     """Return parameters of controllers that move every joint of ``<ros2_control>``, and tell all.
 
     Joints that take positions follow trajectories; of the others each group takes its values.
 
     Args:
         description: The robot.
-        moved: Joints that something else moves.
+        plugins: What moves some of them already, and perhaps tells of all.
     """
+    moved = {} if plugins is None else plugins.commands
     joints = [
         joint
         for system in description.ros2_control
@@ -106,7 +110,9 @@ def controllers_for(description: RobotDescription, moved: Collection[str] = ()) 
             if kind in commands:
                 names.append(joint.name)
                 break
-    types = {"joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster"}
+    types = {}
+    if plugins is None or not plugins.publish_joint_states:
+        types["joint_state_broadcaster"] = "joint_state_broadcaster/JointStateBroadcaster"
     parameters: dict[str, dict[str, Any]] = {}
     if positions := of_kind["position"]:
         types["joint_trajectory_controller"] = (

@@ -8,14 +8,13 @@ what the controllers command that stand for these here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from lxml import etree
 
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import parse, to_number
-from teleopctl.robot.gazebo_plugins.table import PluginControllers, plugin_controllers
+from teleopctl.robot.gazebo_plugins.table import MotionPlugins, motion_plugins
 from teleopctl.robot.joints import Joints
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
@@ -54,8 +53,8 @@ def simulated(urdf: str) -> SimulatedDescription:
     robot: etree._Element = parse(urdf)
     systems = robot.findall("ros2_control")
     description = RobotDescription.from_urdf(urdf)
-    plugins = plugin_controllers(description)
-    remarks = _take_over(systems) if systems else _add_system(robot, description, plugins.commands)
+    plugins = motion_plugins(description)
+    remarks = _take_over(systems) if systems else _add_system(robot, description, plugins)
     if not (_let_plugins_command(robot, plugins) or remarks):
         return SimulatedDescription(urdf, ())
     return SimulatedDescription(etree.tostring(robot, encoding="unicode"), tuple(remarks))
@@ -71,7 +70,7 @@ def with_plugin_joints(urdf: str) -> str:
         InvalidDescriptionError: When it is no robot.
     """
     robot: etree._Element = parse(urdf)
-    changed = _let_plugins_command(robot, plugin_controllers(RobotDescription.from_urdf(urdf)))
+    changed = _let_plugins_command(robot, motion_plugins(RobotDescription.from_urdf(urdf)))
     return etree.tostring(robot, encoding="unicode") if changed else urdf
 
 
@@ -119,7 +118,7 @@ def _new_system() -> etree._Element:
     return system
 
 
-def _let_plugins_command(robot: etree._Element, plugins: PluginControllers) -> bool:
+def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
     """Give the joints that plug-ins move the interfaces for it; whether anything was missing."""
     known = {joint.get("name"): joint for joint in robot.iterfind("ros2_control/joint")}
     system, changed = _new_system(), False
@@ -138,7 +137,7 @@ def _let_plugins_command(robot: etree._Element, plugins: PluginControllers) -> b
     return _limit_efforts(robot, plugins) or changed
 
 
-def _limit_efforts(robot: etree._Element, plugins: PluginControllers) -> bool:
+def _limit_efforts(robot: etree._Element, plugins: MotionPlugins) -> bool:
     """Let no joint exert more than a plug-in wants; whether one could."""
     efforts = {name: most for one in plugins.controllers for name, most in one.efforts.items()}
     changed = False
@@ -157,18 +156,18 @@ def _limit_efforts(robot: etree._Element, plugins: PluginControllers) -> bool:
 
 
 def _add_system(
-    robot: etree._Element, description: RobotDescription, moved: Mapping[str, str]
+    robot: etree._Element, description: RobotDescription, plugins: MotionPlugins
 ) -> list[str]:
     """Add a system that holds each joint where it is, and turns each that goes round and round.
 
-    Where plug-ins move the robot, those that go round and that none of them moves are casters.
+    Where plug-ins drive the robot, those that go round and that none of them moves are casters.
     """
-    system = _new_system()
+    system, moved = _new_system(), plugins.commands
     found: dict[str, list[str]] = {"position": [], "velocity": []}
     for name, model in Joints.of(description).items():
         joint = etree.SubElement(system, "joint", name=name)
         endless = description.joints[name].type == "continuous"
-        if model.mimic is None and (name in moved or not (moved and endless)):
+        if model.mimic is None and (name in moved or not (plugins.drive_the_base and endless)):
             command = moved.get(name) or ("velocity" if endless else "position")
             found[command].append(name)
             etree.SubElement(joint, "command_interface", name=command)
@@ -178,4 +177,5 @@ def _add_system(
         return []
     robot.append(system)
     parts = [f"{what} of {', '.join(names)}" for what, names in found.items() if names]
-    return [f"No <ros2_control> in the description; commanded are {' and '.join(parts)}"]
+    told = f"commanded are {' and '.join(parts)}" if parts else "none of its joints is commanded"
+    return [f"No <ros2_control> in the description; {told}"]

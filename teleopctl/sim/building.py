@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.mujoco_model import RobotModel, build_model
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import Pose, RobotDescription, World, read_world
+from teleopctl.robot import Pose, RobotDescription, World, motion_plugins, read_world
+from teleopctl.sim.gazebo_plugins.ground_truth import ground_truth
+from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove, add_movers
 from teleopctl.sim.sensors.base import Sensor
 from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    import mujoco
 
 
 class SimulatedRobot(NamedTuple):
@@ -60,13 +65,20 @@ def simulate(
         NotFoundError: The world's file is not there.
     """
     description = RobotDescription.from_urdf(urdf)
-    sensors = make_sensors(description.gazebo.sensors, warn)
+    plugins = motion_plugins(description)
+    movers = [PlanarMove(topic, description.root) for topic in plugins.planar_topics]
+    sensors = make_sensors(description.gazebo.sensors, warn) + ground_truth(plugins.truths)
     interfaces = sensor_interfaces(description, sensors, warn)
     measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
     surroundings = read_world(resolve_uri(world)) if world else None
+
+    def extend(spec: mujoco.MjSpec) -> None:
+        add_sensors(spec, measuring, warn)
+        add_movers(spec, movers, warn)
+
     model = build_model(
         description,
-        lambda spec: add_sensors(spec, measuring, warn),
+        extend,
         surroundings,
         fixed_base=fixed_base,
         spawn_pose=spawn_pose,
@@ -77,6 +89,7 @@ def simulate(
     for first, second in model.excluded:
         warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
     simulation = Simulation(model, control_period_ns=control_period_ns, timestep_ns=timestep_ns)
+    simulation.movers = movers
     return SimulatedRobot(
         description, model, simulation, sensors, interfaces.kept(measuring), surroundings
     )

@@ -30,6 +30,7 @@ from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
 _String = get_message("std_msgs/msg/String")
+_Twist = get_message("geometry_msgs/msg/Twist")
 _JointState = get_message("sensor_msgs/msg/JointState")
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
@@ -204,6 +205,8 @@ class MujocoSim(Node):
             10,
             immediate=True,
         )
+        for mover in simulation.movers:
+            self.create_subscription(_Twist, mover.topic, mover.receive, 10, immediate=True)
         self._ports = ports
         self._markers = WorldMarkers(self, model)
         self._stage = Stage(

@@ -20,6 +20,7 @@ from teleopctl.sim.ball_joints import BallJoints
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.file_actuators import FileActuators
 from teleopctl.sim.free_bodies import FreeBodies
+from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.parting import Parting
 
 Array = npt.NDArray[np.float64]
@@ -63,6 +64,7 @@ class Simulation:
         velocities: Joint velocities (rad/s or m/s) as of the last `read`.
         efforts: What the drives exert (N m or N) as of the last `read`.
         free_bodies: What moves freely.
+        movers: What moves the robot as topics ask.
         control_period_ns: Time between two control ticks.
         steps_per_period: Physics steps in one control period.
     """
@@ -82,6 +84,7 @@ class Simulation:
         self._steps = 0
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
         self._file_actuators = FileActuators(self._m, self._d, joints)
+        self.movers: list[PlanarMove] = []
         self._parting = Parting(self._m, self._d, model.excluded)
         ticks = -(-_PARTING_NS // control_period_ns)
         self._parting_steps = ticks * self.steps_per_period
@@ -167,7 +170,7 @@ class Simulation:
         if self.at_tick:
             self._begin_period()
         to_tick = self.steps_to_tick
-        if not self._drives.settled:
+        if self.movers or not self._drives.settled:
             count = min(count, to_tick)
         elif self._parting.waits:
             count = min(count, self._parting_steps - self._steps % self._parting_steps)
@@ -184,6 +187,8 @@ class Simulation:
             self._parting.check()
         if not self._drives.settled:
             self._drives.plan_period()
+        for mover in self.movers:
+            mover.plan_period(self._m, self._d)
 
     def step_to(self, time_ns: int) -> None:
         """Advance to the first physics step at or after a time."""
@@ -221,6 +226,8 @@ class Simulation:
             if velocities and joint.name in velocities:
                 self._d.joint(joint.name).qvel[0] = velocities[joint.name]
         self._drives.reset()
+        for mover in self.movers:
+            mover.forget()
         if positions or (self.model.start is not None and not self.model.start.controls):
             self._file_actuators.hold_here()
         self._parting.reset()

@@ -3,10 +3,10 @@
 import pytest
 
 from teleopctl.robot import (
-    PluginControllers,
+    MotionPlugins,
     RobotDescription,
     controllers_for,
-    plugin_controllers,
+    motion_plugins,
     simulated,
     with_plugin_joints,
 )
@@ -35,8 +35,8 @@ def cart(*tags: str) -> str:
     return f'<robot name="cart"><link name="base"/>{wheels}{"".join(tags)}</robot>'
 
 
-def read(*tags: str) -> PluginControllers:
-    return plugin_controllers(RobotDescription.from_urdf(cart(*tags)))
+def read(*tags: str) -> MotionPlugins:
+    return motion_plugins(RobotDescription.from_urdf(cart(*tags)))
 
 
 def commands(urdf: str) -> dict[str, list[str]]:
@@ -48,7 +48,8 @@ def commands(urdf: str) -> dict[str, list[str]]:
 
 
 def test_classics_diff_drive_is_a_diff_drive_controller_with_its_numbers_and_topics() -> None:
-    controllers, remarks = read(CLASSIC.format(ros="", more=""))
+    plugins = read(CLASSIC.format(ros="", more="<odometry_source>0</odometry_source>"))
+    controllers, remarks = plugins.controllers, plugins.remarks
     (drive,) = controllers
     assert (drive.name, drive.type) == ("drive", "diff_drive_controller/DiffDriveController")
     wanted = {
@@ -70,19 +71,28 @@ def test_classics_diff_drive_is_a_diff_drive_controller_with_its_numbers_and_top
     )
 
 
+def test_without_encoders_classics_odometry_is_where_physics_has_the_base() -> None:
+    plugins = read(CLASSIC.format(ros="<namespace>a</namespace>", more=""))
+    (drive,), (truth,) = plugins.controllers, plugins.truths
+    assert drive.parameters["enable_odom_tf"] is False
+    assert drive.remappings == ("~/cmd_vel_unstamped:=/a/cmd_vel",)
+    assert (truth.link, truth.frame_id, truth.child_frame_id) == ("base", "odom", "base_footprint")
+    assert (truth.topic, truth.tf_topic, truth.rate_hz) == ("/a/odom", "/tf", 100.0)
+
+
 def test_the_plugins_namespace_and_remappings_are_those_of_its_topics() -> None:
     rules = "<remapping>cmd_vel:=go</remapping><remapping>odom:=/where</remapping>"
     ros = f"<namespace>/a</namespace>{rules}"
-    ((drive,), _) = read(CLASSIC.format(ros=ros, more=""))
+    more = "<odometry_source>0</odometry_source>"
+    (drive,) = read(CLASSIC.format(ros=ros, more=more)).controllers
     assert drive.remappings == ("~/cmd_vel_unstamped:=/a/go", "~/odom:=/where")
 
 
 def test_the_diff_drive_of_gazebos_successor_has_its_own_names_and_limits() -> None:
     more = "<topic>cmd_vel</topic><max_velocity>2</max_velocity><min_jerk>-3</min_jerk>"
+    more += "<max_linear_velocity>1</max_linear_velocity>"
     for text in (GZ, GZ.replace("gz-sim", "libignition-gazebo6").replace('m">', 'm.so">')):
-        ((drive,), _) = read(
-            text.format(more=more + "<max_linear_velocity>1</max_linear_velocity>")
-        )
+        (drive,) = read(text.format(more=more)).controllers
         assert drive.name == "diff_drive"
         assert drive.remappings == (
             "~/cmd_vel_unstamped:=/cmd_vel",
@@ -108,14 +118,79 @@ def test_the_diff_drive_of_gazebos_successor_has_its_own_names_and_limits() -> N
     ],
 )
 def test_a_plugin_that_cannot_work_is_left_out_with_the_reason(more: str, reason: str) -> None:
-    controllers, (remark,) = read(CLASSIC.format(ros="", more=more))
-    assert controllers == ()
+    plugins = read(CLASSIC.format(ros="", more=more))
+    (remark,) = plugins.remarks
+    assert plugins.controllers == ()
     assert f"(libgazebo_ros_diff_drive.so, line 2) is left out: {reason}" in remark
 
 
 def test_two_plugins_of_one_name_are_two_controllers() -> None:
-    controllers, _ = read(GZ.format(more=""), GZ.format(more=""))
+    controllers = read(GZ.format(more=""), GZ.format(more="")).controllers
     assert [controller.name for controller in controllers] == ["diff_drive", "diff_drive_2"]
+
+
+def test_joint_states_trajectories_and_gazebos_other_bases_have_their_controllers() -> None:
+    classic = "<gazebo><plugin name='{0}' filename='libgazebo_ros_{0}.so'>{1}</plugin></gazebo>"
+    gz = "<gazebo><plugin name='gz::X' filename='gz-sim-{0}-system'>{1}</plugin></gazebo>"
+    sides = "".join(
+        f"<{end}_{side}_joint>{side}</{end}_{side}_joint>"
+        for end in ("front", "back")
+        for side in ("left", "right")
+    )
+    plugins = read(
+        classic.format("joint_state_publisher", "<ros><namespace>a</namespace></ros>"),
+        classic.format("joint_pose_trajectory", ""),
+        gz.format("mecanum-drive", f"{sides}<wheelbase>0.5</wheelbase>"),
+        gz.format("joint-state-publisher", "<topic>joint_states</topic>"),
+        gz.format("joint-trajectory-controller", "<joint_name>mast</joint_name>"),
+    )
+    found = [
+        (one.type.rpartition("/")[2], one.remappings, one.joints) for one in plugins.controllers
+    ]
+    assert found == [
+        ("JointStateBroadcaster", ("joint_states:=/a/joint_states",), {}),
+        (
+            "JointTrajectoryController",
+            ("~/joint_trajectory:=/set_joint_trajectory",),
+            {"mast": "position"},
+        ),
+        (
+            "MecanumDriveController",
+            (
+                "~/reference_unstamped:=/model/cart/cmd_vel",
+                "~/odometry:=/model/cart/odometry",
+                "~/tf_odometry:=/model/cart/tf",
+            ),
+            {"left": "velocity", "right": "velocity"},
+        ),
+        ("JointStateBroadcaster", (), {}),
+        (
+            "JointTrajectoryController",
+            ("~/joint_trajectory:=/model/cart/joint_trajectory",),
+            {"mast": "position"},
+        ),
+    ]
+    reach = "kinematics.sum_of_robot_center_projection_on_X_Y_axis"
+    assert plugins.controllers[2].parameters[reach] == 0.75
+    assert "joint_state_broadcaster" not in controllers_for(
+        RobotDescription.from_urdf(simulated(cart()).urdf), plugins
+    )
+    steered = "".join(
+        f"<{name}>{joint}</{name}>"
+        for name, joint in (
+            ("left_joint", "left"),
+            ("right_joint", "right"),
+            ("left_steering_joint", "mast"),
+            ("right_steering_joint", "caster"),
+        )
+    )
+    (car,) = read(gz.format("ackermann-steering", steered)).controllers
+    assert car.joints == {
+        "right": "velocity",
+        "left": "velocity",
+        "caster": "position",
+        "mast": "position",
+    }
 
 
 def test_in_simulation_plugins_command_their_joints_casters_roll_and_others_are_held() -> None:
@@ -130,8 +205,8 @@ def test_in_simulation_plugins_command_their_joints_casters_roll_and_others_are_
     joints = RobotDescription.from_urdf(urdf).joints
     efforts = [limit.effort for name in ("left", "right") if (limit := joints[name].limit)]
     assert efforts == [4.0, 4.0]  # the plug-in's torque
-    moved = read(CLASSIC.format(ros="", more="")).commands
-    parameters = controllers_for(RobotDescription.from_urdf(urdf), moved)
+    plugins = read(CLASSIC.format(ros="", more=""))
+    parameters = controllers_for(RobotDescription.from_urdf(urdf), plugins)
     assert list(parameters) == ["controller_manager", "joint_trajectory_controller"]
 
 

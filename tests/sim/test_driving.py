@@ -11,7 +11,7 @@ import pytest
 
 from teleopctl.interfaces import get_action, get_message, set_stamp
 from teleopctl.node import AllowableParameterValue, GoalState
-from teleopctl.robot import plugin_controllers, simulated
+from teleopctl.robot import motion_plugins, simulated
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
 from teleopctl.testing import ControlStack
@@ -144,7 +144,7 @@ class Cart(Driven):
     def __init__(self, urdf: str = CART, topic: str = "~/cmd_vel") -> None:
         super().__init__(urdf)
         kind, parameters = "diff_drive_controller/DiffDriveController", BASE
-        for controller in plugin_controllers(self.robot.description).controllers:
+        for controller in motion_plugins(self.robot.description).controllers:
             kind, parameters = controller.type, dict(controller.parameters)
         self.topic = topic
         self.stack.load_controller("base", kind, parameters)

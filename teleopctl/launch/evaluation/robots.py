@@ -21,7 +21,7 @@ from teleopctl.launch.evaluation.substitution import Substitution
 from teleopctl.packages import resolve_uri
 
 if TYPE_CHECKING:
-    from teleopctl.robot import PluginControllers, RobotDescription
+    from teleopctl.robot import MotionPlugins, RobotDescription
 
 AS_DESCRIBED = "as_described"
 _NO_FILE = "its <parameters> {} is no file"
@@ -112,14 +112,14 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
 
 def _described(
     words: Sequence[str], context: LaunchContext
-) -> tuple[RobotDescription, PluginControllers]:
+) -> tuple[RobotDescription, MotionPlugins]:
     """Return a description with the hardware that is wanted, and what its plug-ins become."""
-    from teleopctl.robot import PluginControllers, RobotDescription, plugin_controllers
+    from teleopctl.robot import MotionPlugins, RobotDescription, motion_plugins
 
     text, _ = _with_hardware(words, context)
     description = RobotDescription.from_urdf(text)
     as_described = words[1] == AS_DESCRIBED
-    return description, PluginControllers() if as_described else plugin_controllers(description)
+    return description, MotionPlugins() if as_described else motion_plugins(description)
 
 
 def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
@@ -142,7 +142,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _made_for(
-    description: RobotDescription, plugins: PluginControllers, context: LaunchContext
+    description: RobotDescription, plugins: MotionPlugins, context: LaunchContext
 ) -> Path:
     """Write parameters of controllers that move every joint that can be commanded."""
     import yaml
@@ -151,7 +151,7 @@ def _made_for(
 
     file = context.log_directory / "controllers.yaml"
     file.parent.mkdir(parents=True, exist_ok=True)
-    text = yaml.safe_dump(controllers_for(description, plugins.commands), sort_keys=False)
+    text = yaml.safe_dump(controllers_for(description, plugins), sort_keys=False)
     file.write_text(text, encoding="utf-8")
     if context.launch is not None:
         context.launch.say(

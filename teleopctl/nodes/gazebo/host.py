@@ -32,7 +32,7 @@ from teleopctl.nodes.gazebo.children import Children
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
 from teleopctl.nodes.gazebo.simulation import programs_for
 from teleopctl.nodes.only_one import refuse_a_second
-from teleopctl.robot import RobotDescription, plugin_controllers, with_plugin_joints
+from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
 
 NAME = "gazebo"
 PARAMETER = "robot_description"
@@ -113,7 +113,7 @@ class Host(Node):
             self._publish(_TOPIC, urdf)
         if topic:
             self._publish(topic, commanded)
-        for remark in plugin_controllers(description).remarks:
+        for remark in motion_plugins(description).remarks:
             self.get_logger().info(remark)
         names = ", ".join(program.name for program in programs)
         self.get_logger().info(f"Simulating '{description.name}': {names}")

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.node import read_parameter_file
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import Plugin, PluginControllers, RobotDescription, plugin_controllers
+from teleopctl.robot import MotionPlugins, Plugin, RobotDescription, motion_plugins
 
 _MANAGER = "controller_manager"
 _DEFAULT_RATE_HZ = 100
@@ -53,7 +53,7 @@ def programs_for(
     """
     control = next(filter(_is_control, description.gazebo.plugins), None)
     files = [] if control is None else _files(control)
-    plugins = plugin_controllers(description)
+    plugins = motion_plugins(description)
     sensors = description.gazebo.sensors
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
     if pose:
@@ -103,7 +103,7 @@ def _rate(files: list[Path]) -> int:
     return rate
 
 
-def _parameters_of(plugins: PluginControllers, manager: str, folder: Path) -> Path:
+def _parameters_of(plugins: MotionPlugins, manager: str, folder: Path) -> Path:
     """Write the parameters of controllers that stand for plug-ins."""
     import yaml
 

@@ -6,23 +6,28 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.gazebo_plugins.reading import PluginController, PluginReader, words
+from teleopctl.robot.gazebo_plugins.effects import GroundTruth, PluginController, PluginEffect
+from teleopctl.robot.gazebo_plugins.reading import PluginReader, words
+from teleopctl.robot.gazebo_plugins.truth import (
+    classic_odometry,
+    planar_variance,
+)
 
 _TYPE = "diff_drive_controller/DiffDriveController"
 # Gazebo's defaults.
 _CLASSIC_SEPARATION_M, _CLASSIC_DIAMETER_M, _CLASSIC_TORQUE_NM = 0.34, 0.15, 5.0
 _CLASSIC_RATE_HZ = 100.0
 _SEPARATION_M, _RADIUS_M, _RATE_HZ = 1.0, 0.2, 50.0
-# What of a pose in the plane is not known; the plug-in's number.
-_UNKNOWN = 1e12
+# What `odometry_source` may be.
+_ENCODER, _WORLD = 0, 1
 
 CLASSIC_TAGS = words(
     "num_wheel_pairs left_joint right_joint leftJoint rightJoint wheel_separation wheelSeparation "
     "wheel_diameter wheelDiameter max_wheel_torque wheelTorque torque max_wheel_acceleration "
     "wheelAcceleration update_rate updateRate command_topic commandTopic odometry_topic "
-    "odometryTopic publish_odom publish_odom_tf publishOdomTF publish_wheel_tf publishWheelTF "
-    "odometry_frame odometryFrame robot_base_frame robotBaseFrame covariance_x covariance_y "
-    "covariance_yaw ros"
+    "odometryTopic odometry_source publish_odom publish_odom_tf publishOdomTF "
+    "publish_wheel_tf publishWheelTF odometry_frame odometryFrame robot_base_frame "
+    "robotBaseFrame covariance_x covariance_y covariance_yaw ros"
 )
 TAGS = words(
     "left_joint right_joint wheel_separation wheel_radius odom_publish_frequency topic odom_topic "
@@ -35,7 +40,7 @@ TAGS = words(
 }
 
 
-def classic_diff_drive(plugin: PluginReader) -> PluginController:
+def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
     """``libgazebo_ros_diff_drive.so``, with the tags of its ROS 1 release too.
 
     Raises:
@@ -48,21 +53,19 @@ def classic_diff_drive(plugin: PluginReader) -> PluginController:
         raise InvalidDescriptionError("its pairs of wheels differ, and here all are alike")
     torque = plugin.number("max_wheel_torque", "wheelTorque", "torque", default=_CLASSIC_TORQUE_NM)
     acceleration = plugin.number("max_wheel_acceleration", "wheelAcceleration", default=0.0)
-    x, y, yaw = (
-        plugin.number(f"covariance_{name}", default=value)
-        for name, value in (("x", 1e-5), ("y", 1e-5), ("yaw", 1e-3))
-    )
-    covariance = [x, y, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw]
+    rate = plugin.number("update_rate", "updateRate", default=_CLASSIC_RATE_HZ)
+    truth = classic_odometry(plugin, rate, default=False)
+    by_wheels = plugin.number("odometry_source", default=_WORLD) == _ENCODER
+    covariance = list(planar_variance(plugin))
     command = plugin.topic(plugin.text("command_topic", "commandTopic", default="cmd_vel"))
-    odometry = plugin.topic(plugin.text("odometry_topic", "odometryTopic", default="odom"))
     parameters = {
         **_base(left, right, separations[0], diameters[0] / 2.0),
-        "publish_rate": plugin.number("update_rate", "updateRate", default=_CLASSIC_RATE_HZ),
+        "publish_rate": rate,
         "odom_frame_id": plugin.text("odometry_frame", "odometryFrame", default="odom"),
         "base_frame_id": plugin.text(
             "robot_base_frame", "robotBaseFrame", default="base_footprint"
         ),
-        "enable_odom_tf": plugin.flag("publish_odom_tf", "publishOdomTF", default=False),
+        "enable_odom_tf": by_wheels and truth is not None and bool(truth.tf_topic),
         "pose_covariance_diagonal": covariance,
         "twist_covariance_diagonal": covariance,
     }
@@ -74,12 +77,13 @@ def classic_diff_drive(plugin: PluginReader) -> PluginController:
         plugin,
         parameters,
         (left, right),
-        (command, odometry if plugin.flag("publish_odom", default=False) else "", "/tf"),
+        (command, truth.topic if by_wheels and truth is not None else "", plugin.topic("/tf")),
         torque,
+        () if by_wheels or truth is None else (truth,),
     )
 
 
-def diff_drive(plugin: PluginReader) -> PluginController:
+def diff_drive(plugin: PluginReader) -> PluginEffect:
     """``gz-sim-diff-drive-system``.
 
     Raises:
@@ -157,22 +161,25 @@ def _controller(
     wheels: tuple[list[str], list[str]],
     topics: tuple[str, str, str],
     torque: float | None = None,
-) -> PluginController:
+    truths: tuple[GroundTruth, ...] = (),
+) -> PluginEffect:
     command, odometry, transform = topics
     remappings = [f"~/cmd_vel_unstamped:={command}"]
     says = f"listens to {command}"
     if odometry:
         remappings.append(f"~/odom:={odometry}")
         says += f", publishes {odometry}"
+    for truth in truths:
+        says += f", publishes {truth.topic} as physics has it" if truth.topic else ""
     if transform != "/tf":
         remappings.append(f"/tf:={transform}")
     names = (*wheels[0], *wheels[1])
-    return PluginController(
+    controller = PluginController(
         plugin.name,
         _TYPE,
         parameters,
         tuple(remappings),
         dict.fromkeys(names, "velocity"),
-        says,
         {} if torque is None else dict.fromkeys(names, torque),
     )
+    return PluginEffect(says, controller, truths)

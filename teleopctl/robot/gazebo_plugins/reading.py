@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import boolean, to_number
+from teleopctl.robot.elements import Vector3, boolean, to_number
 
 if TYPE_CHECKING:
+    from teleopctl.robot.description import RobotDescription
     from teleopctl.robot.sensors.sensor_tag import Plugin
 
 _NO_LETTERS = re.compile(r"\W+")
@@ -44,45 +43,26 @@ def kind_of(filename: str) -> str:
     return f"{'gazebo_ros_' if match['classic'] else 'gz-sim-'}{match['name']}"
 
 
-@dataclass(frozen=True)
-class PluginController:
-    """A controller that does what a plug-in does.
-
-    Attributes:
-        name: The controller's, which is the plug-in's.
-        type: The controller's type.
-        parameters: Of its node.
-        remappings: From the controller's own names to the plug-in's.
-        joints: The joints that it moves, and the interface of each that it commands.
-        efforts: The most that each may exert, N m or N, where the plug-in says so.
-        says: One sentence: what it listens to, and tells.
-    """
-
-    name: str
-    type: str
-    # Any: parameters have one of nine types.
-    parameters: Mapping[str, Any]
-    remappings: tuple[str, ...]
-    joints: Mapping[str, str]
-    says: str
-    efforts: Mapping[str, float] = field(default_factory=dict)
-
-
 class PluginReader:
     """Reads the settings of one plug-in.
 
     Args:
         plugin: The plug-in.
+        description: The robot.
+
+    Attributes:
+        name: The plug-in's, as a node may be named.
         robot: The robot's name.
-        joints: Names of the robot's joints.
+        root: Its root link.
     """
 
-    def __init__(self, plugin: Plugin, robot: str, joints: Collection[str]) -> None:
+    def __init__(self, plugin: Plugin, description: RobotDescription) -> None:
         self._plugin = plugin
-        self._joints = joints
-        self.robot = robot
+        self._description = description
+        self.robot = description.name
+        self.root = description.root
         self.name = _node_name(plugin.name)
-        self.namespace = plugin.parameter("ros/namespace").strip("/")
+        self._namespace = plugin.parameter("ros/namespace").strip("/")
 
     def text(self, *tags: str, default: str = "") -> str:
         """The text of the first of these tags that is there."""
@@ -123,9 +103,42 @@ class PluginReader:
         """
         names = [text for tag in tags for text in self._plugin.parameters.get(tag, ())]
         for name in names:
-            if name not in self._joints:
+            if name not in self._description.joints:
                 raise InvalidDescriptionError(f"there is no joint '{name}'")
         return names
+
+    def free_joints(self) -> list[str]:
+        """The joints that have a range and follow no other one."""
+        return [
+            name
+            for name, joint in self._description.joints.items()
+            if joint.type in ("revolute", "prismatic") and joint.mimic is None
+        ]
+
+    def link(self, *tags: str) -> str:
+        """The link that the first of these tags names.
+
+        Raises:
+            InvalidDescriptionError: The robot has no such link.
+        """
+        name = self.text(*tags)
+        if name not in self._description.links:
+            raise InvalidDescriptionError(
+                f"there is no link '{name}'" if name else f"it has no <{tags[0]}>"
+            )
+        return name
+
+    def vector(self, *tags: str) -> Vector3:
+        """The three numbers in the first of these tags that is there, else zeros.
+
+        Raises:
+            InvalidDescriptionError: It has something else.
+        """
+        text = self.text(*tags, default="0 0 0")
+        numbers = [value for word in text.split() if (value := to_number(word)) is not None]
+        if len(numbers) != 3 or len(text.split()) != 3:
+            raise InvalidDescriptionError(f"<{tags[0]}> should be three numbers, got '{text}'")
+        return numbers[0], numbers[1], numbers[2]
 
     def topic(self, name: str) -> str:
         """The whole name that a topic of a plug-in of Gazebo Classic has in ROS.
@@ -144,7 +157,7 @@ class PluginReader:
             return name
         if name.startswith("~/"):
             name = f"{self.name}/{name[2:]}"
-        return f"/{self.namespace}/{name}" if self.namespace else f"/{name}"
+        return f"/{self._namespace}/{name}" if self._namespace else f"/{name}"
 
     def gz_topic(self, tag: str, own: str) -> str:
         """The name of a topic of Gazebo's: what a tag says, else one below the model.

@@ -67,6 +67,12 @@ class Sensor:
         """
 
     # Any: the message is of the class that `message_type` names.
+    def headers(self, message: Any) -> Sequence[Any]:
+        """The headers in a new message, which get a frame now and a stamp each time."""
+        header = getattr(message, "header", None)
+        return () if header is None else (header,)
+
+    # Any: likewise.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Measure.
 

@@ -114,9 +114,9 @@ class _Channel:
         self.watched = False
         self.running = False
         self._message: Any = message_class()
-        self._header: Any = getattr(self._message, "header", None)
-        if self._header is not None:
-            self._header.frame_id = sensor.frame_id
+        self._headers = sensor.headers(self._message)
+        for header in self._headers:
+            header.frame_id = sensor.frame_id
 
     def is_due(self, time_ns: int) -> bool:
         """Whether to read it now; who begins to listen changes nothing about the times."""
@@ -126,8 +126,8 @@ class _Channel:
         return self.running and self.beat.take(time_ns)
 
     def publish(self, model: mujoco.MjModel, data: mujoco.MjData, time_ns: int) -> None:
-        if self._header is not None:
-            set_stamp(self._header.stamp, time_ns)
+        for header in self._headers:
+            set_stamp(header.stamp, time_ns)
         self.sensor.read(model, data, self._message)
         self.publisher.publish(self._message)
 

@@ -1,0 +1,1 @@
+"""What the simulator itself does for plug-ins of Gazebo."""
