@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import _thread
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -24,7 +23,11 @@ from types import CodeType, FrameType
 from teleopctl.typed import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
+    import signal
     from sys import UnraisableHookArgs
+else:
+    # What stands behind it, without the enumerations that take a millisecond to import.
+    import _signal as signal
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 
+# Objects that may be made, beyond those that went, before the next collection.
+_GARBAGE = 50_000
+
+
 def main() -> NoReturn:
     """Run the command line of this process and end with its exit status."""
     # What is imported stays: to look for garbage in it is a tenth of a short command.
@@ -116,6 +120,8 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
 def _collect_garbage() -> None:
     """Collect from now on what a verb leaves, which may run for days."""
     gc.freeze()
+    # What a short command makes stays below it: by default 2 ms of each are such collections.
+    gc.set_threshold(_GARBAGE)
     gc.enable()
 
 

@@ -7,8 +7,7 @@ made of these small classes: `quick` reads them for a well-formed command line, 
 
 from __future__ import annotations
 
-from importlib import import_module
-
+from teleopctl.lazy import import_module
 from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:

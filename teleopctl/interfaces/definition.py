@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import keyword
-import re
 from enum import IntEnum
 
+from teleopctl.interfaces.typenames import KINDS
 from teleopctl.typed import NamedTuple
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
 """Name of the one uint8 that stands on the wire, and in the hash, for a type without fields."""
-
-FIELD_NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
 
 INTEGER_RANGES = {
     "int8": (-(2**7), 2**7 - 1),
@@ -28,7 +26,6 @@ FLOATS = frozenset({"float32", "float64"})
 STRINGS = frozenset({"string", "wstring"})
 PRIMITIVES = frozenset({*INTEGER_RANGES, *FLOATS, *STRINGS, "bool", "byte"})
 
-_KIND = re.compile("/(msg|srv|action)/")
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8"} | {
     "float32": "float",
     "float64": "double",
@@ -90,7 +87,9 @@ class FieldType(NamedTuple):
 
     def idl(self) -> str:
         """Return the type as ``get_fields_and_field_types`` of ROS 2 names it."""
-        base = _IDL_NAMES.get(self.base, _KIND.sub("/", self.base))
+        base = _IDL_NAMES.get(self.base, self.base)
+        for kind in KINDS:
+            base = base.replace(f"/{kind}/", "/")
         if self.string_capacity:
             base += f"<{self.string_capacity}>"
         match self.shape:

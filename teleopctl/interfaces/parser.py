@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
-
 from teleopctl.errors import InvalidDefinitionError
 from teleopctl.interfaces.definition import (
-    FIELD_NAME,
     FLOATS,
     INTEGER_RANGES,
     PRIMITIVES,
@@ -17,13 +14,11 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
+from teleopctl.interfaces.typenames import is_lower_name
+from teleopctl.typed import NamedTuple
 
-_FIELD = re.compile(
-    r"(?P<base>[A-Za-z][\w/]*)(?:<=(?P<text_bound>\d+))?"
-    r"(?P<array>\[(?P<bounded><=)?(?P<size>\d+)?\])?"
-    r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)\Z"
-)
-SEPARATOR = re.compile(r"^---[ \t]*$", re.MULTILINE)
+# The import of re takes longer than the reading of a file: only what few lines have is left to it.
+_LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _ALIASES = {
     "Header": "std_msgs/msg/Header",
     "time": "builtin_interfaces/msg/Time",
@@ -47,7 +42,7 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
     Raises:
         InvalidDefinitionError: The number of sections is not that of the kind.
     """
-    parts = [text] if kind == "msg" else SEPARATOR.split(text)
+    parts = [text] if kind == "msg" else separated(text)
     if len(parts) != _SECTIONS[kind]:
         raise InvalidDefinitionError(
             f"{where}: expected {_SECTIONS[kind]} sections separated by '---', got {len(parts)}"
@@ -59,6 +54,17 @@ def sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
         found.append((section, line + len(part) - len(section)))
         line += part.count("\n")
     return found
+
+
+def separated(text: str) -> list[str]:
+    """Return the texts between the lines of three dashes."""
+    parts, start, at = [], 0, 0
+    for line in text.split("\n"):
+        if line.startswith("---") and not line[3:].strip(" \t"):
+            parts.append(text[start:at])
+            start = at + len(line)
+        at += len(line) + 1
+    return [*parts, text[start:]]
 
 
 def parse(
@@ -108,37 +114,74 @@ def line_with(text: str, type_name: str, package: str) -> int:
     return 1
 
 
+class _Words(NamedTuple):
+    """What a line says: ``base<=text_bound[array] name rest``."""
+
+    base: str
+    text_bound: str
+    array: str
+    name: str
+    rest: str
+
+
+def _words(line: str) -> _Words | None:
+    """Take a line apart; None where it begins with no type and name."""
+    kind, *others = line.split(None, 1)
+    rest = others[0] if others else ""
+    length = next((at for at, letter in enumerate(rest) if not _is_of_word(letter)), len(rest))
+    base, bracket, array = kind.partition("[")
+    base, bound, text_bound = base.partition("<=")
+    is_understood = (
+        base[:1] in _LETTERS
+        and all(letter == "/" or _is_of_word(letter) for letter in base)
+        and (not bound or text_bound.isdecimal())
+        and (not bracket or (array[-1:] == "]" and _is_size(array[:-1].removeprefix("<="))))
+        and rest[:1] in _LETTERS
+    )
+    if not is_understood:
+        return None
+    return _Words(base, text_bound, bracket + array, rest[:length], rest[length:].lstrip())
+
+
+def _is_of_word(letter: str) -> bool:
+    return letter.isalnum() or letter == "_"
+
+
+def _is_size(text: str) -> bool:
+    return not text or text.isdecimal()
+
+
 def _line(line: str, package: str) -> Field | Constant:
-    match = _FIELD.match(line)
-    if match is None:
+    words = _words(line)
+    if words is None:
         raise ValueError("neither a field nor a constant")
-    base = match["base"]
-    if match["text_bound"] and base not in STRINGS:
+    base, rest = words.base, words.rest
+    if words.text_bound and base not in STRINGS:
         raise ValueError(f"{base} cannot be bounded")
     if base not in PRIMITIVES:
         base = _message_name(base, package)
-    rest = match["rest"]
     if rest.startswith("="):
-        if match["array"] or base not in PRIMITIVES:
+        if words.array or base not in PRIMITIVES:
             raise ValueError("a constant is one primitive value")
-        return Constant(match["name"], base, _value(rest[1:], FieldType(base)))
-    if not FIELD_NAME.match(match["name"]):
+        return Constant(words.name, base, _value(rest[1:], FieldType(base)))
+    if not is_lower_name(words.name):
         raise ValueError("the name of a field has small letters, digits and underscores")
     shape, capacity = Shape.SINGLE, 0
-    if match["array"]:
-        capacity = int(match["size"] or 0)
-        shape = Shape.ARRAY if match["size"] else Shape.UNBOUNDED
-        if match["bounded"]:
+    if words.array:
+        size = words.array.strip("[<=]")
+        capacity = int(size or 0)
+        shape = Shape.ARRAY if size else Shape.UNBOUNDED
+        if "<=" in words.array:
             shape = Shape.BOUNDED
         if shape is not Shape.UNBOUNDED and capacity == 0:
             raise ValueError("the size of an array is a positive number")
-    kind = FieldType(base, shape, capacity, int(match["text_bound"] or 0))
+    kind = FieldType(base, shape, capacity, int(words.text_bound or 0))
     default = None
     if rest and not rest.startswith("#"):
         if kind.is_nested:
             raise ValueError("a message has no default value")
         default = _value(rest, kind)
-    return Field(match["name"], kind, default)
+    return Field(words.name, kind, default)
 
 
 def _message_name(base: str, package: str) -> str:
@@ -181,6 +224,8 @@ def _value(text: str, kind: FieldType) -> object:
 
 def _text(text: str) -> str:
     """Return a string value: quoted with escapes, or bare up to the end of the line."""
+    import re
+
     body = text.strip()
     quoted = re.match(r"""("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')\s*(?:#.*)?\Z""", body)
     if not quoted:
@@ -197,17 +242,23 @@ def held_message(line: str, package: str) -> str | None:
         line: A line that can be understood.
         package: In which types named without one are looked for.
     """
-    match = _FIELD.match(line.strip())
-    if match is None or match["base"] in PRIMITIVES:
+    words = _words(line) if line.strip() else None
+    if words is None or words.base in PRIMITIVES:
         return None
-    return _message_name(match["base"], package)
+    return _message_name(words.base, package)
 
 
 def without_comment(text: str) -> str:
     """Cut a comment off, except where the ``#`` stands inside quotes."""
+    if "#" not in text:
+        return text.strip()
+    import re
+
     return re.sub(r"""((?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^#"'])*)#.*""", r"\1", text).strip()
 
 
 def _elements(text: str) -> list[str]:
+    import re
+
     found: list[str] = re.findall(r"""(?:"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[^,"'])+""", text)
     return [part.strip() for part in found if part.strip()]

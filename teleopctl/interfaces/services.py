@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
-from teleopctl.interfaces.parser import SEPARATOR, parse, sections
+from teleopctl.interfaces.parser import parse, sections, separated
 from teleopctl.interfaces.typenames import split
 
 _UUID = Field("goal_id", FieldType("unique_identifier_msgs/msg/UUID"))
@@ -55,7 +55,7 @@ def service_of_event(type_name: str, text: str) -> str | None:
     """
     service = type_name.removesuffix("_Event")
     is_event = service != type_name and split(type_name)[1] == "srv"
-    return service if is_event and SEPARATOR.search(text) else None
+    return service if is_event and len(separated(text)) > 1 else None
 
 
 def _service_types(name: str, text: str | None = None) -> list[Definition]:

@@ -7,11 +7,10 @@ read from there; the store is imported when there is no such file, or one that d
 
 from __future__ import annotations
 
-import importlib.util
-import json
+import marshal
 import os
+import sys
 from functools import cache
-from importlib import import_module
 
 from teleopctl.errors import UsageError
 from teleopctl.folders import cache_dir
@@ -23,6 +22,7 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
+from teleopctl.lazy import import_module
 from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 DEFAULT_DISTRIBUTION = "jazzy"
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical")
 
-_FORMAT = 1
+_FORMAT = 2
 _LONGEST_PLACE = 150  # file names may have 255 bytes
 _BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
 
@@ -160,14 +160,15 @@ def _cache_file(module: str) -> str:
     # Each environment has its own, or two that are used in turn would always make theirs anew.
     site = os.path.abspath(os.path.join(_stores(), "..", "..", ".."))[-_LONGEST_PLACE:]
     place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
-    return os.path.join(cache_dir(), f"{module}{place}.json")
+    # Readable by this version of Python alone; json takes longer to import than this to read.
+    return os.path.join(cache_dir(), f"{module}{place}.{sys.implementation.cache_tag}")
 
 
 @cache
 def _stores() -> str:
     """Return the folder of the tables that rosbags has."""
-    spec = importlib.util.find_spec("rosbags")
-    assert spec is not None
+    # What importlib.util.find_spec does, which takes longer to import than this to read a table.
+    spec = next(filter(None, (finder.find_spec("rosbags", None) for finder in sys.meta_path)))
     assert spec.submodule_search_locations is not None
     return os.path.join(spec.submodule_search_locations[0], "typesys", "stores")
 
@@ -186,28 +187,30 @@ def _fingerprint() -> list[list[Any]]:
 def _read_cache(module: str) -> Table | None:
     try:
         with open(_cache_file(module), "rb") as file:
-            content = json.loads(file.read())
+            content = marshal.load(file)  # noqa: S302 -- as private as Python's own bytecode
         if content["format"] != _FORMAT or content["rosbags"] != _fingerprint():
             return None
         table = content["types"]
-    except (OSError, ValueError, LookupError, TypeError):
+    except (OSError, ValueError, EOFError, LookupError, TypeError):
         return None
     return table if isinstance(table, dict) else None
 
 
 def _write_cache(module: str, table: Table) -> None:
     """Write the cache file; where that is not possible, the next start imports again."""
+    import json
     import tempfile
     from pathlib import Path
 
     path = Path(_cache_file(module))
-    content = {"format": _FORMAT, "rosbags": _fingerprint(), "types": table}
+    # To and from JSON, for the enumerations of rosbags become plain numbers by that.
+    content = json.loads(json.dumps({"format": _FORMAT, "rosbags": _fingerprint(), "types": table}))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
         try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                json.dump(content, file)
+            with os.fdopen(handle, "wb") as file:
+                marshal.dump(content, file)
             Path(temporary).replace(path)
         except BaseException:
             Path(temporary).unlink(missing_ok=True)

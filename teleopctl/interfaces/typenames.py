@@ -3,15 +3,19 @@
 Light on purpose: the graph commands show type names without knowing any type.
 """
 
-import re
+from __future__ import annotations
 
 from teleopctl.errors import InvalidTypeNameError
 
 KINDS = ("msg", "srv", "action")
 
 _DDS_MARK = "dds_::"
-_PACKAGE = re.compile(r"[a-z][a-z0-9_]*\Z")
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+# The import of re takes longer than whatever is done with names here.
+_SMALL = frozenset("abcdefghijklmnopqrstuvwxyz")
+_CAPITAL = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+_SMALL_OR_DIGIT = _SMALL | frozenset("0123456789")
+_OF_LOWER_NAMES = _SMALL_OR_DIGIT | {"_"}
+_OF_NAMES = _OF_LOWER_NAMES | _CAPITAL
 
 
 def to_dds(type_name: str) -> str:
@@ -54,14 +58,20 @@ def normalize(type_name: str, kind: str = "msg") -> str:
     if (
         len(parts) != 3
         or parts[1] not in KINDS
-        or not _PACKAGE.match(parts[0])
-        or not _NAME.match(parts[2])
+        or not is_lower_name(parts[0])
+        or not _OF_NAMES.issuperset(parts[2])
+        or parts[2][:1] not in _SMALL | _CAPITAL
     ):
         raise InvalidTypeNameError(
             f"{type_name!r} is not the name of an interface type",
             hint="Write it as package/msg/Name, for example std_msgs/msg/String.",
         )
     return "/".join(parts)
+
+
+def is_lower_name(text: str) -> bool:
+    """Tell whether a text may be the name of a package or of a field."""
+    return text[:1] in _SMALL and _OF_LOWER_NAMES.issuperset(text)
 
 
 def split(type_name: str) -> tuple[str, str, str]:
@@ -87,5 +97,8 @@ def snake_case(name: str) -> str:
 
     ``GetParameters`` is ``get_parameters``; of ``RGBDImage`` it makes ``rgbd_image``.
     """
-    spaced = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
-    return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", spaced).lower()
+    words = name[:1]
+    for before, letter, after in zip(name, name[1:], f"{name[2:]} ", strict=False):
+        starts_word = after in _SMALL or before in _SMALL_OR_DIGIT
+        words += f"_{letter}" if letter in _CAPITAL and starts_word else letter
+    return words.lower()

@@ -8,8 +8,6 @@ from collections.abc import Callable, Sequence
 from teleopctl.interfaces import from_seconds
 from teleopctl.node.clock import Clock
 from teleopctl.node.context import Context
-from teleopctl.node.endpoints.guard_condition import GuardCondition
-from teleopctl.node.endpoints.timer import Rate, Timer
 from teleopctl.node.node_core import NodeCore
 from teleopctl.node.values.callback_groups import (
     CallbackGroup,
@@ -19,6 +17,8 @@ from teleopctl.node.values.callback_groups import (
 from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.node.endpoints.guard_condition import GuardCondition
+    from teleopctl.node.endpoints.timer import Rate, Timer
     from teleopctl.node.waiting.user_waitable import ServedWaitable, Waitable
 
 
@@ -63,6 +63,8 @@ class NodeTimers(NodeCore):
             clock: The node's clock if None, so simulated time counts where it is used.
             autostart: Start at once; else `Timer.reset` does.
         """
+        from teleopctl.node.endpoints.timer import Timer
+
         timer = Timer(
             self,
             callback,
@@ -86,6 +88,8 @@ class NodeTimers(NodeCore):
         """
         if frequency <= 0:
             raise ValueError("frequency must be positive")
+        from teleopctl.node.endpoints.timer import Rate
+
         # A group of its own: the tick must come while a callback sleeps by it.
         group = MutuallyExclusiveCallbackGroup()
         timer = self.create_timer(1.0 / frequency, None, group, clock)
@@ -95,6 +99,8 @@ class NodeTimers(NodeCore):
         self, callback: Callable[[], object], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Make a condition that any thread can trigger to have ``callback`` run by the executor."""
+        from teleopctl.node.endpoints.guard_condition import GuardCondition
+
         guard = GuardCondition(self, callback, callback_group or self._default_callback_group)
         guard.callback_group.add_entity(guard)
         with self._endpoints_lock:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import sys
 from functools import cache
-from importlib import import_module
 
 from teleopctl.errors import BrokenPluginError, UnknownPluginError, did_you_mean
+from teleopctl.lazy import import_module
 from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ returned with the address of the router that follows from all of them.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 
 import zenoh
@@ -110,10 +109,6 @@ _ROUTER_TEMPLATE = (
 )
 
 
-_SOURCE_POSITION = re.compile(r" at \S+\.rs:\d+\.?")
-_QUOTED_REASON = re.compile(r'(?:Str\(|msg: )"(.*?)"(?:\)|, location)')
-
-
 class SessionConfig:
     """How to open a session.
 
@@ -151,8 +146,10 @@ class RouterConfig:
 
 def reason_of(error: zenoh.ZError) -> str:
     """What Zenoh says went wrong, without the places in its source code."""
-    text = _SOURCE_POSITION.sub("", str(error)).strip()
-    quoted = _QUOTED_REASON.search(text)
+    import re
+
+    text = re.sub(r" at \S+\.rs:\d+\.?", "", str(error)).strip()
+    quoted = re.search(r'(?:Str\(|msg: )"(.*?)"(?:\)|, location)', text)
     # The parser of JSON5 draws where it stopped, and names what it wanted in the last line.
     return quoted[1].split("\\n")[-1].strip(" =") if quoted else text
 

@@ -75,10 +75,10 @@ def latched(shared_ros: RosGraph) -> RosGraph:
         "interface show std_msgs/msg/String",
     ],
 )
-def test_a_short_command_loads_no_typing(line, latched):
+def test_a_short_command_loads_little_of_python(line, latched):
     status, modules = loaded_after(line.split(), latched.env)
     assert status == 0
-    assert modules.isdisjoint(HEAVY | {"typing"})
+    assert modules.isdisjoint(HEAVY | {"typing", "re", "json", "pathlib"})
 
 
 @pytest.mark.parametrize("line", ["bag --help", "bag list storage"])

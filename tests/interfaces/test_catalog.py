@@ -1,6 +1,6 @@
 """Where definitions come from."""
 
-import json
+import marshal
 import os
 import subprocess
 import sys
@@ -68,23 +68,23 @@ def test_the_table_of_a_distribution_is_kept_in_a_file(cache_folder):
         b"",
         b"\xff\xfe",
         b"[]",
-        b'{"format": 1}',
-        b'{"format": 1, "rosbags": [], "types": {}}',
+        marshal.dumps({"format": 2}),
+        marshal.dumps({"format": 2, "rosbags": [], "types": {}}),
     ],
 )
 def test_a_broken_file_is_replaced(cache_folder, content):
     cache_folder.mkdir()
     table_file().write_bytes(content)
     assert standard.StandardTypes("jazzy").find("std_msgs/msg/String") is not None
-    assert len(json.loads(table_file().read_bytes())["types"]) > 100
+    assert len(marshal.loads(table_file().read_bytes())["types"]) > 100
 
 
 def test_a_broken_row_is_replaced(cache_folder):
     standard.StandardTypes("jazzy")
     file = table_file()
-    content = json.loads(file.read_bytes())
+    content = marshal.loads(file.read_bytes())
     content["types"]["std_msgs/msg/String"] = [[], [["data", [7, "x"]]]]
-    file.write_text(json.dumps(content), encoding="utf-8")
+    file.write_bytes(marshal.dumps(content))
     definition = standard.StandardTypes("jazzy").find("std_msgs/msg/String")
     assert definition is not None
     assert definition.fields[0].type.base == "string"

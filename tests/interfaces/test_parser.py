@@ -1,13 +1,14 @@
 """Reading definition texts."""
 
 import contextlib
+import re
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.definition import Constant, Field, FieldType, Shape
-from teleopctl.interfaces.parser import parse, sections
+from teleopctl.interfaces.parser import _words, parse, sections, separated
 
 
 def one_field(line):
@@ -120,3 +121,24 @@ def test_a_definition_can_be_written_and_read_again():
     composed = definition._replace(text=None).render()
     again = parse(composed, "a/msg/B", "a")
     assert (again.fields, again.constants) == (definition.fields, definition.constants)
+
+
+# What a line says, as a grammar.
+_LINE = re.compile(
+    r"(?P<base>[A-Za-z][\w/]*)(?:<=(?P<text_bound>\d+))?"
+    r"(?P<array>\[(?:<=)?(?:\d+)?\])?"
+    r"\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)\Z"
+)
+
+
+@given(st.text(" \taBé_/1<=[]#-", min_size=1, max_size=16).filter(str.strip))
+@example("a<=1[<=1] B = 1")
+def test_a_line_is_taken_apart_by_the_grammar(line):
+    match = _LINE.match(line.strip())
+    expected = match and tuple(text or "" for text in match.groups())
+    assert _words(line.strip()) == expected
+
+
+@given(st.text("-\n\t a", max_size=20))
+def test_sections_are_separated_by_lines_of_three_dashes(text):
+    assert separated(text) == re.split(r"^---[ \t]*$", text, flags=re.MULTILINE)

@@ -1,5 +1,7 @@
 """Names of types in their different spellings."""
 
+import re
+
 import pytest
 from hypothesis import given, strategies as st
 
@@ -75,3 +77,10 @@ def test_modules_are_named_as_the_generator_of_ros_names_them(type_name, module)
 )
 def test_capitals_become_small_letters_as_in_ros(name, small):
     assert snake_case(name) == small
+
+
+@given(st.text("aBcDeF_01", max_size=12))
+def test_small_letters_are_made_by_the_rules_of_the_generator(name):
+    # rosidl_pycommon's two substitutions.
+    spaced = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
+    assert snake_case(name) == re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", spaced).lower()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 
 from teleopctl.cli.live import absolute_name
@@ -25,6 +24,8 @@ def fitting(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
     Raises:
         NotFoundError: None fits.
     """
+    import re
+
     parts = re.split(r"(\*\*|\*)", absolute_name(pattern))
     meant = {"**": ".*", "*": "[^/]*"}
     expression = re.compile("".join(meant.get(part) or re.escape(part) for part in parts))

@@ -5,15 +5,15 @@ An element may also be written with a dot before it, ``name.[0]``, as newer ROS 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from teleopctl.errors import InvalidMessageError, UsageError
-from teleopctl.typed import Any
+from teleopctl.typed import TYPE_CHECKING, Any
 
-_STEP = re.compile(
-    r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?P<end>-?\d*))\]"
-)
+if TYPE_CHECKING:
+    import re
+
+_STEP = r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?P<end>-?\d*))\]"
 
 
 # Any: a message's class is made from its definition, and the path decides on the value.
@@ -27,10 +27,13 @@ def field_reader(path: str) -> Callable[[Any], Any]:
         TeleopctlError: The path is malformed. The returned function raises it as well, when a
             message has no such field.
     """
+    import re
+
+    one_step = re.compile(_STEP)
     steps: list[str | int | slice] = []
     position = 0
     while position < len(path):
-        match = _STEP.match(path, position)
+        match = one_step.match(path, position)
         if match is None or (path[position] == "." and not steps):
             raise UsageError(
                 f"Invalid field '{path}'",

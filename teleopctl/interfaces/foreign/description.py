@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import (
-    FIELD_NAME,
     PLACEHOLDER,
     Definition,
     Field,
@@ -12,7 +11,7 @@ from teleopctl.interfaces.definition import (
     Shape,
 )
 from teleopctl.interfaces.hashing import BASE_IDS, BOUNDED_TEXT, NESTED_ID, SHAPE_STEP
-from teleopctl.interfaces.typenames import normalize
+from teleopctl.interfaces.typenames import is_lower_name, normalize
 from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ def _definition(individual: IndividualTypeDescription) -> Definition:
         if field.name != PLACEHOLDER
     )
     for field in fields:
-        if not FIELD_NAME.match(field.name):
+        if not is_lower_name(field.name):
             raise InvalidMessageError(f"{name} has a field of the name {field.name!r}")
     if len({field.name for field in fields}) != len(fields):
         raise InvalidMessageError(f"{name} has two fields of the same name")

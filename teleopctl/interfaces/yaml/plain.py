@@ -6,7 +6,7 @@ one of these is left to PyYAML by returning None; tests hold the two equal.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 
 from teleopctl.typed import Any
 
@@ -14,18 +14,16 @@ from teleopctl.typed import Any
 _WORDS = frozenset({"true", "false", "yes", "no", "on", "off", "null"})
 _BOOLS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
-_TEXT = re.compile(r"[A-Za-z_/][A-Za-z0-9_./]*(?: [A-Za-z0-9_./]+)*\Z")
-
-_END = r" *(?=[,}\]]|\Z)"
-_TOKEN = re.compile(
-    r" *(?:(?P<mark>[{}\[\],])"
-    r"|(?P<key>[A-Za-z_][A-Za-z0-9_]*):(?= )"
-    rf"|(?P<float>-?(?:0|[1-9][0-9]{{0,15}})\.[0-9]{{1,16}}){_END}"
-    rf"|(?P<int>-?(?:0|[1-9][0-9]{{0,17}})){_END}"
-    rf"|(?P<text>[A-Za-z_][A-Za-z0-9_]*(?: [A-Za-z0-9_]+)*){_END}"
-    rf'|"(?P<double>[ !#-\[\]-~]*)"{_END}'
-    rf"|'(?P<single>[ -&(-~]*)'{_END})"
-)
+_LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
+_DIGITS = frozenset("0123456789")
+_OF_WORDS = _LETTERS | _DIGITS
+# What a text may hold that is written without quotes; of what is read that is less.
+_OF_TEXTS = _OF_WORDS | frozenset("./")
+_PRINTABLE = frozenset(map(chr, range(ord(" "), ord("~") + 1)))
+_IN_QUOTES = {'"': _PRINTABLE - frozenset('"\\'), "'": _PRINTABLE - {"'"}}
+_MARKS = frozenset("{}[],")
+_ENDS = frozenset(",}]")
+_BEHIND_WORDS = _ENDS | frozenset(":{[\"'")
 _LONGEST = 10_000
 _DEEPEST = 20
 
@@ -38,17 +36,9 @@ def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
     """Read ``{x: 1.0, name: [a, b]}`` or ``x: 1.0``; None for what is not so plain."""
     if len(text) > _LONGEST:
         return None
-    tokens: list[tuple[str, str]] = []
-    at = 0
-    while at < len(text):
-        match = _TOKEN.match(text, at)
-        if match is None or match.lastgroup is None:
-            return None
-        tokens.append((match.lastgroup, match[match.lastgroup]))
-        at = match.end()
-    tokens.append(("end", ""))
-    tokens.reverse()
     try:
+        tokens = [*_tokens(text), ("end", "")]
+        tokens.reverse()
         if tokens[-1][0] == "key":
             values = {_key(tokens): _value(tokens, 1)}
         elif tokens[-1] == ("mark", "{"):
@@ -60,6 +50,64 @@ def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
         return None
 
 
+def _tokens(text: str) -> Iterator[tuple[str, str]]:
+    """The kinds and texts of what a text consists of; by hand, for the import of re is 2 ms."""
+    at = 0
+    while at < len(text):
+        while text[at : at + 1] == " ":
+            at += 1
+        letter = text[at : at + 1]
+        if letter in _MARKS:
+            yield "mark", letter
+            at += 1
+            continue
+        if letter in _IN_QUOTES:
+            end = text.find(letter, at + 1)
+            content = text[at + 1 : end]
+            if end < 0 or not _IN_QUOTES[letter].issuperset(content):
+                raise _NotPlainError
+            yield "quoted", content
+            at = end + 1
+        else:
+            end = next((i for i in range(at, len(text)) if text[i] in _BEHIND_WORDS), len(text))
+            word = text[at:end]
+            if text[end : end + 2] == ": " and _OF_WORDS.issuperset(word) and word[:1] in _LETTERS:
+                yield "key", word
+                at = end + 1
+                continue
+            word = word.rstrip(" ")
+            yield _kind(word), word
+            at = end
+        while text[at : at + 1] == " ":
+            at += 1
+        if at < len(text) and text[at] not in _ENDS:
+            raise _NotPlainError
+
+
+def _kind(word: str) -> str:
+    """Whether a word without quotes is a number or a text."""
+    whole, dot, fraction = word.removeprefix("-").partition(".")
+    if _is_number(whole, 16 if dot else 18) and (whole == "0" or whole[0] != "0"):
+        if not dot:
+            return "int"
+        if _is_number(fraction, 16):
+            return "float"
+    if _is_text(word, _OF_WORDS):
+        return "text"
+    raise _NotPlainError
+
+
+def _is_number(text: str, most_digits: int) -> bool:
+    return 0 < len(text) <= most_digits and _DIGITS.issuperset(text)
+
+
+def _is_text(text: str, allowed: frozenset[str]) -> bool:
+    """Whether a text is words of these characters, with one blank between them."""
+    return text[:1] in _LETTERS and all(
+        word and allowed.issuperset(word) for word in text.split(" ")
+    )
+
+
 def _key(tokens: list[tuple[str, str]]) -> str:
     kind, text = tokens.pop()
     if kind != "key" or text.lower() in _WORDS:
@@ -69,7 +117,7 @@ def _key(tokens: list[tuple[str, str]]) -> str:
 
 def _value(tokens: list[tuple[str, str]], depth: int) -> Any:
     kind, text = tokens.pop()
-    if kind in ("double", "single"):
+    if kind == "quoted":
         return text
     if kind == "int":
         return int(text)
@@ -164,7 +212,10 @@ def _scalar(value: Any) -> str:
     if isinstance(value, str):
         if not value:
             return "''"
-        if _TEXT.match(value) and value.lower() not in _WORDS:
+        first, others = value[:1], value[1:]
+        if _is_text(f"{'_' if first == '/' else first}{others}", _OF_TEXTS) and (
+            value.lower() not in _WORDS
+        ):
             return value
         raise _NotPlainError
     text = repr(value)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Sequence
 
 from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
-from teleopctl.node.parameters.parameter import Parameter
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.client import Client, ResponseFuture
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
+    from teleopctl.node.parameters.parameter import Parameter
     from teleopctl.node.values.future import Future
 
 # Called with the future of the response.
@@ -154,6 +154,8 @@ class AsyncParameterClient:
         self, names: Sequence[str], callback: DoneCallback[SetParameters.Response] | None = None
     ) -> ResponseFuture[SetParameters.Response]:
         """Take the values of parameters away, which only dynamically typed ones let happen."""
+        from teleopctl.node.parameters.parameter import Parameter
+
         return self.set_parameters([Parameter(name) for name in names], callback)
 
     def load_parameter_file(
@@ -248,4 +250,6 @@ def _messages_of_file(path: str | Path, use_wildcard: bool) -> list[ParameterMes
 
 
 def _messages(parameters: Sequence[Parameter | ParameterMessage]) -> list[ParameterMessage]:
+    from teleopctl.node.parameters.parameter import Parameter
+
     return [p.to_parameter_msg() if isinstance(p, Parameter) else p for p in parameters]

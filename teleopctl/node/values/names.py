@@ -9,7 +9,7 @@ node.
 
 from __future__ import annotations
 
-import re
+from itertools import pairwise
 
 from teleopctl.node.values.exceptions import (
     InvalidNamespaceException,
@@ -26,7 +26,10 @@ _LONGEST_TOPIC: Final = 247
 _LONGEST_NAMESPACE: Final = 245
 _LONGEST_NODE: Final = 255
 
-_SUBSTITUTION: Final = re.compile(r"\{([^{}]*)\}")
+# The import of re takes longer than all names of a node.
+_DIGITS: Final = frozenset("0123456789")
+_LETTERS: Final = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+_OF_WORDS: Final = _LETTERS | _DIGITS | {"_"}
 
 
 def validate_node_name(name: str) -> None:
@@ -37,14 +40,25 @@ def validate_node_name(name: str) -> None:
     """
     if not name:
         raise InvalidNodeNameException(name, "node name must not be empty", 0)
-    if bad := re.search(r"[^A-Za-z0-9_]", name):
+    if (bad := _first_outside(_OF_WORDS, name)) is not None:
         reason = "node name must not contain characters other than alphanumerics or '_'"
-        raise InvalidNodeNameException(name, reason, bad.start())
+        raise InvalidNodeNameException(name, reason, bad)
     if name[0].isdigit():
         raise InvalidNodeNameException(name, "node name must not start with a number", 0)
     if len(name) > _LONGEST_NODE:
         reason = f"node name length should not exceed '{_LONGEST_NODE}'"
         raise InvalidNodeNameException(name, reason, _LONGEST_NODE - 1)
+
+
+def _first_outside(allowed: frozenset[str], text: str) -> int | None:
+    """Where the first character is that is none of those."""
+    return next((at for at, letter in enumerate(text) if letter not in allowed), None)
+
+
+def _first_after_slash(forbidden: frozenset[str], text: str) -> int | None:
+    """Where the first character is that may not follow a slash."""
+    pairs = enumerate(pairwise(text), start=1)
+    return next((at for at, (one, next_) in pairs if one == "/" and next_ in forbidden), None)
 
 
 def validate_name(name: str, *, is_service: bool = False) -> None:
@@ -62,7 +76,7 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
     """The first rule of rcl that a name breaks, and where; None when it breaks none."""
     if not name:
         return "topic name must not be empty string", 0
-    if name[0] in "0123456789":
+    if name[0] in _DIGITS:
         return "topic name token must not start with a number", 0
     if name.endswith("/"):
         return "topic name must not end with a forward slash", len(name) - 1
@@ -71,11 +85,11 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
         if opened is not None and character == "}":
             opened = None
         elif opened is not None:
-            if index == opened + 1 and character in "0123456789":
+            if index == opened + 1 and character in _DIGITS:
                 return "substitution name must not start with a number", index
             if character == "~":
                 return "topic name must not have tilde '~' unless it is the first character", index
-            if not re.match(r"[A-Za-z0-9_]", character):
+            if character not in _OF_WORDS:
                 reason = "substitution name must not contain characters other than alphanumerics"
                 return f"{reason} or '_'", index
         elif character == "{":
@@ -84,16 +98,17 @@ def _broken_rule(name: str) -> tuple[str, int] | None:
             return "topic name must not have unmatched (unbalanced) curly braces '{}'", index
         elif character == "~" and index:
             return "topic name must not have tilde '~' unless it is the first character", index
-        elif not re.match(r"[A-Za-z0-9_/~]", character):
+        elif character not in _OF_WORDS and character not in "/~":
             allowed = "alphanumerics, '_', '~', '{', or '}'"
             return f"topic name must not contain characters other than {allowed}", index
     if opened is not None:
         return "topic name must not have unmatched (unbalanced) curly braces '{}'", opened
-    if re.match(r"~[^/]", name):  # rcl misses it where the name ends there, as in "~a"
+    # rcl misses it where the name ends there, as in "~a".
+    if name[0] == "~" and name[1:2] not in ("", "/"):
         reason = "topic name must not have a tilde '~' that is not followed by a forward slash '/'"
         return reason, 1
-    if number := re.search(r"/[0-9]", name):
-        return "topic name token must not start with a number", number.start() + 1
+    if (number := _first_after_slash(_DIGITS, name)) is not None:
+        return "topic name token must not start with a number", number
     return None
 
 
@@ -135,13 +150,13 @@ def _check_absolute(
         raise error(name, f"{what} must be absolute, it must lead with a '/'", 0)
     if name.endswith("/"):
         raise error(name, f"{what} must not end with a '/'{exception}", len(name) - 1)
-    if bad := re.search(r"[^A-Za-z0-9_/]", name):
+    if (bad := _first_outside(_OF_WORDS | {"/"}, name)) is not None:
         reason = f"{what} must not contain characters other than alphanumerics, '_', or '/'"
-        raise error(name, reason, bad.start())
-    if bad := re.search(r"/[/0-9]", name):
-        if bad[0] == "//":
-            raise error(name, f"{what} must not contain repeated '/'", bad.end() - 1)
-        raise error(name, f"{what} must not have a token that starts with a number", bad.end() - 1)
+        raise error(name, reason, bad)
+    if (bad := _first_after_slash(_DIGITS | {"/"}, name)) is not None:
+        if name[bad] == "/":
+            raise error(name, f"{what} must not contain repeated '/'", bad)
+        raise error(name, f"{what} must not have a token that starts with a number", bad)
 
 
 def _exception_of(is_service: bool) -> type[NameValidationException]:
@@ -192,13 +207,12 @@ def expand_unchecked(name: str, node_name: str, namespace: str) -> str:
         UnknownSubstitutionError: Braces hold neither ``node`` nor ``ns`` nor ``namespace``.
     """
     substitutions = {"node": node_name, "ns": namespace, "namespace": namespace}
-
-    def replace(match: re.Match[str]) -> str:
-        if match[1] not in substitutions:
-            raise UnknownSubstitutionError(name, match[0])
-        return substitutions[match[1]]
-
     if name.startswith("~"):
         name = fully_qualified(namespace, node_name) + name[1:]
-    expanded = _SUBSTITUTION.sub(replace, name)
+    expanded, *others = name.split("{")
+    for each in others:
+        word, _, rest = each.partition("}")
+        if word not in substitutions:
+            raise UnknownSubstitutionError(name, f"{{{word}}}")
+        expanded += substitutions[word] + rest
     return expanded if expanded.startswith("/") else fully_qualified(namespace, expanded)

@@ -6,7 +6,6 @@ end with ``--`` or the end of the line; what stands outside belongs to the progr
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
 from teleopctl.errors import UsageError
@@ -15,6 +14,7 @@ from teleopctl.printable import shortened
 from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
+    import re
     from pathlib import Path
 
 _RULE = (
@@ -134,6 +134,8 @@ def _value_of(option: str, words: Iterator[str]) -> str:
 
 
 def _rule(option: str, text: str) -> re.Match[str]:
+    import re
+
     match = re.match(_RULE, text, re.DOTALL)
     if match is None:
         raise UsageError(

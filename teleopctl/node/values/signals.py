@@ -7,12 +7,16 @@ the context ends besides is for the other threads, which that exception does not
 from __future__ import annotations
 
 import enum
-import signal
 import threading
 from types import FrameType
 
 from teleopctl.interrupts import come_again, end_waits, in_transport_callback
-from teleopctl.typed import Protocol
+from teleopctl.typed import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import signal
+else:
+    import _signal as signal  # see `interrupts`
 
 
 class Endable(Protocol):
@@ -41,8 +45,8 @@ _SIGNALS = {
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
 
-_contexts: dict[signal.Signals, set[Endable]] = {signal.SIGINT: set(), signal.SIGTERM: set()}
-_previous: dict[signal.Signals, signal._HANDLER] = {}
+_contexts: dict[int, set[Endable]] = {signal.SIGINT: set(), signal.SIGTERM: set()}
+_previous: dict[int, signal._HANDLER] = {}
 
 
 def heed(context: Endable, options: SignalHandlerOptions) -> None:
@@ -84,13 +88,12 @@ def _end_contexts(signum: int, frame: FrameType | None) -> None:
         # What is raised here would be lost: come again when the call is over.
         come_again(signum)
         return
-    number = signal.Signals(signum)
-    previous = _previous[number]
-    running = [context for context in tuple(_contexts[number]) if context.ok()]
+    previous = _previous[signum]
+    running = [context for context in tuple(_contexts[signum]) if context.ok()]
     if not running:
         # Nobody heeded the first one, or there is nobody to heed: what it did before us.
-        signal.signal(number, previous)
-        signal.raise_signal(number)
+        signal.signal(signum, previous)
+        signal.raise_signal(signum)
         return
     for context in running:
         context.end_by_signal()

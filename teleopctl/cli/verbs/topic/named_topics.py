@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from teleopctl.cli.live import absolute_name, live_graph
@@ -13,9 +12,6 @@ from teleopctl.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.wire import Graph
-
-# A package and a name that begins with a capital.
-_TYPE = re.compile(r"[a-z]\w*(/msg)?/[A-Z]\w*")
 
 
 class NamedTopics:
@@ -33,7 +29,8 @@ class NamedTopics:
         self._wanted: list[tuple[str, str | None]] = []
         for position, word in enumerate(words):
             # The second word may be anything but a topic: a type that is not one is told as such.
-            is_type = _TYPE.fullmatch(word) or (position == 1 == len(words) - 1 and word[:1] != "/")
+            is_second = position == 1 == len(words) - 1
+            is_type = _looks_like_type(word) or (is_second and word[:1] != "/")
             if position and is_type and self._wanted[-1][1] is None:
                 self._wanted[-1] = (self._wanted[-1][0], word)
             else:
@@ -75,3 +72,15 @@ class NamedTopics:
         }
         topics = [(absolute_name(topic), type_name) for topic, type_name in found.items()]
         return find_sources(topics, graph, raw=raw)
+
+
+def _looks_like_type(word: str) -> bool:
+    """Whether it is a package and a name that begins with a capital."""
+    package, slash, name = word.replace("/msg/", "/", 1).partition("/")
+    return (
+        bool(slash)
+        and package.isidentifier()
+        and package[0].islower()
+        and name.isidentifier()
+        and name[0].isupper()
+    )

@@ -4,7 +4,6 @@ import itertools
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
@@ -271,6 +270,8 @@ def _wait_for_subscribers(
 
 def _read(file: str) -> str:
     if file != "-":
+        from pathlib import Path
+
         from teleopctl.text_file import read_text
 
         return read_text(Path(file))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import array
 import math
-import re
 
 from teleopctl.typed import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ if TYPE_CHECKING:
 
 
 _EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
-_EVENT_TYPE = re.compile(r"^(  event_type: )([0-3])$", re.MULTILINE)
 
 
 class TextStyle:
@@ -58,7 +56,12 @@ class TextStyle:
 
     def event(self, message: Any) -> str:
         """A service's event as YAML, its kind by name; see `yaml`."""
-        return _EVENT_TYPE.sub(lambda found: found[1] + _EVENTS[int(found[2])], self.yaml(message))
+        head = "  event_type: "
+        lines = self.yaml(message).split("\n")
+        return "\n".join(
+            f"{head}{_EVENTS[int(line[-1])]}" if line[:-1] == head and line[-1] in "0123" else line
+            for line in lines
+        )
 
     def csv(self, value: Any) -> str:
         """All values in order, with commas between them."""

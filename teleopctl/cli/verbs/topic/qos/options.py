@@ -114,7 +114,9 @@ class QosWishes:
         return any(policy is not None for policy in (*named, self.lease_s))
 
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
-        """A new profile: the preset, or else ``base``, with the single policies on top."""
+        """The preset, or else ``base``, with the single policies on top in a new profile."""
+        if not self.profile and not self._names_policies():
+            return base
         from copy import copy
 
         from teleopctl.node import (
