@@ -33,6 +33,7 @@ ELSEWHERE = {
     "components": "tests/system/test_components.py",
     "doctor": "tests/system/test_doctor.py",
     "own_robot": "tests/system/test_own_robot.py",
+    "sweep": "tests/sweep/test_sweep.py",
     "rclpy_tests": "tests/compat/test_rclpy_published.py",
     **{path.stem: "tests/test_extending.py" for path in PAGES if path.parent.name == "extending"},
 }

@@ -51,13 +51,14 @@ ALLOWED = {
         *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),
         *("sim", "tf", "viewer", "wire"),
     },
+    "sweep": {"bag", "interfaces", "launch", "node"},
     "testing": {
         *("bag", "compat", "control", "interfaces", "launch", "mujoco_model", "node", "nodes"),
         *("robot", "sim", "tf", "wire"),
     },
     "cli": {
-        *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes", "tf"),
-        "wire",
+        *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes"),
+        *("sweep", "tf", "wire"),
     },
     "__init__": {"compat"},
     "__main__": {"cli"},

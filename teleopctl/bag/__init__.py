@@ -10,7 +10,11 @@ if TYPE_CHECKING:
     from teleopctl.bag.editing.output_file import read_outputs as read_outputs
     from teleopctl.bag.editing.recovering import Recovery as Recovery, recover as recover
     from teleopctl.bag.editing.reindexing import reindex as reindex
-    from teleopctl.bag.look.curves import Curve as Curve, read_curves as read_curves
+    from teleopctl.bag.look.curves import (
+        Curve as Curve,
+        parse_field as parse_field,
+        read_curves as read_curves,
+    )
     from teleopctl.bag.look.decoding import Decoded as Decoded, Decoder as Decoder
     from teleopctl.bag.look.films import ExportedFilm as ExportedFilm, FilmExport as FilmExport
     from teleopctl.bag.look.lerobot.sampling import (
@@ -81,7 +85,7 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "look.curves": "Curve read_curves",
+            "look.curves": "Curve parse_field read_curves",
             "look.decoding": "Decoded Decoder",
             "look.films": "ExportedFilm FilmExport",
             "look.lerobot.sampling": "LeRobotOptions LeRobotSummary export_lerobot",

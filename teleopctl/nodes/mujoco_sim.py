@@ -11,7 +11,9 @@ Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_
 ``update_rate`` (Hz of control), ``timestep`` (s of physics, at most; 0 is what an MJCF file says,
 and 1 ms for others), ``real_time_factor`` (0: as
 fast as possible; can be set while running), ``paused``, ``lockstep_timeout`` (s of wall time),
-``state_rate`` (Hz, for viewers), ``joint_states_topic``, ``joint_commands_topic``.
+``state_rate`` (Hz, for viewers), ``end_time`` (s of simulated time, then it ends; 0: never),
+``mass_scale`` and ``friction_scale`` (factors to what is described), ``joint_states_topic``,
+``joint_commands_topic``.
 """
 
 from __future__ import annotations

@@ -72,8 +72,11 @@ def verify_bag(
     robot = simulate(
         session.robot_description,
         world=str(session.parameters.get("world", "")) if world is None else world,
+        mass_scale=_number(session.parameters.get("mass_scale"), 1.0),
+        friction_scale=_number(session.parameters.get("friction_scale"), 1.0),
         control_period_ns=session.period_ns,
-        timestep_ns=round(1e9 * (timestep_s or _number(session.parameters.get("timestep")))),
+        # 0 is the model's own.
+        timestep_ns=round(1e9 * (timestep_s or _number(session.parameters.get("timestep"), 0.0))),
     )
     verdict = Verdict(tolerance)
 
@@ -86,11 +89,11 @@ def verify_bag(
     return Verification(verdict, _other_versions(session.versions), remarks)
 
 
-def _number(value: object) -> float:
+def _number(value: object, default: float) -> float:
     if value is None:
-        return 0.0  # the model's own
+        return default
     if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-        raise InvalidFileError(f"The recorded timestep is {value!r}, expected seconds")
+        raise InvalidFileError(f"A recorded parameter is {value!r}, expected a number")
     return float(value)
 
 

@@ -46,6 +46,7 @@ _VERBS = {
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "robot": ("robot:GROUP", "Check robots' files."),
+    "sim": ("sim:GROUP", "Run simulations."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
     "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),

@@ -45,6 +45,8 @@ def simulate(
     world: str = "",
     fixed_base: bool = False,
     spawn_pose: Pose | None = None,
+    mass_scale: float = 1.0,
+    friction_scale: float = 1.0,
     control_period_ns: int,
     timestep_ns: int = 0,
     warn: Callable[[str], object] = lambda _: None,
@@ -56,6 +58,8 @@ def simulate(
         world: File or URI of what stands around the robot; empty for nothing.
         fixed_base: See `build_model`, as for ``spawn_pose``.
         spawn_pose: See there.
+        mass_scale: How many times as heavy as described everything is, with its inertia.
+        friction_scale: How many times the described friction all shapes have.
         control_period_ns: Time between two control ticks, in nanoseconds.
         timestep_ns: Longest physics step, in nanoseconds; 0 is what the model is made for.
         warn: Takes one sentence for each thing that is not as somebody wrote it.
@@ -88,7 +92,13 @@ def simulate(
         warn(warning)
     for first, second in model.excluded:
         warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
-    simulation = Simulation(model, control_period_ns=control_period_ns, timestep_ns=timestep_ns)
+    simulation = Simulation(
+        model,
+        control_period_ns=control_period_ns,
+        timestep_ns=timestep_ns,
+        mass_scale=mass_scale,
+        friction_scale=friction_scale,
+    )
     simulation.movers = movers
     return SimulatedRobot(
         description, model, simulation, sensors, interfaces.kept(measuring), surroundings

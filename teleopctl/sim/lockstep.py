@@ -89,6 +89,7 @@ class LockstepLoop:
         view_rate_hz: How often at most `Ports.publish_view` is called, in simulated time.
         paused: Whether time stands still at first.
         sampler: What measures besides, or None.
+        end_ns: Where the simulation ends, in simulated time, or None.
     """
 
     def __init__(
@@ -101,9 +102,11 @@ class LockstepLoop:
         view_rate_hz: float = 60.0,
         paused: bool = False,
         sampler: Sampler | None = None,
+        end_ns: int | None = None,
     ) -> None:
         self._simulation = simulation
         self._sampler = sampler
+        self._end_ns = end_ns
         self._ports = ports
         self._timeout_s = lockstep_timeout_s
         self._pacer = Pacer(real_time_factor)
@@ -236,18 +239,19 @@ class LockstepLoop:
     # --- the loop -------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Step until stopped."""
+        """Step until stopped, or until the end: what is due at that time is still exchanged."""
         self._pacer.anchor(self._simulation.time_ns)
         while self._ready():
             simulation = self._simulation
             if simulation.at_tick and not self._exchange():
                 continue
+            if self.at_end:
+                self._ports.publish_clock(simulation.time_ns)
+                self.stop()
+                continue
             stepping = self._steps_asked > 0
             count = self._block()
-            if stepping or self._attended:
-                simulation.step(count)
-            else:
-                simulation.coast(count)
+            (simulation.step if stepping or self._attended else simulation.coast)(count)
             with self._changed:
                 if stepping:
                     self._steps_asked -= count
@@ -256,6 +260,11 @@ class LockstepLoop:
             if not hurry:
                 self._wait_until_due(now)
             self._publish(now, force=stepping and self._steps_asked == 0)
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the simulation has reached its end."""
+        return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:
         """Stand still while paused; False when the loop shall end."""
@@ -359,6 +368,8 @@ class LockstepLoop:
             count = min(count, simulation.steps_until(self._view_beat.next_ns) or 1)
         if self._sampler is not None and (due_ns := self._sampler.next_ns()) is not None:
             count = min(count, simulation.steps_until(due_ns) or 1)
+        if self._end_ns is not None:
+            count = min(count, simulation.steps_until(self._end_ns))
         if self._steps_asked > 0:
             count = min(count, self._steps_asked)
         return count

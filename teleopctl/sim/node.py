@@ -40,6 +40,7 @@ _ResetWorld = get_service("mujoco_ros2_control_msgs/srv/ResetWorld")
 _SetFreeJointState = get_service("mujoco_ros2_control_msgs/srv/SetFreeJointState")
 
 _DESCRIPTION_TOPIC = "/robot_description"
+_READ_AT_START = {"update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"}
 # How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
 _PATIENCE_S = 10.0
 
@@ -83,6 +84,10 @@ class MujocoSim(Node):
         self.declare_parameter("world", "", at_start)
         self.declare_parameter("fixed_base", False, at_start)
         self.declare_parameter("spawn_pose", [0.0] * 6, at_start)
+        fixed = _ParameterDescriptor(read_only=True, dynamic_typing=True)
+        self.declare_parameter("mass_scale", 1.0, fixed)
+        self.declare_parameter("friction_scale", 1.0, fixed)
+        self.declare_parameter("end_time", 0.0, fixed)
         self.declare_parameter("publish_base_tf", False)
         self.declare_parameter("update_rate", 10)
         self.declare_parameter("timestep", 0.0, number)
@@ -98,6 +103,9 @@ class MujocoSim(Node):
             ("real_time_factor", 0.0),
             ("lockstep_timeout", 0.0),
             ("state_rate", 1),
+            ("mass_scale", 1e-6),
+            ("friction_scale", 0.0),
+            ("end_time", 0.0),
         ):
             if not self._number(name) >= least:
                 raise InvalidParameterError(
@@ -126,13 +134,7 @@ class MujocoSim(Node):
             if parameter.name == "publish_base_tf" and self._loop is not None:
                 self._ports.show_base(bool(parameter.value))
             if parameter.name != "real_time_factor":
-                if self._loop is not None and parameter.name in (
-                    "update_rate",
-                    "timestep",
-                    "lockstep_timeout",
-                    "state_rate",
-                    "paused",
-                ):
+                if self._loop is not None and parameter.name in _READ_AT_START:
                     reason = f"'{parameter.name}' is read at the start only"
                     return _SetParametersResult(successful=False, reason=reason)
                 continue
@@ -171,6 +173,8 @@ class MujocoSim(Node):
             world=str(self.get_parameter("world").value),
             fixed_base=bool(self.get_parameter("fixed_base").value),
             spawn_pose=self._spawn_pose(),
+            mass_scale=self._number("mass_scale"),
+            friction_scale=self._number("friction_scale"),
             control_period_ns=round(1e9 / int(self._number("update_rate"))),
             timestep_ns=round(self._number("timestep") * 1e9),
             warn=logger.warning,
@@ -196,6 +200,7 @@ class MujocoSim(Node):
             view_rate_hz=self._number("state_rate"),
             paused=bool(self.get_parameter("paused").value),
             sampler=self._sensors,
+            end_ns=round(self._number("end_time") * 1e9) or None,
         )
         self._simulation = simulation
         self._commands = self.create_subscription(
@@ -277,6 +282,9 @@ class MujocoSim(Node):
         assert self._loop is not None
         try:
             self._loop.run()
+            if self._loop.at_end:
+                self.get_logger().info(f"The simulation ends at {self._number('end_time'):g} s")
+                self.context.try_shutdown()
         except Exception as error:  # noqa: BLE001 - whoever spins raises it
             self.fail(error)
 

@@ -57,6 +57,8 @@ class Simulation:
         control_period_ns: Time between two control ticks, in nanoseconds.
         timestep_ns: Longest physics step; the step used divides the control period evenly. By
             default that of the model.
+        mass_scale: How many times as heavy as described everything is, with its inertia.
+        friction_scale: How many times the described friction all shapes have.
 
     Attributes:
         joint_names: The joints of all arrays below, in the order of the model.
@@ -70,8 +72,15 @@ class Simulation:
     """
 
     def __init__(
-        self, model: RobotModel, *, control_period_ns: int, timestep_ns: int | None = None
+        self,
+        model: RobotModel,
+        *,
+        control_period_ns: int,
+        timestep_ns: int | None = None,
+        mass_scale: float = 1.0,
+        friction_scale: float = 1.0,
     ) -> None:
+        self._scales = mass_scale, friction_scale
         self.control_period_ns = control_period_ns
         self.steps_per_period = -(-control_period_ns // (timestep_ns or model.timestep_ns))
         self._bind(model)
@@ -98,6 +107,7 @@ class Simulation:
         self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
         # Sensors are computed when they are read, on a copy: who looks changes nothing.
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        _scale(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         self._observed: Any = None
         self._troubles = self._d.warning.number
@@ -347,3 +357,15 @@ class Simulation:
         """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
         troubles = self._troubles
         return bool(troubles[_BAD_QPOS] or troubles[_BAD_QVEL] or troubles[_BAD_QACC])
+
+
+def _scale(model: mujoco.MjModel, mass: float, friction: float) -> None:
+    """Make a model heavier and rougher, or lighter and smoother; the drives stay as they are."""
+    if mass != 1.0:
+        model.body_mass[:] *= mass
+        model.body_inertia[:] *= mass
+        # What MuJoCo works out beforehand from masses.
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    if friction != 1.0:
+        model.geom_friction[:] *= friction
+        model.pair_friction[:] *= friction

@@ -223,6 +223,7 @@ STREAMS = ("topic hz /chatter", "topic bw /chatter", "topic delay /stamped")
 ENDS = ("stop --yes", "daemon stop")
 # What needs a camera, a recorded simulation, a second machine or hardware with a status.
 ELSEWHERE = {
+    "sim sweep": "tests/sweep/test_sweep.py",
     "camera save": "tests/system/test_camera_save.py",
     "bag verify": "tests/system/test_bag_verify.py",
     "multicast receive": "tests/system/test_doctor.py",

@@ -93,7 +93,7 @@ class ProcessBuilder:
         node_name = None
         if action.node is not None:
             ros_arguments, node_name = self._ros_arguments(action.node, name)
-            command += ros_arguments
+            command += [*ros_arguments, *self._asked_besides(program)]
         command = self._with_prefix(command, action.prefix, shell=shell)
         environment = dict(self._context.scope.environment)
         if action.clean_environment:
@@ -123,7 +123,8 @@ class ProcessBuilder:
             ),
             shutdown_on_exit=self._value(
                 action.shutdown_on_exit, "required", values.boolean, default=False
-            ),
+            )
+            or program in self._request.required,
             sigterm_timeout=self._timeout(action.sigterm_timeout, "sigterm_timeout"),
             sigkill_timeout=self._timeout(action.sigkill_timeout, "sigkill_timeout"),
         )
@@ -224,6 +225,12 @@ class ProcessBuilder:
         ):
             self._count(full_name, process_name)
         return (["--ros-args", *words] if words else []), full_name
+
+    def _asked_besides(self, program: str) -> list[str]:
+        """What whoever launches asks of a node, whatever the launch file says."""
+        given = self._request.ros_arguments
+        words = [*given.get(program, ()), *given.get("", ())]
+        return ["--ros-args", *words] if words else []
 
     def _count(self, node_name: str, process_name: str) -> None:
         names = self._context.node_names

@@ -25,6 +25,9 @@ class LaunchRequest:
         watch: Whether to start again what is saved.
         record_into: Folder of a bag to record the launch into, or None.
         log_name: Name of the file in the log folder that has all output, without its ending.
+        ros_arguments: Words behind ``--ros-args`` that nodes get after those of the launch file, by
+            the name of the executable; those under an empty name are for all nodes.
+        required: Names of executables whose end ends the launch.
     """
 
     file: str
@@ -38,6 +41,8 @@ class LaunchRequest:
     watch: bool = False
     record_into: str | None = None
     log_name: str = "launch"
+    ros_arguments: dict[str, list[str]] = field(default_factory=dict)
+    required: list[str] = field(default_factory=list)
 
     def save(self, path: Path) -> None:
         """Write the request into a file.

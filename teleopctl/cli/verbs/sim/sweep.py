@@ -1,0 +1,238 @@
+"""``teleopctl sim sweep``: many runs of a launch file."""
+
+import os
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.launch import split
+from teleopctl.cli.verbs.sim.progress import SweepProgress
+from teleopctl.errors import UsageError
+
+if TYPE_CHECKING:
+    from teleopctl.sweep import RunRequest, RunResult, Sweep
+
+
+def sweep(
+    words: Annotated[
+        list[str] | None,
+        Argument(
+            metavar="[PACKAGE] FILE [NAME:=VALUE]...",
+            help="A launch file and its arguments, the same in each run.",
+            complete="launch_words",
+        ),
+    ] = None,
+    grid: Annotated[
+        list[str] | None,
+        Option(
+            "--grid",
+            "-g",
+            metavar="NAME:=VALUES",
+            help="A launch argument, or NODE:PARAMETER, with each of its values: a,b,c or "
+            "linspace(first,last,count).",
+        ),
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        Option(
+            "--sample",
+            "-s",
+            metavar="NAME:=DISTRIBUTION",
+            help="The same with random values: uniform(low,high), loguniform(low,high), "
+            "normal(mean,deviation), integers(low,high) or choice(a,b,c).",
+        ),
+    ] = None,
+    runs: Annotated[
+        int | None,
+        Option("--runs", "-n", help="How many runs of each combination of the grids."),
+    ] = None,
+    seed: Annotated[int, Option("--seed", help="Of the random values.")] = 0,
+    duration: Annotated[
+        float | None,
+        Option("--duration", "-d", help="Simulated seconds after which a run ends."),
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        Option("--timeout", help="Seconds after which a run has failed."),
+    ] = None,
+    after: Annotated[
+        list[str] | None,
+        Option(
+            "--after",
+            metavar="EXECUTABLE",
+            help="Time begins when this program of the launch file, which sends commands say, has "
+            "ended.",
+        ),
+    ] = None,
+    measure: Annotated[
+        list[str] | None,
+        Option(
+            "--measure",
+            "-m",
+            metavar="FIELD[:HOW]",
+            help="A number for the table, from the bag: last, first, min, max, absmax, mean, rms, "
+            "range or count of a field.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, Option("--jobs", "-j", help="How many runs at a time; one for each core.")
+    ] = None,
+    output: Annotated[
+        str | None, Option("--output", "-o", metavar="FOLDER", help="Where the runs are kept.")
+    ] = None,
+    resume: Annotated[
+        str | None,
+        Option("--resume", metavar="FOLDER", help="Go on with a sweep that was stopped."),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Run a launch file many times with varied parameters, as fast as the machine allows.
+
+    Each run has a graph, a folder and a bag of its own. It begins when everything is up, and ends
+    after --duration, or when the launch ends. The exit status is 1 where a run has failed.
+    """
+    from teleopctl.sweep import Sweep
+
+    if jobs is not None and jobs < 1:
+        raise UsageError(f"--jobs is {jobs}, expected at least 1")
+    if resume is not None:
+        varied = (words, grid, sample, runs, duration, timeout, after, measure, output)
+        if any(each is not None for each in varied):
+            raise UsageError("--resume takes everything from the folder; only --jobs goes with it")
+        work = Sweep.open(Path(resume).absolute())
+    else:
+        requests, asked = _requests(
+            words or [],
+            *(grid or [], sample or [], runs, seed, duration, timeout, after or [], measure or []),
+        )
+        folder = Path(output or time.strftime("sweep_%Y_%m_%d-%H_%M_%S")).absolute()
+        work = Sweep.create(folder, requests, asked)
+    try:
+        _run(work, jobs or len(os.sched_getaffinity(0)))
+    finally:
+        results = work.results()
+        _show(work, results, as_json=as_json)
+    return 0 if all(result.is_done for result in results) else 1
+
+
+def _requests(
+    words: list[str],
+    grid: list[str],
+    sample: list[str],
+    runs: int | None,
+    seed: int,
+    duration: float | None,
+    timeout: float | None,
+    after: list[str],
+    measures: list[str],
+) -> "tuple[list[RunRequest], dict[str, object]]":
+    """What the runs are to be, and what was asked for."""
+    from teleopctl.launch import argument_names, find_launch_file, undeclared_arguments
+    from teleopctl.sweep import (
+        RunRequest,
+        combinations,
+        launch_arguments,
+        parse_grid,
+        parse_measure,
+        parse_sample,
+    )
+
+    package, name, arguments = split(words)
+    file = find_launch_file(package, name)
+    argument_names(file)  # one that cannot be read is better refused now than by each run
+    grids, samples = [parse_grid(text) for text in grid], [parse_sample(text) for text in sample]
+    if samples and runs is None:
+        raise UsageError("How many samples?", hint="--runs 100")
+    for option, number in (("--runs", runs), ("--duration", duration), ("--timeout", timeout)):
+        if number is not None and not number > 0:
+            raise UsageError(f"{option} is {number:g}, expected more than 0")
+    names = [parse_measure(text).name for text in measures]
+    requests = [
+        RunRequest(
+            number=number,
+            file=str(file.absolute()),
+            arguments=arguments,
+            parameters=parameters,
+            duration_s=duration,
+            timeout_s=timeout,
+            after=after,
+            measures=names,
+        )
+        for number, parameters in enumerate(combinations(grids, samples, runs or 1, seed), 1)
+    ]
+    if wrong := undeclared_arguments(file, launch_arguments(requests[0])):
+        raise UsageError(wrong[0])
+    return requests, {
+        "file": str(file.absolute()),
+        "arguments": dict(arguments),
+        "grid": list(grid),
+        "sample": list(sample),
+        "runs": runs or 1,
+        "seed": seed,
+        "duration": duration,
+        "timeout": timeout,
+        "after": list(after),
+        "measures": list(names),
+    }
+
+
+def _run(work: "Sweep", jobs: int) -> None:
+    done = sum(result.is_done for result in work.results())
+    count = len(work.requests)
+    left = count - done
+    console.note(
+        f"{left} {'run' if left == 1 else 'runs'}, {min(jobs, left)} at a time, into {work.folder}"
+        + (f"; {done} done before" if done else "")
+    )
+    with SweepProgress(count, done, on_terminal=sys.stderr.isatty()) as progress:
+        work.run(jobs, progress.begin, progress.tell)
+
+
+def _show(work: "Sweep", results: "list[RunResult]", *, as_json: bool) -> None:
+    """The table of what came of the runs."""
+    for result in results:
+        if result.error:
+            console.note(f"Run {result.number}: {result.error}; see {result.folder}")
+    if left := _left(work, results):
+        console.note(f"{left} left: teleopctl sim sweep --resume {work.folder}")
+    if as_json:
+        from dataclasses import asdict
+
+        runs = [asdict(result) for result in results]
+        console.out_json({"folder": str(work.folder), "runs": runs, "left": _left(work, results)})
+        return
+    if not results:
+        return
+    parameters = list(dict.fromkeys(name for result in results for name in result.parameters))
+    measures = list(dict.fromkeys(name for result in results for name in result.measures))
+    rows = [
+        ["run", *parameters, "result", "simulated s", "wall s", *measures],
+        *(
+            [
+                str(result.number),
+                *(result.parameters.get(name, "") for name in parameters),
+                result.result,
+                _number(result.simulated_s),
+                f"{result.wall_s:.1f}",
+                *(_number(result.measures.get(name)) for name in measures),
+            ]
+            for result in results
+        ),
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    console.out_lines(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    )
+
+
+def _left(work: "Sweep", results: "list[RunResult]") -> int:
+    return len(work.requests) - len(results)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"

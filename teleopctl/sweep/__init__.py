@@ -1,0 +1,37 @@
+"""Many runs of a launch file with varied parameters: where `launch` and `bag` meet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.sweep.measure import (
+        Measure as Measure,
+        measure_bag as measure_bag,
+        parse_measure as parse_measure,
+    )
+    from teleopctl.sweep.one_run import (
+        RunRequest as RunRequest,
+        RunResult as RunResult,
+        launch_arguments as launch_arguments,
+    )
+    from teleopctl.sweep.sweep import Sweep as Sweep
+    from teleopctl.sweep.variation import (
+        Grid as Grid,
+        Sample as Sample,
+        combinations as combinations,
+        parse_grid as parse_grid,
+        parse_sample as parse_sample,
+    )
+else:
+    from teleopctl.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach(
+        __name__,
+        {
+            "measure": "Measure measure_bag parse_measure",
+            "one_run": "RunRequest RunResult launch_arguments",
+            "sweep": "Sweep",
+            "variation": "Grid Sample combinations parse_grid parse_sample",
+        },
+    )

@@ -1,0 +1,88 @@
+"""One number of a run's bag: the last, the largest … of a field."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from numbers import Real
+from pathlib import Path
+from typing import NamedTuple
+
+from teleopctl.bag import Decoder, open_bag, parse_field
+from teleopctl.errors import InvalidMessageError, UsageError
+from teleopctl.interfaces import field_reader
+
+_FORM = re.compile(r"(?P<field>/[^:]+?)(?::(?P<how>[a-z]+))?")
+
+_HOW: dict[str, Callable[[list[float]], float]] = {
+    "last": lambda values: values[-1],
+    "first": lambda values: values[0],
+    "min": min,
+    "max": max,
+    "absmax": lambda values: max(map(abs, values)),
+    "mean": lambda values: math.fsum(values) / len(values),
+    "rms": lambda values: math.sqrt(math.fsum(v * v for v in values) / len(values)),
+    "range": lambda values: max(values) - min(values),
+    "count": lambda values: float(len(values)),
+}
+
+
+class Measure(NamedTuple):
+    """What is measured of a run.
+
+    Attributes:
+        field: Topic and field, ``/joint_states/position[0]``.
+        how: What is made of its values.
+    """
+
+    field: str
+    how: str
+
+    @property
+    def name(self) -> str:
+        """As it is shown."""
+        return f"{self.field}:{self.how}"
+
+
+def parse_measure(text: str) -> Measure:
+    """Read ``/joint_states/position[0]:max``; the last value without a word behind a colon.
+
+    Raises:
+        UsageError: It is not of that form.
+    """
+    match = _FORM.fullmatch(text)
+    how = (match["how"] or "last") if match else ""
+    if match is None or how not in _HOW:
+        raise UsageError(
+            f"'{text}' is no measure",
+            hint=f"Such as /joint_states/position[0]:max; there are {', '.join(_HOW)}.",
+        )
+    return Measure(match["field"], how)
+
+
+def measure_bag(bag: Path, measure: Measure) -> float:
+    """The number that a measure makes of a bag.
+
+    Raises:
+        NotFoundError: The bag, or such a topic of it, is not there.
+        InvalidMessageError: It has no message there, or the field is no finite number.
+    """
+    with open_bag(bag) as opened:
+        field = parse_field(measure.field, [topic.name for topic, _ in opened.metadata.topics])
+        decoder = Decoder(opened, [field.topic])
+        read = field_reader(field.path)
+        values = [_number(field.full_name, read(each.message)) for each in decoder.messages()]
+    if not values:
+        raise InvalidMessageError(f"The bag has no message of {field.topic}")
+    number = _HOW[measure.how](values)
+    if not math.isfinite(number):
+        raise InvalidMessageError(f"{measure.name} is {number}")
+    return number
+
+
+def _number(name: str, value: object) -> float:
+    # numpy's numbers too.
+    if isinstance(value, Real):
+        return float(value)
+    raise InvalidMessageError(f"{name} is no number but {type(value).__name__}")

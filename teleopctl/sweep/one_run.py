@@ -1,0 +1,300 @@
+"""One run of a sweep: a launch from its first step to its end, with its bag, and what came of it.
+
+It has a process of its own, in whose environment router, domain and folders are its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl import background, progress
+from teleopctl.errors import LaunchError, TeleopctlError, UnavailableError
+
+if TYPE_CHECKING:
+    from teleopctl.background import ProcessRecord
+    from teleopctl.launch import ProcessStatus, Running
+
+BAG = "bag"
+RESULT_FILE = "result.json"
+_REQUEST_FILE = "run.json"
+
+SIMULATOR = "mujoco_sim"
+_SET_PAUSE = "mujoco_ros2_control_msgs/srv/SetPause"
+
+# How often it is looked whether the launch has ended, in seconds.
+_LOOK_EVERY_S = 0.05
+_BEGINS_WITHIN_S = 30.0
+_ANSWER_WITHIN_S = 5.0
+# What a recorder may need to write what is still in memory.
+_ENDS_WITHIN_S = 30.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRequest:
+    """What one run is to be.
+
+    Attributes:
+        number: From 1.
+        file: Absolute path of the launch file.
+        arguments: Its launch arguments, the same in each run.
+        parameters: What is varied: launch arguments, and parameters of nodes as ``node:parameter``.
+        duration_s: Simulated seconds after which it ends, or None.
+        timeout_s: Seconds of wall time after which it has failed, or None.
+        after: Executables of the launch that end by themselves before its time runs.
+        measures: What is measured, as `parse_measure` reads it.
+    """
+
+    number: int
+    file: str
+    arguments: dict[str, str]
+    parameters: dict[str, str]
+    duration_s: float | None = None
+    timeout_s: float | None = None
+    after: list[str] = field(default_factory=list)
+    measures: list[str] = field(default_factory=list)
+
+    def save(self, folder: Path) -> None:
+        """Write it into the run's folder."""
+        (folder / _REQUEST_FILE).write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+
+
+def load_run(folder: Path) -> RunRequest:
+    """Read what a run is to be from its folder."""
+    return RunRequest(**json.loads((folder / _REQUEST_FILE).read_text(encoding="utf-8")))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """What came of a run.
+
+    Attributes:
+        number: Of the run.
+        parameters: What was varied.
+        result: ``done``, ``failed`` or ``timed out``.
+        error: Why it failed, or what could not be measured; empty otherwise.
+        wall_s: How long it took, in seconds of wall time.
+        simulated_s: The simulated time that it reached, or None where there was none.
+        measures: What was measured, None where that failed.
+        folder: Where its bag and its logs are.
+    """
+
+    number: int
+    parameters: dict[str, str]
+    result: str
+    error: str
+    wall_s: float
+    simulated_s: float | None
+    measures: dict[str, float | None]
+    folder: str
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has run to its end."""
+        return self.result == "done"
+
+    def save(self) -> None:
+        """Write it into the run's folder, whole or not at all."""
+        file = Path(self.folder) / RESULT_FILE
+        draft = file.with_suffix(".new")
+        draft.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+        draft.replace(file)
+
+
+def load_result(folder: Path) -> RunResult | None:
+    """Read what came of a run; None where it has not come to its end."""
+    try:
+        return RunResult(**json.loads((folder / RESULT_FILE).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def launch_arguments(request: RunRequest) -> dict[str, str]:
+    """The launch arguments of a run, those that vary among them."""
+    varied = {name: value for name, value in request.parameters.items() if ":" not in name}
+    return request.arguments | varied
+
+
+def run_once(folder: Path) -> RunResult:
+    """Do the run whose folder this is, and write down what came of it.
+
+    Raises:
+        KeyboardInterrupt: It was stopped; nothing is written down then.
+    """
+    request = load_run(folder)
+    started = time.monotonic()
+    result, error = "done", ""
+    try:
+        _launch(request, folder)
+    except TimeoutError:
+        result, error = "timed out", f"it took longer than {request.timeout_s:g} s"
+    except TeleopctlError as failure:
+        result, error = "failed", failure.message
+    finally:
+        for record in background.records():
+            background.stop(record)
+    simulated_s, measures, missing = _look_into_bag(folder / BAG, request.measures)
+    outcome = RunResult(
+        number=request.number,
+        parameters=request.parameters,
+        result=result,
+        error=error or missing,
+        wall_s=time.monotonic() - started,
+        simulated_s=simulated_s,
+        measures=measures,
+        folder=str(folder),
+    )
+    outcome.save()
+    return outcome
+
+
+def _launch(request: RunRequest, folder: Path) -> None:
+    from teleopctl.launch import LaunchRequest, start_in_background
+
+    # It begins when everything is there, so that no run depends on how fast that was.
+    simulator = ["-p", "paused:=true", "-p", "real_time_factor:=0.0"]
+    if request.duration_s is not None:
+        simulator += ["-p", f"end_time:={request.duration_s:f}"]
+    varied = [(name, value) for name, value in request.parameters.items() if ":" in name]
+    simulators: list[str] = []
+    programs: set[str] = set()
+
+    def note(process: ProcessStatus, node: str | None) -> None:
+        programs.add(_program(process.name))
+        if SIMULATOR in process.command:
+            simulators.append(node or process.node_name or f"/{SIMULATOR}")
+
+    record = start_in_background(
+        LaunchRequest(
+            file=request.file,
+            arguments=launch_arguments(request),
+            exit_status=True,
+            record_into=str(folder / BAG),
+            ros_arguments={
+                SIMULATOR: simulator,
+                "": [word for name, value in varied for word in ("-p", f"{name}:={value}")],
+            },
+            required=[SIMULATOR],
+        ),
+        "run",
+        note,
+        print,
+    )
+    deadline = time.monotonic() + (request.timeout_s or float("inf"))
+    try:
+        _await_ends(request.after, programs)
+        if simulators:
+            _begin(simulators, record)
+        elif request.duration_s is not None:
+            raise LaunchError(f"Nothing of it is a node '{SIMULATOR}', whose time could end")
+        _wait(record, deadline)
+    finally:
+        background.stop(record, patience_s=_ENDS_WITHIN_S)
+
+
+def _program(process: str) -> str:
+    """The executable of a process of a launch, which is called ``exec-N``."""
+    return process.rpartition("-")[0]
+
+
+def _await_ends(names: list[str], programs: set[str]) -> None:
+    """Wait until these programs have ended, and ended well."""
+    from teleopctl.launch import died, running
+
+    for name in names:
+        if name not in programs:
+            known = ", ".join(sorted(programs))
+            raise LaunchError(f"Nothing of it is called '{name}'", hint=f"There are {known}.")
+        while any(_program(entry.record.name) == name for entry in running() if entry.launch):
+            time.sleep(_LOOK_EVERY_S)
+        if dead := [entry for entry in died() if _program(entry.record.name) == name]:
+            raise LaunchError(_how_it_died(dead[0]))
+
+
+def _begin(simulators: list[str], record: ProcessRecord) -> None:
+    """Let the time of these nodes run, unless the launch ends before."""
+    from teleopctl.interfaces import get_service
+    from teleopctl.node import Node, init
+
+    service = get_service(_SET_PAUSE)
+    with init(args=[]) as context, Node("sweep", context=context) as node:
+        for simulator in simulators:
+            client = node.create_client(service, f"{simulator}/set_pause")
+            deadline, reason = time.monotonic() + _BEGINS_WITHIN_S, "no answer"
+            while background.exit_status(record) is None:
+                if time.monotonic() > deadline:
+                    raise UnavailableError(f"{simulator} does not begin: {reason}")
+                if not client.wait_for_service(_LOOK_EVERY_S):
+                    continue
+                answer = client.call(service.Request(paused=False), _ANSWER_WITHIN_S)
+                if answer is not None and answer.success:
+                    break
+                # It refuses until it has got its robot.
+                reason = answer.message if answer else reason
+                time.sleep(_LOOK_EVERY_S)
+
+
+def _wait(record: ProcessRecord, deadline: float) -> None:
+    """Wait until a launch has ended well."""
+    from teleopctl.launch import died
+
+    while (status := background.exit_status(record)) is None:
+        if time.monotonic() > deadline:
+            raise TimeoutError
+        time.sleep(_LOOK_EVERY_S)
+    if status != 0:
+        ends = [_how_it_died(entry) for entry in died() if entry.launch]
+        raise LaunchError("\n".join(ends) or f"the launch ended with exit status {status}")
+
+
+def _how_it_died(entry: Running) -> str:
+    from teleopctl.launch import log_tail
+
+    said = progress.read(entry.record.log_file)
+    if said is not None and said.reason:
+        return f"{entry.record.name}: {said.reason}"
+    return f"{entry.record.name} has {entry.ending}:\n{log_tail(entry.record.log_file)}"
+
+
+def _look_into_bag(
+    bag: Path, measures: list[str]
+) -> tuple[float | None, dict[str, float | None], str]:
+    """The simulated time that was reached, the measures, and why one could not be taken."""
+    from teleopctl.sweep.measure import measure_bag, parse_measure
+
+    simulated_s, error = None, ""
+    values: dict[str, float | None] = dict.fromkeys(measures)
+    try:
+        whole_s = measure_bag(bag, parse_measure("/clock/clock/sec"))
+        simulated_s = whole_s + 1e-9 * measure_bag(bag, parse_measure("/clock/clock/nanosec"))
+    except TeleopctlError:
+        pass  # no simulated time was told
+    for text in measures:
+        try:
+            values[text] = measure_bag(bag, parse_measure(text))
+        except TeleopctlError as failure:
+            error = error or failure.message
+    return simulated_s, values, error
+
+
+def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
+    """The environment of a run: what it starts sees nothing of other runs, nor they of it.
+
+    Args:
+        folder: The run's.
+        slot: Which of the runs at the same time it is, from 0.
+        port: Where its router is to listen, on the loopback interface.
+    """
+    return os.environ | {
+        "TELEOPCTL_ROUTER": f"tcp/127.0.0.1:{port}",
+        "TELEOPCTL_VIEWER": "false",
+        "TELEOPCTL_RUNTIME_DIR": str(folder / "runtime"),
+        "ROS_LOG_DIR": str(folder / "log"),
+        # Even if somebody else's router has that port meanwhile.
+        "ROS_DOMAIN_ID": str(1 + slot),
+    }

@@ -1,0 +1,107 @@
+"""``teleopctl sim sweep``: real runs of small launch files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from teleopctl.bag import open_bag
+from teleopctl.testing import LONGEST_WAIT_S, RosGraph
+from tests.sim.robots import control, joint, link
+
+# A pendulum that falls: nothing drives its hinge.
+ROBOT = " ".join(
+    f"""<robot name="test">{link("base", "")}{link("arm")}{joint("held", "base", "arm")}
+    <link name="rod"><inertial><origin xyz="0 0.1 0.25"/><mass value="$(var mass)"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.001"/></inertial></link>
+    {joint("hinge", "arm", "rod")}{control(held="position")}</robot>""".split()
+)
+PENDULUM = f"""
+launch:
+- arg: {{name: mass, default: "1"}}
+- node:
+    pkg: mujoco_sim
+    exec: mujoco_sim
+    param:
+    - {{name: fixed_base, value: true}}
+    - {{name: update_rate, value: 50}}
+    - {{name: robot_description, type: str, value: '{ROBOT}'}}
+"""
+
+# It waits until there is a file.
+WAITING = """
+launch:
+- arg: {name: file}
+- executable: {cmd: "PYTHON wait.py $(var file)"}
+""".replace("PYTHON", sys.executable)
+WAIT = "import pathlib, sys, time\nwhile not pathlib.Path(sys.argv[1]).exists(): time.sleep(0.05)\n"
+
+
+def states(bag: Path) -> list[bytes]:
+    with open_bag(bag) as opened:
+        return [bytes(message.data) for message in opened.messages(["/mujoco_sim/joint_states"])]
+
+
+def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
+    ros_without_router: RosGraph, tmp_path: Path
+) -> None:
+    (tmp_path / "fall.launch.yaml").write_text(PENDULUM)
+    done = ros_without_router.run(
+        "sim sweep fall.launch.yaml mass:=2 --grid mujoco_sim:update_rate:=50,0,50 "
+        "--duration 0.5 --output runs --jobs 2 "
+        "--measure /mujoco_sim/joint_states.position[1]:last --json",
+        timeout=4 * LONGEST_WAIT_S,
+        cwd=tmp_path,
+    )
+
+    assert done.returncode == 1, done.stderr
+    runs = json.loads(done.stdout)["runs"]
+    assert [run["result"] for run in runs] == ["done", "failed", "done"], done.stderr
+    assert [run["simulated_s"] for run in runs] == [0.5, None, 0.5]
+    assert "'update_rate' is 0" in runs[1]["error"]
+    first, _, third = (Path(run["folder"]) for run in runs)
+    (angle,) = runs[0]["measures"].values()
+    assert abs(angle) > 0.1
+    assert runs[2]["measures"] == runs[0]["measures"]
+    assert states(first / "bag") == states(third / "bag"), "the same bits"
+    assert len(states(first / "bag")) > 20
+
+
+def test_what_is_done_is_kept_at_ctrl_c_and_the_rest_is_done_later(
+    ros_without_router: RosGraph, tmp_path: Path
+) -> None:
+    (tmp_path / "wait.launch.yaml").write_text(WAITING)
+    (tmp_path / "wait.py").write_text(WAIT)
+    again = tmp_path / "again"
+    sweep = ros_without_router.spawn(
+        f"sim sweep wait.launch.yaml --grid file:={tmp_path},{again} --output runs --jobs 1",
+        cwd=tmp_path,
+    )
+    sweep.wait_for_line(r"\[1/2\] run 1")
+    sweep.interrupt()
+    assert sweep.wait() == 130
+    assert "1 left: teleopctl sim sweep --resume" in sweep.stderr
+
+    again.touch()
+    done = ros_without_router.run(
+        "sim sweep --resume runs --json", timeout=2 * LONGEST_WAIT_S, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert [run["number"] for run in json.loads(done.stdout)["runs"]] == [1, 2]
+    assert "1 run, 1 at a time" in done.stderr
+    refused = ros_without_router.run("sim sweep wait.launch.yaml -o runs", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "--resume" in refused.stderr
+
+
+def test_a_name_that_the_launch_file_does_not_know_is_refused_before_anything_runs(
+    ros_without_router: RosGraph, tmp_path: Path
+) -> None:
+    (tmp_path / "wait.launch.yaml").write_text(WAITING)
+    done = ros_without_router.run(
+        "sim sweep wait.launch.yaml file:=x --grid fiel:=1,2 -o runs", cwd=tmp_path
+    )
+    assert done.returncode == 2
+    assert "fiel" in done.stderr
+    assert not (tmp_path / "runs").exists()
