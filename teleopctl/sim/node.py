@@ -84,10 +84,9 @@ class MujocoSim(Node):
         self.declare_parameter("world", "", at_start)
         self.declare_parameter("fixed_base", False, at_start)
         self.declare_parameter("spawn_pose", [0.0] * 6, at_start)
-        fixed = _ParameterDescriptor(read_only=True, dynamic_typing=True)
-        self.declare_parameter("mass_scale", 1.0, fixed)
-        self.declare_parameter("friction_scale", 1.0, fixed)
-        self.declare_parameter("end_time", 0.0, fixed)
+        for name, value in (("mass_scale", 1.0), ("friction_scale", 1.0), ("end_time", 0.0)):
+            fixed = _ParameterDescriptor(read_only=True, dynamic_typing=True)
+            self.declare_parameter(name, value, fixed)
         self.declare_parameter("publish_base_tf", False)
         self.declare_parameter("update_rate", 10)
         self.declare_parameter("timestep", 0.0, number)
