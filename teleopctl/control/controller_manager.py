@@ -151,6 +151,8 @@ class ControllerManager:
                 self.call(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.lifecycle_state = State.INACTIVE
+            if unread := controller.unread_parameters():
+                controller.logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
         else:
             self.logger.error(f"Could not configure the controller named '{name}'")
             self.recover(controller, outcome, State.UNCONFIGURED)

@@ -81,7 +81,9 @@ def _take_over(systems: list[etree._Element]) -> list[str]:
         plugin = system.findtext("hardware/plugin", "").strip()
         if plugin in _SIMULATORS:
             continue
-        foreign.append(f"'{system.get('name')}' ({plugin})")
+        names = [tag.get("name") for tag in system.iterfind("hardware/param")]
+        without = f", without its {', '.join(map(str, names))}" if names else ""
+        foreign.append(f"'{system.get('name')}' ({plugin}{without})")
         for hardware in system.findall("hardware"):
             system.remove(hardware)
         hardware = etree.Element("hardware")

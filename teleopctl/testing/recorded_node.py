@@ -97,6 +97,7 @@ class RecordedNode:
     ) -> None:
         self._name = name
         self._parameters = dict(parameters or {})
+        self._given = dict(self._parameters)
         self._post_set: list[Callable[[list[Parameter]], None]] = []
         self.log = RecordedLog(name)
         self.endpoints: dict[str, RecordedEndpoint] = {}
@@ -147,6 +148,10 @@ class RecordedNode:
 
     def get_parameter(self, name: str) -> Parameter:  # noqa: D102
         return Parameter(name, value=self._parameters[name])
+
+    def get_parameter_overrides(self) -> dict[str, Parameter]:
+        """What a parameter file would set."""
+        return {name: Parameter(name, value=value) for name, value in self._given.items()}
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
         """Set parameters and tell whoever asked for it."""

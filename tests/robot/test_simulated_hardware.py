@@ -49,7 +49,7 @@ def test_whatever_hardware_a_system_has_it_becomes_the_simulator_and_that_is_sai
     (part,) = RobotDescription.from_urdf(urdf).ros2_control
     assert (part.name, part.hardware_plugin_name) == ("Real", SIMULATOR)
     assert part.hardware_parameters == {}  # a port of the real one
-    assert remarks == ("The simulator is the hardware of 'Real' (vendor/Driver)",)
+    assert remarks == ("The simulator is the hardware of 'Real' (vendor/Driver, without its port)",)
 
 
 def test_of_several_systems_each_keeps_its_name_and_its_joints():
@@ -64,8 +64,8 @@ def test_of_several_systems_each_keeps_its_name_and_its_joints():
     assert {part.hardware_plugin_name for part in description.ros2_control} == {SIMULATOR}
     assert commands(description) == {"a": ["position"], "b": ["position"]}
     assert remarks == (
-        "The simulator is the hardware of 'Arm' (vendor/Arm), "
-        "'Hand' (mock_components/GenericSystem)",
+        "The simulator is the hardware of 'Arm' (vendor/Arm, without its port), "
+        "'Hand' (mock_components/GenericSystem, without its port)",
     )
 
 

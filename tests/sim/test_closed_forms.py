@@ -6,11 +6,12 @@ import re
 import numpy as np
 import pytest
 
+from teleopctl.interfaces import set_stamp
 from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot.urdf import Pose
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import box, control, joint, link, model, robot
-from tests.sim.test_driving import Driven, TwistStamped, set_stamp, solid
+from tests.sim.test_driving import Driven, TwistStamped, solid
 
 G = 9.81
 TICK_NS = 10_000_000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -25,6 +26,13 @@ if TYPE_CHECKING:
         Node,
     )
     from teleopctl.robot import JointLimits
+
+# Parameters that the manager reads, or every node has.
+_OF_ANY_CONTROLLER = re.compile(
+    r"(type|update_rate|is_async|async_parameters|thread_priority|params_file|fallback_controllers"
+    r"|node_options_args|use_sim_time|use_global_arguments|robot_description|qos_overrides"
+    r"|start_type_description_service|lock_memory|cpu_affinity)(\.|$)"
+)
 
 T = TypeVar("T", bound="AllowableParameterValue")
 
@@ -115,6 +123,7 @@ class ControllerInterface:
         self.command_interfaces: list[CommandInterface] = []
         self.lifecycle_state = State.UNCONFIGURED
         self.update_rate = params.update_rate
+        self._known_parameters: set[str] = set()
 
     def get_node(self) -> Node:
         """The controller's node."""
@@ -137,6 +146,7 @@ class ControllerInterface:
             InvalidParameterError: Its value is of another type than the default.
         """
         node = self.get_node()
+        self._known_parameters.add(name)
         if not node.has_parameter(name):
             from teleopctl.interfaces import get_message
 
@@ -146,6 +156,20 @@ class ControllerInterface:
             )
         value: object = node.get_parameter(name).value
         return default if value is None else cast(T, _of_type(name, value, default))
+
+    def unread_parameters(self) -> list[str]:
+        """Parameters that somebody has set and that mean nothing to a controller of ours.
+
+        Asked for after ``on_configure``; a stranger's controller may read its node's by itself.
+        """
+        if not type(self).__module__.startswith(f"{__package__}."):
+            return []
+        given = self.get_node().get_parameter_overrides()
+        return sorted(
+            name
+            for name in given
+            if name not in self._known_parameters and not _OF_ANY_CONTROLLER.match(name)
+        )
 
     def create_action_server(
         self,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.testing import ControlStack, serial_robot
 
 ACKERMANN = "ackermann_steering_controller/AckermannSteeringController"
@@ -243,3 +243,32 @@ def test_a_mecanum_square_without_turning_ends_where_it_began():
 def test_what_is_no_base_is_refused(kind, parameters):
     with pytest.raises(AssertionError, match="Could not configure"):
         Base(kind, parameters)
+
+
+def test_a_forklifts_odometry_is_reset_by_its_service():
+    base = Base(FORKLIFT_TYPE, FORKLIFT)
+    base.drive(1.0, 0.0, 1.0)
+    assert base.pose[0] == pytest.approx(1.0, abs=0.05)
+    empty = get_service("std_srvs/srv/Empty")
+    base.node.call("~/reset_odometry", empty.Request(), empty.Response())
+    base.stack.step()
+    assert base.pose == pytest.approx((0.0, 0.0, 0.0), abs=0.001)
+
+
+def test_a_base_on_rollers_tells_its_wheels_speeds():
+    base = Base(MECANUM, ROLLERS)
+    base.drive(1.0, 0.0, 1.0)
+    state = next(
+        state
+        for state in reversed(base.node.published("~/controller_state"))
+        if state.reference_velocity.linear.x
+    )
+    speeds = (state.front_left_wheel_velocity, state.back_right_wheel_velocity)
+    assert speeds == pytest.approx((1.0 / RADIUS,) * 2)
+
+
+def test_parameters_that_mean_nothing_to_a_controller_are_named():
+    base = Base(MECANUM, ROLLERS | {"odometry_rate": 5.0, "kinematics.wheel_radius": 0.1})
+    assert base.node.log.texts("warning") == [
+        "Parameters that have no effect: kinematics.wheel_radius, odometry_rate"
+    ]

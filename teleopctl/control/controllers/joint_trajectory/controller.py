@@ -90,6 +90,7 @@ class JointTrajectoryController(ControllerInterface):
                 "[Deprecated] 'open_loop_control' parameter is deprecated. Instead, set the "
                 "feedback gains to zero and use 'interpolate_from_desired_state' parameter"
             )
+        self._known_parameters.update(UNSUPPORTED)
         for name in UNSUPPORTED:
             if self.get_node().has_parameter(name) and self.get_node().get_parameter(name).value:
                 self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
 from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, read_limits
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import VELOCITY
+from teleopctl.control.lifecycle import CallbackReturn
+from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.interfaces import get_message, set_stamp
 
 _WHEELS = ("front_left", "front_right", "rear_right", "rear_left")
 # What sideways motion and turning add to each wheel.
@@ -61,6 +66,38 @@ class MecanumDriveController(MobileBaseController):
             ]
         except ValueError as error:
             raise InvalidBaseError(str(error)) from None
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Open the topic of its state too."""
+        outcome = super().on_configure()
+        if outcome is None:
+            # Any: message classes are made at run time. Made once and filled anew each time.
+            kind: Any = get_message("control_msgs/msg/MecanumDriveControllerState")
+            self._state_message: Any = kind()
+            self._state_publisher = self.get_node().create_publisher(kind, "~/controller_state", 10)
+            self._realtime_state = RealtimePublisher(self.params.publish_queue, self._publish_state)
+        return outcome
+
+    def on_cleanup(self) -> None:
+        """Close the topics."""
+        super().on_cleanup()
+        self.get_node().destroy_publisher(self._state_publisher)
+
+    def commanded(self, time_ns: int, velocity: BaseVelocity) -> None:
+        """Publish the wheels' speeds and what has been commanded."""
+        speeds = [state.value for state in self.state_interfaces]
+        self._realtime_state.try_publish((time_ns, speeds, velocity))
+
+    def _publish_state(self, value: tuple[int, Sequence[float], BaseVelocity]) -> None:
+        time_ns, speeds, velocity = value
+        message = self._state_message
+        set_stamp(message.header.stamp, time_ns)
+        # In an open loop nothing is measured.
+        for wheel, speed in zip(_WHEELS, speeds or [math.nan] * len(_WHEELS), strict=True):
+            setattr(message, f"{wheel.replace('rear', 'back')}_wheel_velocity", speed)
+        twist = message.reference_velocity
+        twist.linear.x, twist.linear.y, twist.angular.z = velocity
+        self._state_publisher.publish(message)
 
     def on_activate(self) -> None:
         """Stand still."""

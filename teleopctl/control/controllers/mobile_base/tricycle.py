@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from teleopctl.control.controllers.mobile_base.base import InvalidBaseError, MobileBaseController
 from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter, RateLimits
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity
 from teleopctl.control.handles import POSITION, VELOCITY
+from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.interfaces import get_service
 
 # Parameters of ROS 2's controller that do nothing here.
 _UNSUPPORTED = ("publish_ackermann_command", "odom_only_twist")
@@ -31,6 +34,34 @@ class TricycleController(MobileBaseController):
         """Declare what has another default than elsewhere."""
         super().on_init()
         self.auto_declare("enable_odom_tf", False)
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Offer to reset the odometry too."""
+        outcome = super().on_configure()
+        self._resets = False
+        if outcome is None:
+            self._service = self.get_node().create_service(
+                get_service("std_srvs/srv/Empty"), "~/reset_odometry", self._reset_odometry
+            )
+        return outcome
+
+    def on_cleanup(self) -> None:
+        """Close the topics and the service."""
+        super().on_cleanup()
+        self.get_node().destroy_service(self._service)
+
+    # Any: requests and responses, whose classes are made at run time.
+    def _reset_odometry(self, request: Any, response: Any) -> Any:
+        del request
+        self._resets = True
+        return response
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """Drive, from a new origin where that has been asked for."""
+        if self._resets:
+            self._resets = False
+            self._odometry.reset()
+        return super().update(time_ns, period)
 
     def read_timeout(self) -> float:
         """Seconds; the parameter has milliseconds."""
