@@ -22,6 +22,11 @@ from teleopctl.mujoco_model.free_bodies import free_root
 _FRICTION_STIFFNESS = 10.0
 _NOSLIP_ITERATIONS = 4
 
+# Coefficients of friction that differ by less than this part are the same.
+_PRIORITY_STEPS = 1000
+# Wheels are written with as much as 1e15; beyond this nothing slips anyway.
+_ROUGHEST = 1000.0
+
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
 
@@ -34,6 +39,22 @@ def hold_by_friction(spec: mujoco.MjSpec) -> None:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _FRICTION_STIFFNESS
     spec.option.noslip_iterations = _NOSLIP_ITERATIONS
+
+
+# Any stands for MuJoCo's shapes, whose class has no types.
+def give_friction(geom: Any, coefficient: float, usual: float) -> None:
+    """Give a shape a coefficient of friction.
+
+    Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the larger
+    coefficient unless one shape has priority. Those that nobody gave any have 0.
+
+    Args:
+        geom: The shape.
+        coefficient: Its coefficient of friction.
+        usual: That of the shapes that nobody gave any.
+    """
+    geom.friction[0] = coefficient
+    geom.priority = round((usual - min(coefficient, _ROUGHEST)) * _PRIORITY_STEPS)
 
 
 def exclude_adjacent(spec: mujoco.MjSpec) -> None:

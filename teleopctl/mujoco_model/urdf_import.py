@@ -14,7 +14,8 @@ import mujoco
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot import repair_urdf
+from teleopctl.mujoco_model.contacts import give_friction
+from teleopctl.robot import gazebo_colour, repair_urdf
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
@@ -26,29 +27,6 @@ COLLISION_GROUP = 3
 WEIGHING_GROUP = 4
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
-
-# What robots in Gazebo name their colours; a tag there wins over the URDF's own colour.
-_GAZEBO_COLOURS = {
-    "black": (0.05, 0.05, 0.05),
-    "blue": (0.1, 0.2, 0.85),
-    "darkgray": (0.25, 0.25, 0.25),
-    "darkgrey": (0.25, 0.25, 0.25),
-    "gray": (0.6, 0.6, 0.6),
-    "green": (0.1, 0.7, 0.15),
-    "grey": (0.6, 0.6, 0.6),
-    "indigo": (0.33, 0.0, 0.5),
-    "orange": (0.95, 0.45, 0.05),
-    "purple": (0.6, 0.1, 0.7),
-    "red": (0.85, 0.1, 0.1),
-    "turquoise": (0.1, 0.8, 0.75),
-    "white": (0.95, 0.95, 0.95),
-    "yellow": (0.95, 0.85, 0.1),
-}
-
-# Coefficients of friction that differ by less than this part are the same.
-_PRIORITY_STEPS = 1000
-# Wheels are written with as much as 1e15; beyond this nothing slips anyway.
-_ROUGHEST = 1000.0
 
 
 def import_urdf(urdf: str) -> mujoco.MjSpec:
@@ -73,7 +51,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
         ) from error
     for geom in spec.geoms:
         geom.group = COLLISION_GROUP if geom.contype else VISUAL_GROUP
-    _show_bare_collisions(spec)
+    show_bare_collisions(spec)
     return spec
 
 
@@ -89,21 +67,12 @@ def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
         body = spec.body(link)
         if body is None:
             continue
-        colour = _gazebo_colour(properties.material) if properties.material else None
+        colour = gazebo_colour(properties.material) if properties.material else None
         for geom in body.geoms:
             if colour is not None:
                 geom.rgba[:3] = colour
             if properties.mu1 is not None:
-                geom.friction[0] = properties.mu1
-                # Of two that touch the smoother one decides, as in Gazebo; MuJoCo would take the
-                # larger coefficient unless one shape has priority. Those without a tag have 0.
-                roughness = min(properties.mu1, _ROUGHEST)
-                geom.priority = round((default - roughness) * _PRIORITY_STEPS)
-
-
-def _gazebo_colour(material: str) -> tuple[float, float, float] | None:
-    """The red, green and blue (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
-    return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())
+                give_friction(geom, properties.mu1, default)
 
 
 def _with_compiler_options(urdf: str) -> str:
@@ -132,7 +101,7 @@ def _with_compiler_options(urdf: str) -> str:
     return text
 
 
-def _show_bare_collisions(spec: mujoco.MjSpec) -> None:
+def show_bare_collisions(spec: mujoco.MjSpec) -> None:
     """Draw the collision shapes of links that have nothing else to be seen by."""
     for body in spec.bodies:
         geoms = list(body.geoms)

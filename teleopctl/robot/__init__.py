@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.formats.urdf_tags import unknown_tags as unknown_tags
     from teleopctl.robot.free_joints import JointSet as JointSet
+    from teleopctl.robot.gazebo_colours import gazebo_colour as gazebo_colour
     from teleopctl.robot.gazebo_plugins.effects import GroundTruth as GroundTruth
     from teleopctl.robot.gazebo_plugins.table import (
         MotionPlugins as MotionPlugins,
@@ -40,6 +41,20 @@ if TYPE_CHECKING:
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
+    )
+    from teleopctl.robot.scene.scene import (
+        Scene as Scene,
+        SceneBody as SceneBody,
+        SceneInertial as SceneInertial,
+        SceneJoint as SceneJoint,
+        SceneLight as SceneLight,
+        SceneModel as SceneModel,
+        SceneShape as SceneShape,
+    )
+    from teleopctl.robot.scene.world_file import (
+        World as World,
+        read_world as read_world,
+        read_world_text as read_world_text,
     )
     from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
     from teleopctl.robot.sensors.sensor_tag import (
@@ -66,11 +81,6 @@ if TYPE_CHECKING:
         Mimic as Mimic,
         Pose as Pose,
         Sphere as Sphere,
-    )
-    from teleopctl.robot.world_file import (
-        World as World,
-        read_world as read_world,
-        read_world_text as read_world_text,
     )
     from teleopctl.robot.xacro_file import (
         ExpandedXacro as ExpandedXacro,
@@ -103,7 +113,10 @@ else:
             "sensors.sensor_tag": "Noise Plugin Rays Sensor Sweep",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
-            "world_file": "World read_world read_world_text",
+            "gazebo_colours": "gazebo_colour",
+            "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
+            "SceneShape",
+            "scene.world_file": "World read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

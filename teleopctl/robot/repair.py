@@ -22,6 +22,8 @@ _ONCE = {
     "material": ("color", "texture"),
     "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics"),
 }
+# What a URDF that was made of another format says of what it lacks.
+REMARK = "remark"
 _VECTORS = ("xyz", "rpy", "size", "scale", "rgba")
 _INERTIAS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _PARTS: dict[str, Callable[[Element], object]] = {
@@ -38,6 +40,8 @@ def repair_urdf(robot: Element) -> list[str]:
         One sentence for each kind of repair, with its lines.
     """
     notes = _Notes()
+    for remark in robot.findall(REMARK):
+        notes.add((remark.text or "").strip())
     for link in robot.findall("link"):
         _repair_tree(link, notes)
         for tag, read in _PARTS.items():

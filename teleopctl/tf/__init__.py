@@ -68,6 +68,7 @@ if TYPE_CHECKING:
         normalize as normalize,
         quaternion_from_axis_angle as quaternion_from_axis_angle,
         quaternion_from_rpy as quaternion_from_rpy,
+        rotate as rotate,
         rpy_from_quaternion as rpy_from_quaternion,
         slerp as slerp,
     )
@@ -96,6 +97,6 @@ else:
             "monitor": "GATHER_S MonitorResults monitor_transforms",
             "transforms": "Quaternion Transform Vector3 conjugate matrix_from_quaternion multiply "
             "normalize quaternion_from_axis_angle quaternion_from_rpy rpy_from_quaternion "
-            "slerp",
+            "rotate slerp",
         },
     )

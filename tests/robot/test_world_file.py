@@ -53,7 +53,7 @@ def test_a_scene_of_mujocos_is_left_to_mujoco(tmp_path):
     [
         (b"", "{file}:1: invalid XML: "),
         (b"<robot>\n<link>\n</robot>", "{file}:3: invalid XML: "),
-        (b"\n<sdf/>", "{file}:2: <sdf> is no world"),
+        (b"\n<house/>", "{file}:2: <house> is no world"),
         (b'<robot name="\xff"/>', "{file}:1: invalid XML: "),
         (b'<?xml version="1.0" encoding="latin1"?><robot name="\xff"/>', "{file} is not text in"),
         (b"<robot/>", "{file}: No link elements found in urdf file"),

@@ -12,13 +12,14 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from teleopctl.robot import RobotDescription, World
+    from teleopctl.robot import RobotDescription, Scene, World
 
 # In front of the names of all that is of the world, but of bodies, which are frames to others.
 WORLD_PREFIX = "world/"
@@ -55,7 +56,9 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
     things, warnings = read_things(world)
     spec.option.gravity = things.option.gravity
     bodies = attach_things(spec, things, str(world.path), frame)
-    return bodies, [f"{world.path.name}: {warning}" for warning in warnings]
+    # What SDF leaves out is told with its file and line.
+    told = () if world.scene is None else world.scene.remarks
+    return bodies, [*told, *(f"{world.path.name}: {warning}" for warning in warnings)]
 
 
 def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
@@ -64,6 +67,8 @@ def read_things(world: World) -> tuple[mujoco.MjSpec, list[str]]:
     Raises:
         InvalidDescriptionError: MuJoCo cannot simulate it.
     """
+    if world.scene is not None:
+        return _build(world.path, world.scene)
     if world.description is not None:
         return _read_urdf(world.path, world.description)
     things = _read_scene(world)
@@ -139,6 +144,16 @@ def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec
     except InvalidDescriptionError:
         # One broken mesh costs that one alone.
         things, warnings = _import(path, description, try_each_mesh=True)
+        _see_that_it_compiles(things, path)
+    return things, warnings
+
+
+def _build(path: Path, scene: Scene) -> tuple[mujoco.MjSpec, list[str]]:
+    things, warnings = scene_spec(scene)
+    try:
+        _see_that_it_compiles(things, path)
+    except InvalidDescriptionError:
+        things, warnings = scene_spec(scene, try_each=True)
         _see_that_it_compiles(things, path)
     return things, warnings
 

@@ -15,12 +15,12 @@ from lxml import etree
 from teleopctl.packages import include_package_of
 from teleopctl.robot.xacro_file import ExpandedXacro, read_xacro
 
-ModelKind = Literal["urdf", "mjcf"]
+ModelKind = Literal["urdf", "mjcf", "sdf"]
 
 # What xacro does something with, and what only a whole reader of XML gets right.
 _EXPANDED = re.compile(r"xacro|\$[({]|<!DOCTYPE|encoding\s*=\s*.(?!utf-8)", re.IGNORECASE)
 
-_KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf"}
+_KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
 
 def model_kind(path: Path | str) -> ModelKind:
@@ -45,7 +45,7 @@ def read_model(
     """Read a robot's file, and tell the files that it includes.
 
     Args:
-        path: URDF, xacro or MJCF, told apart by the root element.
+        path: URDF, xacro, SDF or MJCF, told apart by the root element.
         mappings: Values of a xacro file's ``<xacro:arg>`` by name; the others take none.
         safe: See `expand_xacro`.
 
@@ -56,10 +56,15 @@ def read_model(
     Raises:
         InvalidDescriptionError: When it cannot be read.
     """
-    if model_kind(path) == "mjcf":
+    kind = model_kind(path)
+    if kind == "mjcf":
         from teleopctl.robot.formats.mjcf_urdf import mjcf_as_urdf
 
         return mjcf_as_urdf(Path(path))
+    if kind == "sdf":
+        from teleopctl.robot.scene.sdf_urdf import sdf_as_urdf
+
+        return sdf_as_urdf(Path(path))
     plain = _plain_urdf(Path(path))
     if plain is not None:
         include_package_of(Path(path))

@@ -55,7 +55,7 @@ _FEATURES = (
     "AVAILABLE_WORLDS",
     "SPAWNING_ENTITIES",
 )
-_FORMATS = ("urdf", "mjcf")
+_FORMATS = ("sdf", "urdf", "mjcf")
 
 
 class RunServices:

@@ -2,8 +2,8 @@
 
 A world is a file of its own, so that the robot's description stays what it is on the real robot.
 It is URDF or xacro, whose links on fixed joints stand still and whose links on floating joints
-from `world` move freely; what is on another joint moves as it is pushed, as a door does. Or it is a
-scene of MuJoCo's (MJCF), which MuJoCo reads.
+from `world` move freely; what is on another joint moves as it is pushed, as a door does. Or it is
+SDF, as Gazebo has it, or a scene of MuJoCo's (MJCF), which MuJoCo reads.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse
 from teleopctl.robot.repair import repair_urdf
+from teleopctl.robot.scene.scene import Scene
+from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
 from teleopctl.robot.xacro_file import expand_xacro
 
 _SOLIDS = ".//geometry/*"
@@ -35,12 +37,14 @@ class World:
         description: What it says; None for a scene of MuJoCo's.
         text: What stands in it, where there is no such file.
         name: What it calls itself.
+        scene: What it says, where it is SDF.
     """
 
     path: Path
     description: RobotDescription | None
     text: str = ""
     name: str = ""
+    scene: Scene | None = None
 
     @property
     def moves(self) -> bool:
@@ -52,7 +56,7 @@ def read_world(path: Path) -> World:
     """Read a world file.
 
     Args:
-        path: URDF, xacro or MJCF, told apart by the root element.
+        path: URDF, xacro, SDF or MJCF, told apart by the root element.
 
     Raises:
         InvalidDescriptionError: It is missing, broken, of another kind, has sizes or places
@@ -65,6 +69,8 @@ def read_world(path: Path) -> World:
     except OSError as error:
         raise InvalidDescriptionError(f"Cannot read {path}: {error.strerror}") from error
     root = _parse(path, content)
+    if root.tag == "sdf":
+        return _staged(path, read_sdf(path))
     if root.tag == "mujoco":
         return World(path, None, name=root.get("model") or "")
     if _XACRO in content:
@@ -81,7 +87,7 @@ def read_world_text(text: str, where: str) -> World:
     """Read what could stand in a world file.
 
     Args:
-        text: URDF or MJCF.
+        text: URDF, SDF or MJCF.
         where: What errors call it.
 
     Raises:
@@ -89,11 +95,17 @@ def read_world_text(text: str, where: str) -> World:
     """
     path, content = Path(where), text.encode(errors="surrogatepass")
     root = _parse(path, content)
+    if root.tag == "sdf":
+        return _staged(path, read_sdf_text(text, path), text)
     if root.tag == "mujoco":
         return World(path, None, text, root.get("model") or "")
     if _XACRO in content:
         raise UnknownFormatError(f"{where}: xacro is not expanded here: hand over what comes of it")
     return _described(path, _checked(path, text, has_lines=True), text)
+
+
+def _staged(path: Path, scene: Scene, text: str = "") -> World:
+    return World(path, None, text, scene.name, scene)
 
 
 def _described(path: Path, description: RobotDescription, text: str = "") -> World:
@@ -108,10 +120,10 @@ def _parse(path: Path, content: bytes) -> Element:
     except etree.XMLSyntaxError as error:
         reason = error.msg or "it is empty"
         raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
-    if root.tag not in ("robot", "mujoco"):
+    if root.tag not in ("robot", "mujoco", "sdf"):
         raise UnknownFormatError(
             f"{path}:{root.sourceline}: <{root.tag}> is no world",
-            hint="A world is a URDF or xacro file (<robot>) or a scene of MuJoCo's (<mujoco>).",
+            hint="A world is URDF or xacro (<robot>), SDF (<sdf>) or MuJoCo's own (<mujoco>).",
         )
     return root
 

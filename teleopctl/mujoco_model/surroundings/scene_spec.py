@@ -1,0 +1,287 @@
+"""A scene of Gazebo's or of our own as a ``mujoco.MjSpec``."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.mujoco_model.assets import resolve_meshes
+from teleopctl.mujoco_model.contacts import give_friction
+from teleopctl.mujoco_model.inertia import repair_inertias
+from teleopctl.mujoco_model.urdf_import import (
+    COLLISION_GROUP,
+    VISUAL_GROUP,
+    show_bare_collisions,
+)
+from teleopctl.tf import Transform, matrix_from_quaternion, rotate
+
+if TYPE_CHECKING:
+    from teleopctl.robot import (
+        Scene,
+        SceneBody,
+        SceneInertial,
+        SceneJoint,
+        SceneLight,
+        SceneModel,
+        SceneShape,
+    )
+
+_GEOM = mujoco.mjtGeom
+_KINDS = {
+    "box": _GEOM.mjGEOM_BOX,
+    "sphere": _GEOM.mjGEOM_SPHERE,
+    "cylinder": _GEOM.mjGEOM_CYLINDER,
+    "capsule": _GEOM.mjGEOM_CAPSULE,
+    "ellipsoid": _GEOM.mjGEOM_ELLIPSOID,
+    "plane": _GEOM.mjGEOM_PLANE,
+    "mesh": _GEOM.mjGEOM_MESH,
+    "heightmap": _GEOM.mjGEOM_HFIELD,
+}
+_LIGHTS = {
+    "directional": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+    "point": mujoco.mjtLightType.mjLIGHT_POINT,
+    "spot": mujoco.mjtLightType.mjLIGHT_SPOT,
+}
+# MuJoCo draws no more.
+_MOST_LIGHTS = 90
+# How far below its lowest point a heightmap reaches, in metres.
+_BASE_M = 0.1
+
+
+def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, list[str]]:
+    """Build a scene.
+
+    Args:
+        scene: What stands and lies in it.
+        try_each: Whether to look for meshes that MuJoCo refuses, see `resolve_meshes`.
+
+    Returns:
+        Its ``mujoco.MjSpec``, and a sentence for each thing that was repaired or left out.
+    """
+    builder = _Builder()
+    if scene.gravity is not None:
+        builder.spec.option.gravity = scene.gravity
+    for model in scene.models:
+        builder.add_model(model)
+    for light in scene.lights[:_MOST_LIGHTS]:
+        _add_light(builder.spec, light)
+    if len(scene.lights) > _MOST_LIGHTS:
+        builder.warnings.append(f"{len(scene.lights) - _MOST_LIGHTS} lights are left out")
+    spec = builder.spec
+    builder.warnings += resolve_meshes(spec, try_each=try_each)
+    builder.warnings += repair_inertias(spec)
+    show_bare_collisions(spec)
+    return spec, builder.warnings
+
+
+class _Builder:
+    def __init__(self) -> None:
+        self.spec = mujoco.MjSpec()
+        self.spec.compiler.degree = False
+        self.warnings: list[str] = []
+        self._friction = float(self.spec.default.geom.friction[0])
+        self._assets: dict[tuple[object, ...], str] = {}
+
+    def add_model(self, model: SceneModel) -> None:
+        """Add a model: one body where it stands still, else one for each of its own."""
+        self._tell_left_out(model)
+        if model.static:
+            body = self.spec.worldbody.add_body(name=model.name)
+            _put(body, model.pose)
+            for part in model.bodies.values():
+                self._add_shapes(body, part, part.pose, still=True)
+            return
+        joints: dict[str, SceneJoint] = {}
+        for joint in model.joints:
+            if joint.child not in model.bodies or joints.setdefault(joint.child, joint) != joint:
+                self.warnings.append(
+                    f"Joint '{joint.name}' of '{model.name}' is left out: it closes a loop"
+                )
+        roots = [name for name in model.bodies if _starts(joints.get(name), model)]
+        for root in roots:
+            # A thing of one piece is where its model is, not where its first link is.
+            alone = len(roots) == 1
+            name = model.name if alone else f"{model.name}/{root}"
+            frame = Transform() if alone else model.bodies[root].pose
+            body = self.spec.worldbody.add_body(name=name)
+            _put(body, model.pose @ frame)
+            held = joints.get(root)
+            if held is None:
+                body.add_freejoint()
+            else:
+                self._add_joint(body, held, frame)
+            self._fill(body, model, root, frame, joints, still=held is not None)
+        lost = set(model.bodies) - set(_reached(roots, joints))
+        for name in sorted(lost):
+            self.warnings.append(f"Link '{name}' of '{model.name}' is left out: it is in a ring")
+
+    def _fill(
+        self,
+        body: Any,
+        model: SceneModel,
+        name: str,
+        frame: Transform,
+        joints: dict[str, SceneJoint],
+        *,
+        still: bool,
+    ) -> None:
+        """Give a MuJoCo body what is in a link, and the links that hang on it.
+
+        Args:
+            body: MuJoCo's body.
+            model: Whose link it is.
+            name: The link.
+            frame: Where the body is in the model.
+            joints: The model's joints by their children.
+            still: Whether the body may stand in the world for ever.
+        """
+        part = model.bodies[name]
+        here = frame.inverse() @ part.pose
+        joint = joints.get(name)
+        still = still and (joint is None or joint.kind == "fixed")
+        self._add_shapes(body, part, here, still=still)
+        if part.inertial is not None and not still:
+            _weigh(body, part.inertial, here)
+        body.gravcomp = 0.0 if part.gravity else 1.0
+        for child, link in joints.items():
+            if link.parent != name:
+                continue
+            own = model.bodies[child].pose
+            below = body.add_body(name=f"{model.name}/{child}")
+            _put(below, frame.inverse() @ own)
+            self._add_joint(below, link, own)
+            self._fill(below, model, child, own, joints, still=still)
+
+    def _add_joint(self, body: Any, joint: SceneJoint, frame: Transform) -> None:
+        if joint.kind == "fixed":
+            return
+        place = frame.inverse() @ joint.pose
+        name = f"{body.name}_{joint.name}"
+        if joint.kind == "ball":
+            body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL, pos=list(place.translation))
+            return
+        turns = joint.kind == "revolute"
+        made = body.add_joint(
+            name=name,
+            type=mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE,
+            pos=list(place.translation),
+            axis=list(rotate(place.rotation, joint.axis)),
+            frictionloss=joint.friction,
+        )
+        made.damping[0] = joint.damping
+        if math.isfinite(joint.lower) and math.isfinite(joint.upper) and joint.lower < joint.upper:
+            made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+            made.range = [joint.lower, joint.upper]
+
+    def _add_shapes(self, body: Any, part: SceneBody, frame: Transform, *, still: bool) -> None:
+        for shape in part.shapes:
+            if shape.kind in ("plane", "heightmap") and not still:
+                self.warnings.append(
+                    f"A {shape.kind} of '{body.name}' is left out: only what stands has one"
+                )
+                continue
+            self._add_shape(body, shape, frame)
+
+    def _add_shape(self, body: Any, shape: SceneShape, frame: Transform) -> None:
+        place, quat = _place(frame @ shape.pose)
+        geom = body.add_geom(type=_KINDS[shape.kind], pos=place, quat=quat)
+        a, b, c = shape.size
+        match shape.kind:
+            case "box":
+                geom.size = [a / 2, b / 2, c / 2]
+            case "cylinder" | "capsule":
+                geom.size = [a, b / 2, 0.0]
+            case "plane":
+                geom.size = [a / 2, b / 2, 0.05]
+            case "mesh":
+                geom.meshname = self._mesh(shape)
+            case "heightmap":
+                geom.hfieldname = self._heightmap(shape)
+            case _:
+                geom.size = [a, b, c]
+        if shape.rgba is not None:
+            geom.rgba = list(shape.rgba)
+        geom.group = COLLISION_GROUP if shape.touches else VISUAL_GROUP
+        if not shape.touches:
+            geom.contype = geom.conaffinity = 0
+            geom.density = 0.0
+        elif shape.friction is not None:
+            give_friction(geom, shape.friction, self._friction)
+
+    def _mesh(self, shape: SceneShape) -> str:
+        # What is seen and what touches are drawn, and simplified, each in its own way.
+        key = ("mesh", shape.file, shape.size, shape.touches)
+        if key not in self._assets:
+            self._assets[key] = f"mesh{len(self._assets)}"
+            self.spec.add_mesh(name=self._assets[key], file=str(shape.file), scale=list(shape.size))
+        return self._assets[key]
+
+    def _heightmap(self, shape: SceneShape) -> str:
+        key = ("heightmap", shape.file, shape.size)
+        if key not in self._assets:
+            self._assets[key] = f"heightmap{len(self._assets)}"
+            width, depth, height = shape.size
+            self.spec.add_hfield(
+                name=self._assets[key],
+                file=str(shape.file),
+                size=[width / 2, depth / 2, height, _BASE_M],
+            )
+        return self._assets[key]
+
+    def _tell_left_out(self, model: SceneModel) -> None:
+        sensors = [s for body in model.bodies.values() for s in body.sensors]
+        sensors += [sensor for joint in model.joints for sensor in joint.sensors]
+        for words, elements in (("sensors", sensors), ("plug-ins", model.plugins)):
+            if elements:
+                names = ", ".join(dict.fromkeys(str(e.get("name") or e.tag) for e in elements))
+                self.warnings.append(
+                    f"'{model.name}' has {words} ({names}) that are left out: {words} are of robots"
+                )
+
+
+def _starts(joint: SceneJoint | None, model: SceneModel) -> bool:
+    return joint is None or joint.parent == "world" or joint.parent not in model.bodies
+
+
+def _reached(roots: list[str], joints: dict[str, SceneJoint]) -> list[str]:
+    found = list(roots)
+    for name in found:
+        found += [
+            child for child, joint in joints.items() if joint.parent == name and child not in found
+        ]
+    return found
+
+
+# Any stands for MuJoCo's elements, which have no types.
+def _put(body: Any, pose: Transform) -> None:
+    body.pos, body.quat = _place(pose)
+
+
+def _place(pose: Transform) -> tuple[list[float], list[float]]:
+    x, y, z, w = pose.rotation
+    return list(pose.translation), [w, x, y, z]
+
+
+def _weigh(body: Any, inertial: SceneInertial, here: Transform) -> None:
+    """Give a body its mass; moments along axes of their own are brought to the body's."""
+    pose = here @ inertial.pose
+    rotation = np.array(matrix_from_quaternion(pose.rotation))
+    xx, xy, xz, yy, yz, zz = inertial.moments
+    moments = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
+    body.explicitinertial = True
+    body.mass, body.ipos = inertial.mass, list(pose.translation)
+    body.fullinertia = [*np.diag(moments), moments[0, 1], moments[0, 2], moments[1, 2]]
+
+
+def _add_light(spec: mujoco.MjSpec, light: SceneLight) -> None:
+    spec.worldbody.add_light(
+        type=_LIGHTS[light.kind],
+        pos=list(light.pose.translation),
+        dir=list(rotate(light.pose.rotation, light.direction)),
+        diffuse=list(light.color),
+        castshadow=light.shadows,
+        cutoff=math.degrees(light.angle),
+    )

@@ -1,0 +1,183 @@
+"""What stands and lies in a scene. Lengths in metres, angles in radians, masses in kilograms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from teleopctl.tf import Transform
+
+Vector3 = tuple[float, float, float]
+Rgba = tuple[float, float, float, float]
+ShapeKind = Literal[
+    "box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "mesh", "heightmap"
+]
+JointKind = Literal["fixed", "revolute", "prismatic", "ball"]
+LightKind = Literal["directional", "point", "spot"]
+
+NOWHERE = Transform()
+WORLD = "world"
+
+
+@dataclass(frozen=True, slots=True)
+class SceneShape:
+    """A shape of a body.
+
+    Attributes:
+        kind: What it is.
+        size: A box: its edges; sphere, cylinder, capsule: radius, length; ellipsoid: radii; a
+            plane: its edges, 0 for no end; mesh: its scale; heightmap: width, depth, height.
+        pose: Where it is in its body.
+        touches: Whether it is felt rather than seen.
+        file: The file of a mesh or the picture of a heightmap.
+        rgba: Its colour; None for one that nobody gave it.
+        friction: Its coefficient of friction; None for the usual one.
+    """
+
+    kind: ShapeKind
+    size: Vector3
+    pose: Transform = NOWHERE
+    touches: bool = True
+    file: Path | None = None
+    rgba: Rgba | None = None
+    friction: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneInertial:
+    """Mass and moments of inertia.
+
+    Attributes:
+        mass: In kilograms.
+        moments: xx, xy, xz, yy, yz, zz about the centre of mass, in kg m².
+        pose: Of the centre of mass and the axes of the moments, in the body.
+    """
+
+    mass: float
+    moments: tuple[float, float, float, float, float, float]
+    pose: Transform = NOWHERE
+
+
+@dataclass(frozen=True)
+class SceneBody:
+    """A rigid part of a model.
+
+    Attributes:
+        name: Its name in the model.
+        pose: Where it is in the model.
+        shapes: What it looks like and touches with.
+        inertial: Its mass; None where it is that of its shapes.
+        gravity: Whether it falls.
+        sensors: Its ``<sensor>`` elements, as they stand in the file.
+    """
+
+    name: str
+    pose: Transform
+    shapes: tuple[SceneShape, ...]
+    inertial: SceneInertial | None = None
+    gravity: bool = True
+    # Any: elements of lxml, which whoever reads sensors takes.
+    sensors: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneJoint:
+    """A joint of a model.
+
+    Attributes:
+        name: Its name in the model.
+        kind: How it moves.
+        parent: The body that it starts at; ``world`` for none.
+        child: The body that it moves.
+        pose: Where it is in the model.
+        axis: Of its turn or its slide, in its own frame.
+        lower: Its lower limit; -inf for none.
+        upper: Its upper limit.
+        effort: The most effort, N m or N; inf for any.
+        velocity: The greatest speed; inf for any.
+        damping: N m s/rad or N s/m.
+        friction: N m or N.
+        sensors: Its ``<sensor>`` elements.
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    pose: Transform
+    axis: Vector3 = (0.0, 0.0, 1.0)
+    lower: float = float("-inf")
+    upper: float = float("inf")
+    effort: float = float("inf")
+    velocity: float = float("inf")
+    damping: float = 0.0
+    friction: float = 0.0
+    # Any: as of `SceneBody`.
+    sensors: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneModel:
+    """A thing: bodies, and the joints between them.
+
+    Attributes:
+        name: Its name.
+        pose: Where it is.
+        bodies: Its parts by name.
+        joints: What is between them.
+        static: Whether it stands still.
+        plugins: Its ``<plugin>`` elements.
+    """
+
+    name: str
+    pose: Transform
+    bodies: dict[str, SceneBody]
+    joints: tuple[SceneJoint, ...] = ()
+    static: bool = False
+    # Any: as of `SceneBody`.
+    plugins: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SceneLight:
+    """A light.
+
+    Attributes:
+        kind: What kind of one.
+        pose: Where it is.
+        direction: Where it shines, in its own frame.
+        color: Its red, green and blue.
+        angle: Half the angle of a spot's cone.
+        shadows: Whether it casts shadows.
+    """
+
+    kind: LightKind
+    pose: Transform
+    direction: Vector3 = (0.0, 0.0, -1.0)
+    color: Vector3 = (0.5, 0.5, 0.5)
+    angle: float = 0.8
+    shadows: bool = True
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A file's things.
+
+    Attributes:
+        name: What it calls itself.
+        models: What stands and lies in it.
+        lights: What shines.
+        gravity: The acceleration of free fall; None where it says nothing.
+        remarks: What is left out, a sentence each with its place in the file.
+        files: The files that it was made from, the file itself first.
+        is_model: Whether the file is one thing rather than a world.
+    """
+
+    name: str
+    models: tuple[SceneModel, ...]
+    lights: tuple[SceneLight, ...] = ()
+    gravity: Vector3 | None = None
+    remarks: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
+    is_model: bool = False

@@ -1,0 +1,125 @@
+"""Where the files are that SDF names: ``model://``, ``package://``, ``file://``, paths, Fuel's."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+from lxml import etree
+
+from teleopctl.errors import NotFoundError, TeleopctlError
+from teleopctl.packages import lookup_package, resolve_uri
+
+# Where Gazebo of either generation is told to look for models.
+_VARIABLES = (
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
+    "GAZEBO_MODEL_PATH",
+    "GAZEBO_RESOURCE_PATH",
+)
+# How far above a file a folder ``models`` is looked for.
+_LEVELS = 5
+_FUEL = re.compile(r"https?://[^/]*(?:fuel|app)\.(?:gazebosim|ignitionrobotics)\.org/.*/models/")
+
+
+def find_file(uri: str, folder: Path) -> Path:
+    """Return the file or the folder that a URI of an SDF file names.
+
+    Args:
+        uri: What stands in the file.
+        folder: The folder of the file.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    fuel = _FUEL.match(uri)
+    scheme, separator, rest = uri.partition("://")
+    if fuel is not None:
+        candidates = _in_fuel(unquote(uri[fuel.end() :]), folder)
+    elif scheme in ("model", "package") and separator:
+        candidates = _in_models(unquote(rest), folder)
+    elif scheme == "file" and separator:
+        path = Path(unquote(rest))
+        candidates = iter((path if path.is_absolute() else folder / path,))
+        if not path.is_absolute():
+            candidates = _in_models(str(path), folder)
+    elif separator:
+        raise NotFoundError(f"{uri} is not looked for: models come from folders of this machine")
+    else:
+        candidates = _in_models(uri, folder)
+    for candidate in candidates:
+        try:
+            if candidate.exists():
+                return candidate
+        except (OSError, ValueError) as error:
+            raise NotFoundError(f"{uri} is no path") from error
+    raise NotFoundError(
+        f"{uri} is not found beside {folder}, on GZ_SIM_RESOURCE_PATH or GAZEBO_MODEL_PATH, or "
+        "among the packages"
+    )
+
+
+def model_file(path: Path) -> Path:
+    """Return the SDF file of a model's folder: the newest one that its ``model.config`` names.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    if path.is_file():
+        return path
+    found: list[tuple[tuple[int, ...], str]] = []
+    try:
+        parser = etree.XMLParser(resolve_entities=False, remove_comments=True)
+        config = etree.fromstring((path / "model.config").read_bytes(), parser)
+    except (OSError, etree.XMLSyntaxError):
+        config = None
+    for element in [] if config is None else config.findall("sdf"):
+        words = (element.get("version") or "0").split(".")
+        version = tuple(int(word) for word in words if word.isdigit())
+        found.append((version, (element.text or "").strip()))
+    for _, name in sorted(found, reverse=True):
+        if (path / name).is_file():
+            return path / name
+    if (path / "model.sdf").is_file():
+        return path / "model.sdf"
+    raise NotFoundError(f"There is no model in {path}: neither model.config nor model.sdf")
+
+
+def _in_models(name: str, folder: Path) -> Iterator[Path]:
+    yield folder / name
+    first, _, rest = name.partition("/")
+    for start in _folders(folder):
+        yield start / name
+    found = None
+    try:
+        found = lookup_package(first)
+    except TeleopctlError:
+        found = None
+    if found is not None:
+        yield resolve_uri(f"package://{name}")
+    # Files of a model name it although they lie in it.
+    for parent in (folder, *folder.parents):
+        if parent.name == first:
+            yield parent / rest
+
+
+def _in_fuel(name: str, folder: Path) -> Iterator[Path]:
+    """A model of Fuel's by its name: where Gazebo keeps it, or among other models."""
+    parts = name.strip("/").split("/")
+    for cache in (Path.home() / ".gz/fuel", Path.home() / ".ignition/fuel"):
+        for versions in cache.glob(f"*/*/models/{parts[0].lower()}"):
+            yield from sorted(versions.iterdir(), reverse=True)
+    yield from _in_models(parts[0], folder)
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    for variable in _VARIABLES:
+        yield from map(Path, filter(None, os.environ.get(variable, "").split(os.pathsep)))
+    for parent in (folder, *folder.parents[:_LEVELS]):
+        yield parent
+        yield parent / "models"
+    yield Path.home() / ".gazebo/models"

@@ -1,0 +1,161 @@
+"""Elements of an SDF file: numbers, vectors and poses, with errors and remarks that say where."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.scene.scene import NOWHERE, Vector3
+from teleopctl.tf import Transform, quaternion_from_rpy
+
+# Lines that are listed of one kind of remark.
+_MOST_LINES = 5
+_TRUE = frozenset({"1", "true"})
+
+
+@dataclass
+class Remarks:
+    """What is left out, by what it is and the file in which it stands.
+
+    Attributes:
+        lines: The lines by file and words.
+    """
+
+    lines: dict[tuple[Path, str], list[int]] = field(default_factory=dict)
+
+    def add(self, path: Path, line: int, words: str) -> None:
+        """Note that something is left out."""
+        self.lines.setdefault((path, words), []).append(line)
+
+    def sentences(self) -> tuple[str, ...]:
+        """One for each kind of thing in each file."""
+        return tuple(
+            f"{path}:{_in_words(lines)}: {words}" for (path, words), lines in self.lines.items()
+        )
+
+
+def _in_words(lines: list[int]) -> str:
+    listed = ", ".join(map(str, sorted(lines)[:_MOST_LINES]))
+    more = len(lines) - _MOST_LINES
+    return f"{listed} and {more} more lines" if more > 0 else listed
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+@dataclass(frozen=True)
+class SdfFile:
+    """A file that is being read.
+
+    Attributes:
+        path: The file.
+        version: Of SDF, as it says.
+        remarks: Where to note what is left out.
+    """
+
+    path: Path
+    version: tuple[int, ...]
+    remarks: Remarks
+
+    def place(self, element: Any) -> str:
+        """Where an element stands, for a message."""
+        return f"{self.path}:{element.sourceline}"
+
+    def leave_out(self, element: Any, words: str = "is left out") -> None:
+        """Note that an element is left out."""
+        name = element.get("name")
+        named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
+        self.remarks.add(self.path, element.sourceline or 0, f"<{element.tag}>{named} {words}")
+
+    def leave_rest(self, element: Any, known: Iterable[str]) -> None:
+        """Note the children of an element that nobody reads."""
+        for child in element:
+            if isinstance(child.tag, str) and child.tag not in known:
+                self.leave_out(child)
+
+    def numbers(self, element: Any, count: int) -> tuple[float, ...]:
+        """The numbers in an element.
+
+        Raises:
+            InvalidDescriptionError: They are not as many, or not finite.
+        """
+        words = (element.text or "").split()
+        try:
+            values = tuple(map(float, words))
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(map(math.isfinite, values)):
+            wanted = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise InvalidDescriptionError(
+                f"{self.place(element)}: <{element.tag}> should be {wanted}, "
+                f"got '{' '.join(words)}'"
+            )
+        return values
+
+    def number(self, parent: Any, path: str, default: float) -> float:
+        """The number in a child, or the default where there is none."""
+        child = parent.find(path)
+        if child is None:
+            return default
+        text = (child.text or "").strip().lower()
+        if text in ("inf", "+inf", "infinity", "1e+16"):
+            return math.inf
+        if text in ("-inf", "-infinity"):
+            return -math.inf
+        return self.numbers(child, 1)[0]
+
+    def vector(self, parent: Any, path: str, default: Vector3) -> Vector3:
+        """The three numbers in a child, or the default where there is none."""
+        child = parent.find(path)
+        if child is None:
+            return default
+        x, y, z = self.numbers(child, 3)
+        return x, y, z
+
+    def flag(self, parent: Any, path: str, *, default: bool = False) -> bool:
+        """Whether a child says yes, or the default where there is none."""
+        child = parent.find(path)
+        return default if child is None else (child.text or "").strip().lower() in _TRUE
+
+    def pose(self, element: Any | None) -> Transform:
+        """The pose in a ``<pose>``; nowhere in particular where there is none or it is empty.
+
+        Raises:
+            InvalidDescriptionError: It is none.
+        """
+        if element is None or not (element.text or "").strip():
+            return NOWHERE
+        if element.get("rotation_format") == "quat_xyzw":
+            x, y, z, qx, qy, qz, qw = self.numbers(element, 7)
+            length = math.hypot(qx, qy, qz, qw)
+            if length == 0.0:
+                raise InvalidDescriptionError(f"{self.place(element)}: a rotation of length 0")
+            return Transform((x, y, z), (qx / length, qy / length, qz / length, qw / length))
+        x, y, z, roll, pitch, yaw = self.numbers(element, 6)
+        if element.get("degrees") in _TRUE:
+            roll, pitch, yaw = map(math.radians, (roll, pitch, yaw))
+        return Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
+
+
+def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFile]:
+    """Parse an SDF document; returns its root element, and what reads it.
+
+    Raises:
+        InvalidDescriptionError: It is no XML, or no SDF.
+    """
+    # Entities have no business here: they could read other files.
+    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+    try:
+        root: Any = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        reason = error.msg or "it is empty"
+        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
+    if root.tag not in ("sdf", "gazebo"):
+        raise InvalidDescriptionError(f"{path}:{root.sourceline}: <{root.tag}> is no SDF")
+    words = (root.get("version") or "1.6").split(".")
+    version = tuple(int(word) for word in words if word.isdigit())
+    return root, SdfFile(path, version, remarks)

@@ -1,0 +1,219 @@
+"""Shapes, colours and masses of SDF links."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from teleopctl.errors import InvalidDescriptionError, NotFoundError
+from teleopctl.robot.gazebo_colours import gazebo_colour
+from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
+from teleopctl.robot.scene.sdf_includes import find_file
+from teleopctl.robot.scene.sdf_reading import SdfFile
+from teleopctl.tf import Transform, quaternion_from_axis_angle
+
+# What changes nothing here: the settings of Gazebo's solvers and of its drawing.
+_VISUAL = frozenset(
+    {"pose", "geometry", "material", "transparency", "cast_shadows", "meta", "visibility_flags"}
+    | {"laser_retro", "plugin"}
+)
+_COLLISION = frozenset({"pose", "geometry", "surface", "max_contacts", "laser_retro", "density"})
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | None:
+    """Read a ``<visual>`` or a ``<collision>``; None for one that is left out.
+
+    Args:
+        file: The file.
+        element: The element.
+        pose: Where it is in its link.
+
+    Raises:
+        InvalidDescriptionError: A number in it is none, or has no sense.
+    """
+    touches = element.tag == "collision"
+    file.leave_rest(element, _COLLISION if touches else _VISUAL)
+    geometry = element.find("geometry")
+    solid = None if geometry is None else next(iter(geometry), None)
+    if solid is None or solid.tag == "empty":
+        return None
+    found = _geometry(file, solid)
+    if found is None:
+        return None
+    kind, size, path, turn = found
+    friction = None
+    if touches:
+        ode = file.number(element, "surface/friction/ode/mu", math.nan)
+        friction = None if math.isnan(ode) else max(ode, 0.0)
+    return SceneShape(
+        kind,
+        size,
+        pose @ turn,
+        touches,
+        path,
+        None if touches else _colour(file, element),
+        friction,
+    )
+
+
+def read_inertial(file: SdfFile, link: Any, place: Any) -> SceneInertial | None:
+    """Read the ``<inertial>`` of a link; None where it asks to have it computed.
+
+    A link that says nothing has what SDF says: 1 kg, and moments of 1 kg m².
+
+    Args:
+        file: The file.
+        link: The ``<link>``.
+        place: Returns where an element is in the link.
+
+    Raises:
+        InvalidDescriptionError: A number in it is none, or the mass is negative.
+    """
+    element = link.find("inertial")
+    if element is None:
+        return SceneInertial(1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+    if element.get("auto") == "true":
+        return None
+    mass = file.number(element, "mass", 1.0)
+    if not 0.0 <= mass < math.inf:
+        raise InvalidDescriptionError(
+            f"{file.place(element)}: link '{link.get('name')}' has a mass of {mass:g} kg"
+        )
+    moments = tuple(
+        file.number(element, f"inertia/i{axes}", 1.0 if axes[0] == axes[1] else 0.0)
+        for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
+    )
+    if min(moments[0], moments[3], moments[5]) < 0.0:
+        raise InvalidDescriptionError(
+            f"{file.place(element)}: link '{link.get('name')}' has a negative moment of inertia"
+        )
+    xx, xy, xz, yy, yz, zz = moments
+    return SceneInertial(mass, (xx, xy, xz, yy, yz, zz), place(element))
+
+
+_Found = tuple[ShapeKind, Vector3, Any, Transform]
+
+
+def _geometry(file: SdfFile, solid: Any) -> _Found | None:
+    straight = Transform()
+    match solid.tag:
+        case "box":
+            return "box", _sizes(file, solid, "size"), None, straight
+        case "sphere":
+            radius = _size(file, solid, "radius")
+            return "sphere", (radius, 0.0, 0.0), None, straight
+        case "cylinder" | "capsule":
+            kind: ShapeKind = "cylinder" if solid.tag == "cylinder" else "capsule"
+            size = (_size(file, solid, "radius"), _size(file, solid, "length"), 0.0)
+            return kind, size, None, straight
+        case "ellipsoid":
+            return "ellipsoid", _sizes(file, solid, "radii"), None, straight
+        case "plane":
+            edges = solid.find("size")
+            width, depth = (0.0, 0.0) if edges is None else file.numbers(edges, 2)
+            turn = _towards(file.vector(solid, "normal", (0.0, 0.0, 1.0)))
+            return "plane", (max(width, 0.0), max(depth, 0.0), 0.0), None, turn
+        case "mesh":
+            return _mesh(file, solid)
+        case "heightmap":
+            return _heightmap(file, solid)
+    file.leave_out(solid)
+    return None
+
+
+def _mesh(file: SdfFile, solid: Any) -> _Found | None:
+    path = _file(file, solid)
+    if path is None:
+        return None
+    if solid.find("submesh") is not None:
+        file.leave_out(solid.find("submesh"), "is left out: it is the whole mesh")
+    return "mesh", file.vector(solid, "scale", (1.0, 1.0, 1.0)), path, Transform()
+
+
+def _heightmap(file: SdfFile, solid: Any) -> _Found | None:
+    path = _file(file, solid)
+    if path is None:
+        return None
+    if path.suffix.lower() != ".png":
+        file.leave_out(solid, "is left out: its heights are no PNG picture")
+        return None
+    size = file.vector(solid, "size", (1.0, 1.0, 1.0))
+    if min(size) <= 0.0:
+        raise InvalidDescriptionError(f"{file.place(solid)}: a heightmap of the size {size}")
+    place = Transform(file.vector(solid, "pos", (0.0, 0.0, 0.0)))
+    for tag in ("texture", "blend"):
+        for element in solid.findall(tag):
+            file.leave_out(element)
+    return "heightmap", size, path, place
+
+
+def _file(file: SdfFile, solid: Any) -> Any:
+    element = solid.find("uri")
+    uri = "" if element is None else (element.text or "").strip()
+    if not uri:
+        file.leave_out(solid, "is left out: it names no file")
+        return None
+    try:
+        path = find_file(uri, file.path.parent)
+    except NotFoundError as error:
+        file.leave_out(solid, f"is left out: {error.message}")
+        return None
+    if not path.is_file():
+        file.leave_out(solid, f"is left out: {path} is no file")
+        return None
+    return path.absolute()
+
+
+def _size(file: SdfFile, solid: Any, tag: str) -> float:
+    value = file.number(solid, tag, 1.0)
+    if not 0.0 < value < math.inf:
+        raise InvalidDescriptionError(
+            f"{file.place(solid)}: the {tag} of a {solid.tag} is {value:g}: it must be positive"
+        )
+    return value
+
+
+def _sizes(file: SdfFile, solid: Any, tag: str) -> Vector3:
+    sizes = file.vector(solid, tag, (1.0, 1.0, 1.0))
+    if min(sizes) <= 0.0:
+        raise InvalidDescriptionError(
+            f"{file.place(solid)}: the {tag} of a {solid.tag} is {sizes}: it must be positive"
+        )
+    return sizes
+
+
+def _towards(normal: Vector3) -> Transform:
+    """What turns z into a direction."""
+    x, y, z = normal
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return Transform()
+    angle = math.acos(max(-1.0, min(1.0, z / length)))
+    axis = (-y, x, 0.0) if x or y else (1.0, 0.0, 0.0)
+    flat = math.hypot(*axis[:2])
+    turn = quaternion_from_axis_angle((axis[0] / flat, axis[1] / flat, 0.0), angle)
+    return Transform(rotation=turn)
+
+
+def _colour(file: SdfFile, visual: Any) -> Rgba | None:
+    material = visual.find("material")
+    if material is None:
+        return None
+    opaque = 1.0 - file.number(visual, "transparency", 0.0)
+    diffuse = material.find("diffuse")
+    for path in ("pbr/metal/albedo_map", "pbr/specular/albedo_map"):
+        picture = material.find(path)
+        if picture is not None:
+            file.leave_out(picture, "is left out: the shape has one colour")
+    if diffuse is not None:
+        parts = (diffuse.text or "").split()
+        red, green, blue, *alpha = file.numbers(diffuse, len(parts) if len(parts) in (3, 4) else 4)
+        return red, green, blue, (alpha[0] if alpha else 1.0) * opaque
+    script = material.find("script/name")
+    colour = None if script is None else gazebo_colour((script.text or "").strip())
+    if colour is not None:
+        return *colour, opaque
+    if script is not None:
+        file.leave_out(script, f"'{(script.text or '').strip()}' is left out: no colour of ours")
+    return None

@@ -1,0 +1,185 @@
+"""A model of SDF as URDF: a robot that is described for Gazebo alone.
+
+In URDF a link is where the joint is that moves it; in SDF the two may differ. So frames of links
+are those of their joints, as ROS's own reader of SDF has it, and what is in a link keeps its place.
+URDF knows no ball joints: a ball that carries nothing, such as a caster, slides instead of rolling.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.formats.places import add_origin, numbers
+from teleopctl.robot.repair import REMARK
+from teleopctl.robot.scene.scene import SceneBody, SceneJoint, SceneModel, SceneShape
+from teleopctl.robot.scene.sdf import read_sdf
+from teleopctl.robot.xacro_file import ExpandedXacro
+from teleopctl.tf import Transform, quaternion_from_rpy, rpy_from_quaternion
+
+_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+# What URDF asks of a limit that SDF leaves open.
+_ANY_EFFORT, _ANY_SPEED = 1000.0, 100.0
+
+
+def sdf_as_urdf(path: Path) -> ExpandedXacro:
+    """Read an SDF file with one model as URDF.
+
+    Raises:
+        InvalidDescriptionError: It cannot be read, or is no robot; the message names the file.
+    """
+    scene = read_sdf(path)
+    if not scene.is_model:
+        raise InvalidDescriptionError(
+            f"{path}: it is a world with {len(scene.models)} models, and no robot",
+            hint="A world is taken by world:=FILE.",
+        )
+    (model,) = scene.models
+    robot = etree.Element("robot", name=model.name or path.stem)
+    for remark in scene.remarks:
+        # Whoever takes the text is to say what it lacks.
+        etree.SubElement(robot, REMARK).text = remark
+    parents = {joint.parent for joint in model.joints}
+    casters = {j.child for j in model.joints if j.kind == "ball" and j.child not in parents}
+    moved_by = {joint.child: joint for joint in model.joints}
+    frames = {
+        name: moved_by[name].pose if name in moved_by else body.pose
+        for name, body in model.bodies.items()
+    }
+    for body in model.bodies.values():
+        _add_link(robot, body, frames[body.name].inverse() @ body.pose)
+    _add_world(robot, model, frames)
+    for joint in model.joints:
+        rolls = joint.child in casters
+        _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
+    _add_gazebo(robot, model, frames, casters)
+    etree.indent(robot)
+    text: str = etree.tostring(robot, encoding="unicode")
+    return ExpandedXacro(text, scene.files)
+
+
+def _add_link(robot: etree._Element, body: SceneBody, place: Transform) -> None:
+    link = etree.SubElement(robot, "link", name=body.name)
+    if body.inertial is not None:
+        inertial = etree.SubElement(link, "inertial")
+        add_origin(inertial, place @ body.inertial.pose)
+        etree.SubElement(inertial, "mass", value=numbers(body.inertial.mass))
+        axes = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        moments = zip(axes, map(numbers, body.inertial.moments), strict=True)
+        etree.SubElement(inertial, "inertia", dict(moments))
+    for shape in body.shapes:
+        written = _geometry(shape)
+        if written is None:
+            continue
+        element = etree.SubElement(link, "collision" if shape.touches else "visual")
+        add_origin(element, place @ shape.pose)
+        etree.SubElement(etree.SubElement(element, "geometry"), written[0], written[1])
+        if shape.rgba is not None:
+            material = etree.SubElement(element, "material", name=f"rgba {numbers(*shape.rgba)}")
+            etree.SubElement(material, "color", rgba=numbers(*shape.rgba))
+
+
+def _geometry(shape: SceneShape) -> tuple[str, dict[str, str]] | None:
+    a, b, _ = shape.size
+    match shape.kind:
+        case "box":
+            return "box", {"size": numbers(*shape.size)}
+        case "sphere":
+            return "sphere", {"radius": numbers(a)}
+        case "cylinder" | "capsule":
+            return shape.kind, {"radius": numbers(a), "length": numbers(b)}
+        case "mesh" if shape.file is not None:
+            return "mesh", {"filename": shape.file.as_uri(), "scale": numbers(*shape.size)}
+    return None
+
+
+def _add_world(robot: etree._Element, model: SceneModel, frames: dict[str, Transform]) -> None:
+    """Add the world as a link, where the model stands in it."""
+    starts = {joint.parent for joint in model.joints} - set(model.bodies)
+    if model.static and "world" not in starts:
+        roots = set(model.bodies) - {joint.child for joint in model.joints}
+        for name in sorted(roots):
+            joint = SceneJoint(f"world_to_{name}", "fixed", "world", name, frames[name])
+            _add_joint(robot, joint, frames)
+        starts.add("world")
+    if "world" in starts:
+        etree.SubElement(robot, "link", name="world")
+
+
+def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Transform]) -> None:
+    kind = _TYPES.get(joint.kind, "floating")
+    has_ends = math.isfinite(joint.lower) and math.isfinite(joint.upper)
+    if kind == "revolute" and not has_ends:
+        kind = "continuous"
+    element = etree.SubElement(robot, "joint", name=joint.name, type=kind)
+    parent = frames.get(joint.parent, Transform())
+    add_origin(element, parent.inverse() @ frames.get(joint.child, Transform()))
+    etree.SubElement(element, "parent", link=joint.parent)
+    etree.SubElement(element, "child", link=joint.child)
+    if kind in ("fixed", "floating"):
+        return
+    etree.SubElement(element, "axis", xyz=numbers(*joint.axis))
+    limit = {
+        "effort": numbers(joint.effort if math.isfinite(joint.effort) else _ANY_EFFORT),
+        "velocity": numbers(joint.velocity if math.isfinite(joint.velocity) else _ANY_SPEED),
+    }
+    if kind != "continuous":
+        limit["lower"], limit["upper"] = numbers(joint.lower), numbers(joint.upper)
+    etree.SubElement(element, "limit", limit)
+    etree.SubElement(
+        element, "dynamics", damping=numbers(joint.damping), friction=numbers(joint.friction)
+    )
+
+
+# Any, here and below: elements of lxml, whose class has no types.
+def _add_gazebo(
+    robot: Any, model: SceneModel, frames: dict[str, Transform], casters: set[str]
+) -> None:
+    """Hand on what only simulators read: sensors, friction, plug-ins."""
+    for body in model.bodies.values():
+        place = frames[body.name].inverse() @ body.pose
+        rough = [s.friction for s in body.shapes if s.friction is not None]
+        if body.name in casters:
+            rough = [0.0]
+        if not (body.sensors or rough or not body.gravity):
+            continue
+        element = etree.SubElement(robot, "gazebo", reference=body.name)
+        for sensor in body.sensors:
+            element.append(_placed(sensor, place))
+        if rough:
+            for tag in ("mu1", "mu2"):
+                etree.SubElement(element, tag).text = numbers(min(rough))
+        if not body.gravity:
+            etree.SubElement(element, "gravity").text = "false"
+    for joint in model.joints:
+        if joint.sensors:
+            element = etree.SubElement(robot, "gazebo", reference=joint.name)
+            for sensor in joint.sensors:
+                element.append(copy.deepcopy(sensor))
+    if model.plugins:
+        element = etree.SubElement(robot, "gazebo")
+        for plugin in model.plugins:
+            element.append(copy.deepcopy(plugin))
+
+
+def _placed(sensor: Any, place: Transform) -> Any:
+    """A sensor with its pose in the link's frame of URDF."""
+    made = copy.deepcopy(sensor)
+    pose = made.find("pose")
+    here = Transform()
+    if pose is not None:
+        numbers_there = (pose.text or "0 0 0 0 0 0").split()
+        x, y, z, roll, pitch, yaw = map(float, numbers_there)
+        here = Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
+        made.remove(pose)
+    where = place @ here
+    rpy_now = rpy_from_quaternion(where.rotation)
+    if any(where.translation) or any(rpy_now):
+        etree.SubElement(made, "pose").text = numbers(*where.translation, *rpy_now)
+    return made

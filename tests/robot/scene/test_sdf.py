@@ -1,0 +1,243 @@
+"""SDF: worlds and models of Gazebo's, with what is left out told by file and line."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.mujoco_model import RobotModel, build_model
+from teleopctl.robot import RobotDescription, Scene, read_model, read_world
+from teleopctl.sim.simulation import Simulation
+from tests.sim.robots import link, robot
+
+BOX = "<geometry><box><size>0.2 0.2 0.2</size></box></geometry>"
+SHAPES = f"<collision name='c'>{BOX}</collision><visual name='v'>{BOX}</visual>"
+MASS = (
+    "<inertial><mass>2</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia>"
+    "</inertial>"
+)
+
+
+def scene(folder: Path, content: str, version: str = "1.9") -> Scene:
+    file = folder / "world.sdf"
+    file.write_text(f"<sdf version='{version}'>\n{content}</sdf>")
+    found = read_world(file).scene
+    assert found is not None
+    return found
+
+
+def simulated(folder: Path, content: str) -> RobotModel:
+    scene(folder, content)
+    base = robot(link("base", ""))
+    return build_model(base, world=read_world(folder / "world.sdf"), fixed_base=True)
+
+
+def world(*parts: str) -> str:
+    return f"<world name='w'>{''.join(parts)}</world>"
+
+
+def model(name: str, content: str, pose: str = "0 0 0 0 0 0", static: str = "") -> str:
+    return f"<model name='{name}'><pose>{pose}</pose>{static}{content}</model>"
+
+
+def placed(folder: Path, content: str, body: str, version: str = "1.9") -> list[float]:
+    """Where a body of the only model is, in the model."""
+    (found,) = scene(folder, world(model("m", content)), version).models
+    return [round(value, 9) for value in found.bodies[body].pose.translation]
+
+
+def test_a_world_falls_stands_and_turns_as_it_is_written(tmp_path: Path) -> None:
+    door = (
+        f"<link name='frame'>{MASS}</link><link name='leaf'><pose>0 0 1 0 0 0</pose>{MASS}</link>"
+        "<joint name='to_world' type='fixed'><parent>world</parent><child>frame</child></joint>"
+        "<joint name='hinge' type='revolute'><parent>frame</parent><child>leaf</child>"
+        "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>1.5</upper></limit></axis></joint>"
+    )
+    built = simulated(
+        tmp_path,
+        world(
+            "<gravity>0 0 -3.7</gravity>",
+            "<include><uri>model://ground_plane</uri></include>",
+            "<include><uri>model://sun</uri></include>",
+            model("cube", f"<link name='l'>{MASS}{SHAPES}</link>", "3 0 1 0 0 0"),
+            model("wall", f"<link name='l'>{SHAPES}</link>", "3 0 0.1 0 0 0", "<static>1</static>"),
+            model("door", door, "6 0 0 0 0 0"),
+        ),
+    )
+    simulation = Simulation(built, control_period_ns=10_000_000)
+    simulation.step(2500)
+    assert [thing.name for thing in built.things] == ["ground_plane", "cube", "wall", "door"]
+    assert [body.link for body in built.free_bodies] == ["cube"]
+    assert simulation.free_bodies.pose(0)[:3] == pytest.approx([3.0, 0.0, 0.3], abs=1e-3)
+    m = built.mj_model
+    assert m.opt.gravity[2] == -3.7
+    hinge = m.joint("world/door/leaf_hinge")
+    assert list(hinge.range) == [-1.0, 1.5]
+    assert m.body("cube").mass[0] == 2.0
+    assert list(m.geom_type).count(int(mujoco.mjtGeom.mjGEOM_PLANE)) == 2, "felt, and seen"
+    assert built.warnings == ()
+
+
+def test_poses_are_relative_to_what_they_name(tmp_path: Path) -> None:
+    turned = f"0 0 0 0 0 {math.pi / 2}"
+    content = (
+        f"<frame name='f'><pose>1 0 0 {turned[6:]}</pose></frame>"
+        "<link name='a'><pose relative_to='f'>2 0 0 0 0 0</pose></link>"
+        "<link name='b'><pose relative_to='a'>0 0 3 0 0 0</pose></link>"
+        "<link name='c'><pose relative_to='j'>0 1 0 0 0 0</pose></link>"
+        "<joint name='j' type='fixed'><pose relative_to='b'>5 0 0 0 0 0</pose>"
+        "<parent>b</parent><child>c</child></joint>"
+        "<link name='d'><pose degrees='true' relative_to='f'>1 0 0 0 0 90</pose></link>"
+        "<link name='e'><pose rotation_format='quat_xyzw'>0 0 7 0 0 0 2</pose></link>"
+    )
+    assert placed(tmp_path, content, "a") == [1.0, 2.0, 0.0]
+    assert placed(tmp_path, content, "b") == [1.0, 2.0, 3.0]
+    assert placed(tmp_path, content, "c") == [0.0, 7.0, 3.0]
+    assert placed(tmp_path, content, "e") == [0.0, 0.0, 7.0]
+
+
+def test_models_are_included_from_the_folders_of_gazebo(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shelf = tmp_path / "elsewhere" / "shelf"
+    shelf.mkdir(parents=True)
+    (shelf / "model.config").write_text(
+        "<model><sdf version='1.4'>old.sdf</sdf><sdf version='1.6'>new.sdf</sdf></model>"
+    )
+    inner = model(
+        "shelf", f"<link name='board'>{SHAPES}</link>", "0 0 1 0 0 0", "<static>1</static>"
+    )
+    (shelf / "new.sdf").write_text(f"<sdf version='1.6'>{inner}</sdf>")
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(shelf.parent))
+    found = scene(
+        tmp_path,
+        world(
+            "<include><uri>model://shelf</uri></include>",
+            "<include><uri>model://shelf</uri><pose>1 0 0 0 0 0</pose></include>",
+            model("room", "<include><uri>model://shelf</uri><name>s</name></include>"),
+            "\n<include><uri>model://no_such_thing</uri></include>",
+        ),
+    )
+    assert [m.name for m in found.models] == ["shelf", "shelf_1", "room"]
+    assert [m.pose.translation for m in found.models[:2]] == [(0, 0, 1), (1, 0, 0)]
+    assert list(found.models[2].bodies) == ["s::board"]
+    assert found.models[2].static
+    (remark,) = found.remarks
+    assert re.search(r"world\.sdf:3: <include> is left out: model://no_such_thing is not", remark)
+
+
+def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
+    found = scene(
+        tmp_path,
+        world(
+            "\n<actor name='walker'/>",
+            "<physics><max_step_size>1</max_step_size></physics>",
+            "\n<plugin filename='libfancy.so' name='x'/>",
+            "<plugin filename='gz-sim-physics-system' name='y'/>",
+            model("a", "<link name='l'><visual name='v'><geometry><polyline/></geometry></visual>"),
+        ).replace("</visual></model>", "</visual></link></model>"),
+    )
+    words = [remark.partition("world.sdf:")[2] for remark in found.remarks]
+    assert words == [
+        "3: <actor> 'walker' is left out",
+        "4: <plugin> 'x' (libfancy.so) is left out",
+        "4: <polyline> is left out",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("<world name='w'>", ":2: invalid XML"),
+        ("<actor/>", ":1: there is neither a world nor a model"),
+        (model("m", "<link name='l'><pose>1 2</pose></link>"), ":2: <pose> should be 6 finite"),
+        (model("m", "<link name='l'><pose>nan 0 0 0 0 0</pose></link>"), "got 'nan 0"),
+        (
+            model("m", "<link name='l'><inertial><mass>-3</mass></inertial></link>"),
+            ":2: link 'l' has a mass of -3 kg",
+        ),
+        (
+            model("m", "<frame name='a'><pose relative_to='a'/></frame><link name='l'>"
+                  "<pose relative_to='a'/></link>"),
+            "frame 'a' is, in the end, relative to itself",
+        ),
+        (
+            model("m", "<link name='l'/><joint name='j' type='fixed'><parent>l</parent>"
+                  "<child>x</child></joint>"),
+            ":2: joint 'j' is at 'x', which is no link",
+        ),
+        (
+            model("m", "<link name='l'><collision name='c'><geometry><sphere><radius>-1</radius>"
+                  "</sphere></geometry></collision></link>"),
+            "the radius of a sphere is -1",
+        ),
+        (world("<include><uri>world.sdf</uri></include>"), ""),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_with_its_place(
+    tmp_path: Path, content: str, message: str
+) -> None:
+    if not message:
+        assert "there is no model" in scene(tmp_path, content).remarks[0]
+        return
+    with pytest.raises(InvalidDescriptionError, match=re.escape(message)):
+        simulated(tmp_path, content)
+
+
+def test_a_file_that_includes_itself_ends(tmp_path: Path) -> None:
+    inner = model("m", "<include><uri>loop.sdf</uri></include>")
+    (tmp_path / "loop.sdf").write_text(f"<sdf version='1.9'>{inner}</sdf>")
+    with pytest.raises(InvalidDescriptionError, match="files include one another"):
+        scene(tmp_path, world("<include><uri>loop.sdf</uri></include>"))
+
+
+ROVER = model(
+    "rover",
+    f"<link name='chassis'><pose>0 0 0.1 0 0 0</pose>{MASS}{SHAPES}"
+    "<sensor name='eye' type='imu'><pose>0 0 0.3 0 0 0</pose></sensor></link>"
+    f"<link name='wheel'><pose>0.3 0.2 0.1 -1.5707963267948966 0 0</pose>{MASS}"
+    "<collision name='c'><geometry><cylinder><radius>0.1</radius><length>0.05</length></cylinder>"
+    "</geometry><surface><friction><ode><mu>0.7</mu></ode></friction></surface></collision></link>"
+    "<joint name='axle' type='revolute'><pose>0 0 0.1 0 0 0</pose><parent>chassis</parent>"
+    "<child>wheel</child><axis><xyz>0 0 1</xyz></axis></joint>"
+    "\n<gripper/><plugin filename='libx.so' name='x'><left_joint>axle</left_joint></plugin>",
+)
+
+
+def test_a_robot_of_sdf_is_a_robot_of_urdf(tmp_path: Path) -> None:
+    file = tmp_path / "model.sdf"
+    file.write_text(f"<sdf version='1.8'>{ROVER}</sdf>")
+    description = RobotDescription.from_urdf(read_model(file).text)
+
+    assert (description.name, description.root) == ("rover", "chassis")
+    axle = description.joints["axle"]
+    assert (axle.type, axle.axis) == ("continuous", (0.0, 0.0, 1.0))
+    # The wheel's frame is that of its joint, 10 cm along the wheel's own axis.
+    assert axle.origin.xyz == pytest.approx((0.3, 0.3, 0.0))
+    (sensor,) = description.gazebo.sensors
+    assert (sensor.link, sensor.pose.xyz) == ("chassis", (0.0, 0.0, 0.3))
+    (plugin,) = description.gazebo.plugins
+    assert plugin.parameter("left_joint") == "axle"
+    assert description.gazebo.links["wheel"].mu1 == 0.7
+    assert description.repairs == (f"{file}:2: <gripper> is left out",)
+
+    built = build_model(description)
+    data = mujoco.MjData(built.mj_model)
+    mujoco.mj_forward(built.mj_model, data)
+    # The wheel's shape is where SDF has it: its centre 20 cm beside the chassis.
+    wheel = data.body("wheel").xipos - data.body("chassis").xipos
+    assert wheel == pytest.approx([0.3, 0.2, 0.0], abs=1e-9)
+    assert np.sum(built.mj_model.body_mass) == pytest.approx(4.0)
+
+
+def test_a_world_is_no_robot(tmp_path: Path) -> None:
+    file = tmp_path / "world.sdf"
+    file.write_text(f"<sdf version='1.8'>{world(ROVER)}</sdf>")
+    with pytest.raises(InvalidDescriptionError, match="it is a world with 1 models, and no robot"):
+        read_model(file)
