@@ -24,6 +24,11 @@ if TYPE_CHECKING:
         numeric_fields as numeric_fields,
     )
     from teleopctl.interfaces.fields.path import field_reader as field_reader
+    from teleopctl.interfaces.foreign.idl import (
+        IdlStruct as IdlStruct,
+        idl_includes as idl_includes,
+        read_idl as read_idl,
+    )
     from teleopctl.interfaces.foreign.written_types import (
         hash_of_text as hash_of_text,
         message_of_text as message_of_text,
@@ -64,6 +69,7 @@ if TYPE_CHECKING:
         UnboundedSequence as UnboundedSequence,
         UnboundedString as UnboundedString,
         UnboundedWString as UnboundedWString,
+        slot_type as slot_type,
     )
     from teleopctl.interfaces.stamps import (
         NANOSECONDS_PER_SECOND as NANOSECONDS_PER_SECOND,
@@ -118,6 +124,7 @@ else:
             "reading": "DefinitionLine definition_lines",
             "fields.numeric": "MOST_ELEMENTS NumericField numeric_fields",
             "fields.path": "field_reader",
+            "foreign.idl": "IdlStruct idl_includes read_idl",
             "foreign.written_types": "hash_of_text message_of_text",
             "message": "Message MessageT RequestT ResponseT",
             "protocols": "ActionType FeedbackMessage FeedbackT GoalT ResultResponse ResultT "
@@ -125,7 +132,7 @@ else:
             "slot_types": "AbstractGenericString AbstractNestableType AbstractNestedType "
             "AbstractSequence AbstractString AbstractType AbstractWString Array BasicType "
             "BoundedSequence BoundedString BoundedWString NamespacedType UnboundedSequence "
-            "UnboundedString UnboundedWString",
+            "UnboundedString UnboundedWString slot_type",
             "standard": "distribution",
             "stamps": "NANOSECONDS_PER_SECOND Stamp from_seconds set_stamp split to_nanoseconds "
             "to_seconds",

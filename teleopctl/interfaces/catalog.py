@@ -113,12 +113,11 @@ class Catalog:
         if not files:
             raise InvalidMessageError(
                 f"{folder} has no interface definitions",
-                hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action.",
+                hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action, or there "
+                "in Name.idl.",
             )
         for name, path in files.items():
-            from teleopctl.interfaces.services import split_definition
-
-            definitions = split_definition(_read(path), name, path)
+            definitions = _definitions(name, path)
             self.add(definitions)
             self._files.update((definition.type_name, path) for definition in definitions)
         return list(files)
@@ -155,14 +154,17 @@ class Catalog:
         start = f"{package}/" if kind is None else f"{package}/{kind}/"
         with self._lock:
             names = {name for name in self._standard.names() if name.startswith(start)}
-            names.update(
+            built_in = _files(os.path.join(_BUILT_IN, package), package)
+            names.update(name for name, _ in built_in if name.startswith(start))
+            loaded = {
                 name
                 for name in self._definitions
                 if name.startswith(start) and "_" not in split(name)[2]
-            )
-            built_in = _files(os.path.join(_BUILT_IN, package), package)
-            names.update(name for name, _ in built_in if name.startswith(start))
-            if not names and (folder := self._folder(package)) is not None:
+            }
+            # One that was read from a file of the user's says nothing of the others there.
+            is_known = names or any(name not in self._files for name in loaded)
+            names.update(loaded)
+            if not is_known and (folder := self._folder(package)) is not None:
                 names.update(name for name, _ in _files(folder, package) if name.startswith(start))
         return sorted(names)
 
@@ -199,23 +201,24 @@ class Catalog:
             return standard
         package, kind, name = split(normalize(type_name))
         stem = name if kind == "msg" else name.split("_", 1)[0]
-        path = self._file(package, kind, f"{stem}.{kind}")
+        path = self._file(package, kind, stem)
         if path is None:
             return None
-        from teleopctl.interfaces.services import split_definition
-
-        for definition in split_definition(_read(path), f"{package}/{kind}/{stem}", path):
+        for definition in _definitions(f"{package}/{kind}/{stem}", path):
             self._definitions.setdefault(definition.type_name, definition)
             self._files[definition.type_name] = path
         return self._definitions.get(type_name)
 
-    def _file(self, package: str, kind: str, name: str) -> str | None:
+    def _file(self, package: str, kind: str, stem: str) -> str | None:
         for folder in self._built_in:
-            if os.path.isfile(path := os.path.join(folder, package, kind, name)):
+            if os.path.isfile(path := os.path.join(folder, package, kind, f"{stem}.{kind}")):
                 return path
-        users = self._folder(package)
-        if users is not None and os.path.isfile(path := os.path.join(users, kind, name)):
-            return path
+        if (users := self._folder(package)) is None:
+            return None
+        # A build makes an .idl file of each of the others.
+        for ending in (kind, "idl"):
+            if os.path.isfile(path := os.path.join(users, kind, f"{stem}.{ending}")):
+                return path
         return None
 
     def _folder(self, package: str) -> str | None:
@@ -234,9 +237,22 @@ def _files(folder: str, package: str) -> Iterator[tuple[str, str]]:
         place = os.path.join(folder, kind)
         names = sorted(os.listdir(place)) if os.path.isdir(place) else []
         for name in names:
+            stem, _, ending = name.rpartition(".")
             path = os.path.join(place, name)
-            if name.endswith(f".{kind}") and os.path.isfile(path):
-                yield f"{package}/{kind}/{name.removesuffix(f'.{kind}')}", path
+            if ending in (kind, "idl") and os.path.isfile(path):
+                if ending == "idl" and f"{stem}.{kind}" in names:
+                    continue  # a build makes it of the other
+                yield f"{package}/{kind}/{stem}", path
+
+
+def _definitions(type_name: str, path: str) -> list[Definition]:
+    if path.endswith(".idl"):
+        from teleopctl.interfaces.foreign.idl import split_idl
+
+        return split_idl(_read(path), type_name, path)
+    from teleopctl.interfaces.services import split_definition
+
+    return split_definition(_read(path), type_name, path)
 
 
 def _read(path: str) -> str:

@@ -26,6 +26,9 @@ FLOATS = frozenset({"float32", "float64"})
 STRINGS = frozenset({"string", "wstring"})
 PRIMITIVES = frozenset({*INTEGER_RANGES, *FLOATS, *STRINGS, "bool", "byte"})
 
+IDL_ONLY = "idl::"
+"""Begins the name of a type that IDL has and messages have not, such as ``idl::wchar``."""
+
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8"} | {
     "float32": "float",
     "float64": "double",

@@ -40,8 +40,8 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
         for (part, first_line), suffix in zip(parts, suffixes, strict=False)
     ]
     if kind == "srv":
-        return [*parsed, *_service_types(type_name, text)]
-    return [*parsed, *_action_types(type_name, text)]
+        return [*parsed, *service_types(type_name, text)]
+    return [*parsed, *action_types(type_name, text)]
 
 
 def service_of_event(type_name: str, text: str) -> str | None:
@@ -58,7 +58,8 @@ def service_of_event(type_name: str, text: str) -> str | None:
     return service if is_event and len(separated(text)) > 1 else None
 
 
-def _service_types(name: str, text: str | None = None) -> list[Definition]:
+def service_types(name: str, text: str | None = None) -> list[Definition]:
+    """Return a service, and the type of its events, whose request and response are known."""
     request, response = FieldType(f"{name}_Request"), FieldType(f"{name}_Response")
     event = Definition(
         f"{name}_Event",
@@ -80,7 +81,8 @@ def _service_types(name: str, text: str | None = None) -> list[Definition]:
     return [event, service]
 
 
-def _action_types(name: str, text: str) -> list[Definition]:
+def action_types(name: str, text: str) -> list[Definition]:
+    """Return an action and the types of its wire, whose goal, result and feedback are known."""
     goal, result, feedback = (FieldType(f"{name}_{part}") for part in ACTION_PARTS[:3])
     send_goal, get_result = (f"{name}_{part}" for part in ACTION_SERVICES)
     feedback_message = Definition(f"{name}_FeedbackMessage", (_UUID, Field("feedback", feedback)))
@@ -90,13 +92,13 @@ def _action_types(name: str, text: str) -> list[Definition]:
             f"{send_goal}_Response",
             (Field("accepted", FieldType("bool")), Field("stamp", _TIME)),
         ),
-        *_service_types(send_goal),
+        *service_types(send_goal),
         Definition(f"{get_result}_Request", (_UUID,)),
         Definition(
             f"{get_result}_Response",
             (Field("status", FieldType("int8")), Field("result", result)),
         ),
-        *_service_types(get_result),
+        *service_types(get_result),
         feedback_message,
         Definition(
             name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from teleopctl.interfaces.definition import Shape
+from teleopctl.interfaces.definition import IDL_ONLY, Shape
 from teleopctl.interfaces.typenames import split
 from teleopctl.typed import TYPE_CHECKING
 
@@ -171,6 +171,8 @@ def slot_type(kind: FieldType) -> AbstractType:
 
 
 def _element(kind: FieldType) -> AbstractNestableType:
+    if kind.base.startswith(IDL_ONLY):
+        return BasicType(kind.base.removeprefix(IDL_ONLY))
     if kind.is_nested:
         package, folder, name = split(kind.base)
         return NamespacedType([package, folder], name)

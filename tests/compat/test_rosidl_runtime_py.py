@@ -6,7 +6,18 @@ from pathlib import Path
 
 import pytest
 import rosidl_runtime_py as runtime
-from rosidl_parser.definition import NamespacedType, UnboundedSequence
+from rosidl_parser.definition import (
+    Action,
+    BasicType,
+    BoundedString,
+    IdlLocator,
+    Include,
+    Message,
+    NamespacedType,
+    Service,
+    UnboundedSequence,
+)
+from rosidl_parser.parser import parse_idl_file, parse_idl_string
 
 from teleopctl.interfaces.store import get_message
 from teleopctl.packages.finding import _packages_below
@@ -96,3 +107,47 @@ def test_the_class_of_a_part_of_an_action_and_of_elements_is_found():
     with pytest.warns(DeprecationWarning, match="value_type"):
         found = runtime.import_message_from_namespaced_type(UnboundedSequence(text))
     assert found.TYPE_NAME == "std_msgs/msg/String"
+
+
+def test_an_idl_file_is_read_as_a_message_a_service_or_an_action(tmp_path):
+    (tmp_path / "Thing.idl").write_text(
+        """#include "geometry_msgs/msg/Point.idl"
+        module p { module msg {
+          module Thing_Constants { const string TITLE = "abc"; };
+          @verbatim (language="comment", text="What it is.\\nTwice.")
+          struct Thing { @default (value=7) unsigned long count; sequence<wchar> letters; };
+        }; };"""
+    )
+    file = parse_idl_file(IdlLocator(tmp_path, "Thing.idl"))
+    assert file.content.get_elements_of_type(Include)[0].locator == "geometry_msgs/msg/Point.idl"
+    (message,) = file.content.get_elements_of_type(Message)
+    assert message.structure.namespaced_type == NamespacedType(["p", "msg"], "Thing")
+    assert message.structure.get_comment_lines() == ["What it is.", "Twice."]
+    assert message.structure.has_any_member_with_annotation("default")
+    count, letters = message.structure.members
+    assert (count.type, count.get_annotation_value("default")) == (
+        BasicType("uint32"),
+        {"value": 7},
+    )
+    assert letters.type == UnboundedSequence(BasicType("wchar"))
+    with pytest.raises(ValueError, match="No 'unit' annotations"):
+        letters.get_annotation_value("unit")
+    assert [(one.name, one.type) for one in message.constants] == [("TITLE", BoundedString(3))]
+
+    service = parse_idl_string(
+        "module p { module srv { struct Go_Request { boolean a; };"
+        " struct Go_Response { boolean b; }; }; };"
+    ).get_elements_of_type(Service)[0]
+    assert service.namespaced_type.name == "Go"
+    assert [member.name for member in service.event_message.structure.members] == [
+        "info",
+        "request",
+        "response",
+    ]
+    action = parse_idl_string(
+        "module p { module action { struct Walk_Goal { float a; }; struct Walk_Result { float b; };"
+        " struct Walk_Feedback { float c; }; }; };"
+    ).get_elements_of_type(Action)[0]
+    assert action.get_result_service.response_message.structure.members[1].type == NamespacedType(
+        ["p", "action"], "Walk_Result"
+    )

@@ -4,6 +4,7 @@ import os
 from random import Random, SystemRandom
 
 import pytest
+from hypothesis import given, settings
 
 from teleopctl.interfaces.blocks import BLOCK_CODES
 from teleopctl.interfaces.cdr import deserialize, serialize
@@ -14,7 +15,7 @@ from teleopctl.interfaces.store import (
     get_service,
     list_types,
 )
-from tests.interfaces.messages import random_message
+from tests.interfaces.messages import messages, random_message
 from tests.interfaces.oracle import foreign_bytes
 
 # With TELEOPCTL_TESTS_EXPLORE more messages, and others each time; see tests/conftest.py.
@@ -70,16 +71,29 @@ for shape, text in SHAPES.items():
 def test_every_type_has_the_bytes_of_rosbags(kind):
     for name in TYPE_NAMES:
         if f"/{kind}/" in name:
-            source = Random(SEED or name)
-            for _ in range(ROUNDS):
-                check(random_message(source, name))
+            check_some(name, ROUNDS)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_has_the_bytes_of_rosbags(shape):
-    source = Random(SEED or shape)
-    for _ in range(ROUNDS if shape.startswith("Double") else 10 * ROUNDS):
-        check(random_message(source, f"shape_cases/msg/{shape}"))
+    rounds = ROUNDS if shape.startswith("Double") else 10 * ROUNDS
+    check_some(f"shape_cases/msg/{shape}", rounds)
+
+
+def check_some(name, rounds):
+    """Check random messages of a type; of those that fail, tell the smallest.
+
+    The generator is quicker than a strategy for each type: of four messages of each of 875 types,
+    1.1 s of processor time instead of 6.9 s. The strategy is there for the type that fails.
+    """
+    source = Random(SEED or name)
+    for _ in range(rounds):
+        message = random_message(source, name)
+        try:
+            check(message)
+        except Exception:
+            settings(max_examples=1000, database=None)(given(messages(name))(check))()
+            raise
 
 
 def check(message):

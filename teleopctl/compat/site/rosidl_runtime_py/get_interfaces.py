@@ -61,9 +61,11 @@ def get_interface_path(interface_name: str) -> str:
         raise ValueError(f"Invalid name '{interface_name}'. Must not contain '..'")
     _types(parts[:1], None)
     name, _, ending = interface_name.partition(".")
-    if len(parts) == 3 and ending in ("", parts[1]):
+    if len(parts) == 3:
         with suppress(TeleopctlError):
-            return str(definition_file(name))
+            file = definition_file(name)
+            if ending in ("", parts[1], file.suffix[1:]):
+                return str(file)
     # ROS 2 looks for what a build makes of it.
     missing = interface_name if ending else f"{interface_name}.idl"
     raise LookupError(f"Could not find the interface '{missing}'")

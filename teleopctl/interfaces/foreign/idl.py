@@ -1,0 +1,324 @@
+"""Reading ``.idl`` files, the other form in which packages may define interfaces.
+
+rosbags has the grammar; it forgets annotations, among them default values, and where a mistake is.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from rosbags.typesys.base import BaseName, BaseType, Cardinality, Field as IdlField, TypesysError
+from rosbags.typesys.idl import (
+    Annotation,
+    ExpType,
+    IDLParser,
+    Member,
+    Reference,
+    Struct,
+    eval_expression,
+)
+from rosbags.typesys.peg import Failure, Success
+
+from teleopctl.errors import InvalidDefinitionError
+from teleopctl.interfaces.definition import (
+    FLOATS,
+    IDL_ONLY,
+    PLACEHOLDER,
+    STRINGS,
+    Constant,
+    Definition,
+    Field,
+    FieldType,
+    Shape,
+)
+from teleopctl.interfaces.services import (
+    ACTION_PARTS,
+    SERVICE_PARTS,
+    action_types,
+    service_types,
+)
+from teleopctl.interfaces.typenames import split
+
+if TYPE_CHECKING:
+    from rosbags.typesys.idl import ConstDecl, Expression
+    from rosbags.typesys.peg import Result
+
+_INCLUDE = re.compile(r"^[ \t]*#include[ \t]+[<\"]([^>\"\n]+)[>\"][^\n]*$", re.MULTILINE)
+_FIELD_NAME = re.compile(r"[a-z][A-Za-z0-9_]*\Z")
+# Those of texts that are not wide.
+_ESCAPE = re.compile(r"\\(?:[0-7]{1,3}|x[0-9A-Fa-f]{2}|[nvtbrfa\\'\"])")
+_FIXED_POINT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[dD]"
+# IDL's char is another type than that of messages.
+_IDL_ONLY = {"char": "char", "wchar": "wchar", "float128": "long double"}
+_WHOLE = ExpType(BaseType(BaseName.INT64))
+_PARTS = {"msg": ("",), "srv": SERVICE_PARTS[:2], "action": ACTION_PARTS[:3]}
+
+
+class IdlAnnotation(NamedTuple):
+    """What stands after an ``@``: nothing, one value, or several by name."""
+
+    name: str
+    value: object = None
+
+
+class IdlMember(NamedTuple):
+    """One member of a struct; its type may be one that begins with `IDL_ONLY`."""
+
+    name: str
+    type: FieldType
+    annotations: tuple[IdlAnnotation, ...] = ()
+
+
+class IdlStruct(NamedTuple):
+    """One struct, and the constants of the module ``NAME_Constants`` beside it.
+
+    Attributes:
+        name: With its modules, as ``package/msg/Name``.
+        members: In the order of the definition.
+        constants: In the order of the definition.
+        annotations: Of the struct.
+    """
+
+    name: str
+    members: tuple[IdlMember, ...]
+    constants: tuple[Constant, ...]
+    annotations: tuple[IdlAnnotation, ...]
+
+
+class _NotedMember(Member):
+    """A member that keeps its annotations."""
+
+    annotations: tuple[IdlAnnotation, ...] = ()
+
+
+class _Parser(IDLParser):
+    """Keeps annotations by the struct's name, and how far the text was understood."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self.furthest = 0
+        self.structs: dict[str, tuple[tuple[IdlAnnotation, ...], list[_NotedMember]]] = {}
+        self._constants: dict[str, Expression] = {}
+
+    def literal(self, pos: int, text: str) -> Result[str]:
+        return self._noting(super().literal(pos, text))
+
+    def regex(self, pos: int, pattern: str, flags: int = 0) -> Result[str]:
+        return self._noting(super().regex(pos, pattern, flags))
+
+    def _noting(self, found: Result[str]) -> Result[str]:
+        if isinstance(found, Failure):
+            self.furthest = max(self.furthest, found.pos)
+        return found
+
+    def float_literal(self, pos: int) -> Result[float]:
+        fixed = self.regex(pos, _FIXED_POINT)
+        if isinstance(fixed, Success):
+            return Success(fixed.pos, float(fixed.value[:-1]))
+        return super().float_literal(pos)
+
+    def positive_int_const(self, pos: int) -> Result[Expression]:
+        # Without shifts: the two signs that close `sequence<string<3>>` would be one.
+        found = self.add_expr(pos)
+        if isinstance(found, Success) and isinstance(found.value, Reference):
+            # The constants of a struct stand in a module beside it, not around it.
+            name = str(_evaluated(found.value)).rpartition("/")[2]
+            return Success(found.pos, self._constants.get(name, found.value))
+        return found
+
+    def const_dcl(self, pos: int) -> Result[ConstDecl]:
+        found = super().const_dcl(pos)
+        if isinstance(found, Success):
+            self._constants[found.value.name] = found.value.value
+        return found
+
+    def member(self, pos: int) -> Result[list[Member]]:
+        found = super().member(pos)
+        if isinstance(found, Failure):
+            return found
+        noted: list[Member] = []
+        for member in found.value:
+            one = _NotedMember(*member)
+            one.annotations = self._annotations(pos)
+            noted.append(one)
+        return Success(found.pos, noted)
+
+    def struct_def(self, pos: int) -> Result[Struct]:
+        found = super().struct_def(pos)
+        if isinstance(found, Success):
+            members = cast("list[_NotedMember]", found.value.fields)
+            self.structs[found.value.name] = (self._annotations(pos), members)
+        return found
+
+    def _annotations(self, pos: int) -> tuple[IdlAnnotation, ...]:
+        found = self.many0(pos, lambda p: self.all(p, (self.annotation_appl, self.space)))
+        return tuple(_annotation(annotation) for annotation, _ in found.value)
+
+
+def _annotation(annotation: Annotation) -> IdlAnnotation:
+    if annotation.arg is None:
+        return IdlAnnotation(annotation.name)
+    values = {name: _evaluated(expression) for name, expression in annotation.arg}
+    return IdlAnnotation(annotation.name, values.get("", values))
+
+
+def _evaluated(expression: Expression) -> object:
+    if isinstance(expression, Reference):
+        return str(getattr(expression.name.ref, "name", expression.name.ref))
+    return _plain(eval_expression(expression, _WHOLE, "", ()).value)
+
+
+def _plain(value: object) -> object:
+    """Return a value with the escapes of a text resolved."""
+    if not isinstance(value, str):
+        return value
+    return _ESCAPE.sub(lambda found: found[0].encode().decode("unicode_escape"), value)
+
+
+def idl_includes(text: str) -> list[str]:
+    """Return the files that an IDL text includes, as they are written."""
+    return _INCLUDE.findall(text)
+
+
+def read_idl(text: str, where: str) -> list[IdlStruct]:
+    """Return the structs of an IDL text, in order.
+
+    Args:
+        text: The content of the file; included files are not read.
+        where: What the errors call the text.
+
+    Raises:
+        InvalidDefinitionError: The text cannot be understood; the message names the line.
+    """
+    parser = _Parser(_INCLUDE.sub(lambda found: " " * len(found[0]), text))
+    try:
+        messages = parser.specification()
+    except (TypesysError, SyntaxError, RecursionError) as error:
+        said = str(error)
+        if said.startswith("Could not parse"):
+            line = text.count("\n", 0, parser.furthest) + 1
+            rest = text[parser.furthest :].partition("\n")[0].strip()
+            raise InvalidDefinitionError(f"{where}:{line}: this is no IDL: {rest!r}") from error
+        raise InvalidDefinitionError(f"{where}: {said}") from error
+    structs = []
+    for name, constants, fields in messages:
+        annotations, noted = parser.structs.get(name.rpartition("/")[2], ((), []))
+        by_name = {member.name: member.annotations for member in noted}
+        structs.append(
+            IdlStruct(
+                name,
+                tuple(IdlMember(f.name, _field_type(f), by_name.get(f.name, ())) for f in fields),
+                tuple(Constant(c.name, c.typ.value, _plain(c.value)) for c in constants),
+                annotations,
+            )
+        )
+    return structs
+
+
+def _field_type(field: IdlField) -> FieldType:
+    reference, cardinality, text_bound, size = field.typ
+    base = reference.name.value if isinstance(reference, BaseType) else reference.name
+    if base in _IDL_ONLY:
+        base = f"{IDL_ONLY}{_IDL_ONLY[base]}"
+    shape = Shape.SINGLE
+    if cardinality is Cardinality.ARRAY:
+        shape = Shape.ARRAY
+    elif cardinality is Cardinality.SEQUENCE:
+        shape = Shape.BOUNDED if size else Shape.UNBOUNDED
+    return FieldType(base, shape, size, text_bound)
+
+
+def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
+    """Return every type that one IDL file gives rise to, as `services.split_definition` does.
+
+    Args:
+        text: Content of the file.
+        type_name: ``package/kind/Name``.
+        where: What the errors call the text.
+
+    Raises:
+        InvalidDefinitionError: The text cannot be understood, or lacks a struct of that name.
+    """
+    structs = {struct.name: struct for struct in read_idl(text, where)}
+    kind = split(type_name)[1]
+    names = [f"{type_name}_{part}" if part else type_name for part in _PARTS[kind]]
+    for name in names:
+        if name not in structs:
+            raise InvalidDefinitionError(
+                f"{where}: there is no struct {name.replace('/', '::')}",
+                hint="The modules around it are named as the package and as msg, srv or action.",
+            )
+    parts = [_definition(structs[name], where, text) for name in names]
+    whole = "---\n".join(part.render() for part in parts)
+    if kind == "msg":
+        return parts
+    return [*parts, *(service_types if kind == "srv" else action_types)(type_name, whole)]
+
+
+def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
+    fields = []
+    lines = _comments(struct.annotations)
+    lines.extend(f"{c.base} {c.name}={_written(c.value)}" for c in struct.constants)
+    for member in struct.members:
+        if member.name == PLACEHOLDER:
+            continue
+        try:
+            fields.append(_field(member))
+        except (ValueError, SyntaxError) as error:
+            place = re.search(rf"\b{member.name}\b", text[text.find(split(struct.name)[2]) :])
+            begin = text.find(split(struct.name)[2]) + (place.start() if place else 0)
+            line = text.count("\n", 0, begin) + 1
+            raise InvalidDefinitionError(f"{where}:{line}: {member.name}: {error}") from error
+        lines.extend(_comments(member.annotations))
+        default = fields[-1].default
+        ending = "" if default is None else f" {_written(default)}"
+        lines.append(f"{member.type} {member.name}{ending}")
+    written = "".join(f"{line}\n" for line in lines)
+    return Definition(struct.name, tuple(fields), struct.constants, written)
+
+
+def _field(member: IdlMember) -> Field:
+    kind = member.type
+    if kind.base.startswith(IDL_ONLY):
+        raise ValueError(f"{kind.base.removeprefix(IDL_ONLY)} is not served in messages")
+    if not _FIELD_NAME.match(member.name):
+        raise ValueError("the name of a field begins with a small letter")
+    default = next((a.value for a in member.annotations if a.name == "default"), None)
+    if isinstance(default, dict):
+        default = default.get("value")
+    return Field(member.name, kind, None if default is None else _default(default, kind))
+
+
+def _default(value: Any, kind: FieldType) -> object:  # Any: numbers, texts, truth values
+    """Return a default value as the type has it; that of several values is written as a text."""
+    if kind.shape is not Shape.SINGLE:
+        values = ast.literal_eval(value) if isinstance(value, str) else value
+        if not isinstance(values, tuple | list):
+            raise ValueError(f"{value!r} is no list of values")
+        return [_default(one, kind.element) for one in values]
+    if kind.base in STRINGS:
+        return str(value)
+    if kind.base in FLOATS:
+        return float(value)
+    return bool(value) if kind.base == "bool" else int(value)
+
+
+def _comments(annotations: tuple[IdlAnnotation, ...]) -> list[str]:
+    texts = [
+        str(a.value.get("text", ""))
+        for a in annotations
+        if a.name == "verbatim"
+        and isinstance(a.value, dict)
+        and a.value.get("language") == "comment"
+    ]
+    return [f"# {line}".rstrip() for text in texts for line in text.splitlines()]
+
+
+def _written(value: object) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_written, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value)
