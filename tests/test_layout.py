@@ -45,7 +45,7 @@ ALLOWED = {
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
-    "compat": {"interfaces", "launch", "node", "robot", "tf"},
+    "compat": {"control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),

@@ -28,7 +28,8 @@ class InterfaceModule(ModuleType):
 
         package, kind = self.__name__.split(".")[:2]
         type_name = f"{package}/{kind}/{name}"
-        # A package of the user's may add to one that is known; the list of names leaves that out.
+        # A package of the user's may add to one that is known; the list of names leaves that out,
+        # and the parts of services and actions.
         if name not in self.__dir__() and (
             not _may_be_class(name) or known_types().find(type_name) is None
         ):
@@ -79,7 +80,7 @@ def unknown_name(name: str, module: str) -> str:
 
 
 def _may_be_class(name: str) -> bool:
-    return name[:1].isupper() and name.isascii() and name.isalnum()
+    return name[:1].isupper() and name.isascii() and name.isidentifier()
 
 
 def _may_be_package(name: str) -> bool:

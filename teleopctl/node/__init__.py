@@ -166,6 +166,7 @@ if TYPE_CHECKING:
         InvalidServiceNameException as InvalidServiceNameException,
         InvalidTopicNameException as InvalidTopicNameException,
         NameValidationException as NameValidationException,
+        NodeNameNonExistentError as NodeNameNonExistentError,
         NotInitializedException as NotInitializedException,
         ParameterAlreadyDeclaredException as ParameterAlreadyDeclaredException,
         ParameterException as ParameterException,
@@ -307,7 +308,8 @@ else:
             "InvalidHandle InvalidNamespaceException InvalidNodeNameException "
             "InvalidParameterException InvalidParameterTypeException "
             "InvalidParameterValueException InvalidServiceNameException "
-            "InvalidTopicNameException NameValidationException NotInitializedException "
+            "InvalidTopicNameException NameValidationException NodeNameNonExistentError "
+            "NotInitializedException "
             "ParameterAlreadyDeclaredException ParameterException ParameterImmutableException "
             "ParameterNotDeclaredException ParameterUninitializedException "
             "RCLError ROSInterruptException ServiceUnavailableError ShutdownException "

@@ -6,7 +6,7 @@ import abc
 from collections.abc import Callable
 
 from teleopctl.node.context import Context
-from teleopctl.node.values.exceptions import NameValidationException
+from teleopctl.node.values.exceptions import NameValidationException, NodeNameNonExistentError
 from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import EndpointToken, EntityKind, Graph
 
@@ -140,7 +140,11 @@ class GraphView(abc.ABC):
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
-        """Return what a node publishes."""
+        """Return what a node publishes.
+
+        Raises:
+            NodeNameNonExistentError: There is no such node.
+        """
         return self._of_node(EntityKind.MP, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
@@ -149,25 +153,50 @@ class GraphView(abc.ABC):
         node_namespace: str,
         no_demangle: bool = False,  # noqa: ARG002 (see above)
     ) -> NamesAndTypes:
-        """Return what a node subscribes to."""
+        """Return what a node subscribes to.
+
+        Raises:
+            NodeNameNonExistentError: There is no such node.
+        """
         return self._of_node(EntityKind.MS, node_name, node_namespace)
 
     def get_service_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return what a node serves."""
+        """Return what a node serves.
+
+        Raises:
+            NodeNameNonExistentError: There is no such node.
+        """
         return self._of_node(EntityKind.SS, node_name, node_namespace)
 
     def get_client_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> NamesAndTypes:
-        """Return whose client a node is."""
+        """Return whose client a node is.
+
+        Raises:
+            NodeNameNonExistentError: There is no such node.
+        """
         return self._of_node(EntityKind.SC, node_name, node_namespace)
+
+    def endpoints_of(self, node_name: str, node_namespace: str) -> list[EndpointToken]:
+        """Return the endpoints of a node, and of all of that name (ours).
+
+        Raises:
+            NodeNameNonExistentError: There is no such node.
+        """
+        asked = (node_name, node_namespace)
+        found = [node for node in self.graph().nodes if (node.name, node.namespace) == asked]
+        if not found:
+            place = f"{node_namespace.rstrip('/')}/{node_name}"
+            raise NodeNameNonExistentError(f"cannot tell of node '{place}': it is not there")
+        return [token for node in found for token in node.endpoints]
 
     def _of_node(self, kind: EntityKind, node_name: str, namespace: str) -> NamesAndTypes:
         types: dict[str, set[str]] = {}
-        for token in self.graph().endpoints:
-            if (token.kind, token.node, token.namespace) == (kind, node_name, namespace):
+        for token in self.endpoints_of(node_name, namespace):
+            if token.kind is kind:
                 types.setdefault(token.name, set()).add(token.type_name)
         return [(name, sorted(types[name])) for name in sorted(types)]
 

@@ -17,20 +17,24 @@ def get_action_names_and_types(node: GraphView) -> NamesAndTypes:
 def get_action_server_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions that a node serves."""
+    """Return the actions that a node serves.
+
+    Raises:
+        NodeNameNonExistentError: There is no such node.
+    """
     return _of_node(node, EntityKind.MP, remote_node_name, remote_node_namespace)
 
 
 def get_action_client_names_and_types_by_node(
     node: GraphView, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
-    """Return the actions whose client a node is."""
+    """Return the actions whose client a node is.
+
+    Raises:
+        NodeNameNonExistentError: There is no such node.
+    """
     return _of_node(node, EntityKind.MS, remote_node_name, remote_node_namespace)
 
 
 def _of_node(node: GraphView, kind: EntityKind, name: str, namespace: str) -> NamesAndTypes:
-    return actions_of(
-        token
-        for token in node.graph().endpoints
-        if (token.kind, token.node, token.namespace) == (kind, name, namespace)
-    )
+    return actions_of(token for token in node.endpoints_of(name, namespace) if token.kind is kind)

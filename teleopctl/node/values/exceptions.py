@@ -52,6 +52,10 @@ class TimerCancelledError(RCLError):
     """A call of a timer is counted by hand, and the timer was cancelled."""
 
 
+class NodeNameNonExistentError(RCLError):
+    """A node is asked about that is not in the graph."""
+
+
 class ServiceUnavailableError(UnavailableError):
     """A request has no answer: nobody serves the name, or the server went away."""
 

@@ -6,7 +6,7 @@ import enum
 
 from teleopctl.errors import UsageError
 from teleopctl.node.values.time import Duration, Infinite
-from teleopctl.typed import Any, Self
+from teleopctl.typed import TYPE_CHECKING, Any, Self
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42
@@ -14,8 +14,29 @@ RMW_DEFAULT_DEPTH = 42
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
-class _Policy(enum.IntEnum):
+class _PolicyType(enum.EnumMeta):
+    """Knows the members by their names in rmw too, which older programs use."""
+
+    if not TYPE_CHECKING:  # checkers know the members only
+
+        def __getattr__(cls, name: str) -> object:
+            member = name.removeprefix(f"RMW_QOS_{cls._rmw_name()}_")
+            if member == name or member not in cls.__members__:
+                raise AttributeError(f"{cls.__name__} has no attribute {name!r}")
+            import warnings
+
+            said = f"{cls.__name__}.{name} is deprecated. Use {cls.__name__}.{member} instead."
+            warnings.warn(said, stacklevel=2)
+            return cls[member]
+
+
+class _Policy(enum.IntEnum, metaclass=_PolicyType):
     """A policy whose members can be named as on the command line (``best_effort``)."""
+
+    @classmethod
+    def _rmw_name(cls) -> str:
+        """Return such as ``POLICY_HISTORY``."""
+        return f"POLICY_{cls.__name__.removesuffix('Policy').upper()}"
 
     @property
     def short_key(self) -> str:

@@ -5,7 +5,13 @@ import unittest
 
 import launch_testing
 import rclpy
-from controller_manager import switch_controllers
+from ament_index_python.packages import get_package_share_directory
+from controller_manager import (
+    get_parameter_from_param_files,
+    load_controller,
+    set_controller_parameters_from_param_files,
+    switch_controllers,
+)
 from controller_manager.test_utils import (
     check_controllers_running,
     check_if_js_published,
@@ -68,6 +74,15 @@ class TestTheArm(unittest.TestCase):
             check_controllers_running(self.node, NAMES, timeout=0)
         with self.assertRaisesRegex(AssertionError, "nobody not found"):
             check_node_running(self.node, "nobody", timeout=0)
+        gripper = "gripper_controller"
+        files = [get_package_share_directory("teleop_controller") + "/teleop_controllers.yaml"]
+        assert get_parameter_from_param_files(self.node, gripper, "/", files, "type") == (
+            "joint_trajectory_controller/JointTrajectoryController"
+        )
+        assert set_controller_parameters_from_param_files(
+            self.node, "controller_manager", gripper, files
+        )
+        assert load_controller(self.node, "controller_manager", gripper).ok
 
 
 @launch_testing.post_shutdown_test()

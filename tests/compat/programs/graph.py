@@ -5,8 +5,10 @@ import sys
 import rclpy
 import rclpy.context
 import rclpy.utilities
+from action_msgs.srv import CancelGoal, CancelGoal_Response
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import NodeNameNonExistentError
 from rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile, QoSReliabilityPolicy
 from rclpy.qos_event import PublisherEventCallbacks as OldName
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -59,6 +61,13 @@ def main():
     assert ("renamed", "/other") in node.get_node_names_and_namespaces()
     assert ("/other/spoken", ["std_msgs/msg/String"]) in node.get_topic_names_and_types()
     assert node.get_publisher_names_and_types_by_node("renamed", "/other")
+    try:
+        node.get_client_names_and_types_by_node("renamed", "/")
+    except NodeNameNonExistentError as error:
+        assert "'/renamed'" in str(error)
+    else:
+        raise AssertionError
+    assert CancelGoal_Response is CancelGoal.Response
     assert [s.topic_name for s in node.subscriptions if s.topic_name == "/other/spoken"]
     publisher.publish(String(data="kept"))
     got, message = wait_for_message(String, node, "chatter", qos_profile=latched, time_to_wait=10.0)

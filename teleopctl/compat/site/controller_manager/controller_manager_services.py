@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
 from typing import Any
 
 import rclpy
 from controller_manager_msgs import srv
+from rcl_interfaces.srv import SetParameters
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from teleopctl.control import manager_settings
 
 _LOOKS_EVERY_S = 10.0
+
+
+_IS_COLORED = sys.stdout.isatty() and "NO_COLOR" not in os.environ
+
+
+class bcolors:  # noqa: N801 -- spelt so there
+    """What begins and ends a colour on a terminal; empty where there is none."""
+
+    MAGENTA = "\033[95m" if _IS_COLORED else ""
+    OKBLUE = "\033[94m" if _IS_COLORED else ""
+    OKCYAN = "\033[96m" if _IS_COLORED else ""
+    OKGREEN = "\033[92m" if _IS_COLORED else ""
+    WARNING = "\033[93m" if _IS_COLORED else ""
+    FAIL = "\033[91m" if _IS_COLORED else ""
+    ENDC = "\033[0m" if _IS_COLORED else ""
+    BOLD = "\033[1m" if _IS_COLORED else ""
+    UNDERLINE = "\033[4m" if _IS_COLORED else ""
 
 
 class ServiceNotFoundError(Exception):
@@ -215,3 +238,70 @@ def switch_controllers(
     )
     name = f"{controller_manager_name}/switch_controller"
     return service_caller(node, name, srv.SwitchController, request, call_timeout=call_timeout)
+
+
+def get_parameter_from_param_files(
+    node: Node,
+    controller_name: str,
+    namespace: str,
+    parameter_files: Sequence[str],
+    parameter_name: str,
+) -> Any:
+    """Return what parameter files say of a controller for its manager; None for nothing.
+
+    Args:
+        node: Not used; it is there.
+        controller_name: The controller's name.
+        namespace: Its and the manager's.
+        parameter_files: Later ones win.
+        parameter_name: Such as ``type``.
+
+    Raises:
+        InvalidFileError: A file is missing, or is no parameter file.
+    """
+    del node
+    manager = f"{namespace.rstrip('/')}/controller_manager"
+    return manager_settings(controller_name, manager, parameter_files).get(parameter_name)
+
+
+def set_controller_parameters(
+    node: Node,
+    controller_manager_name: str,
+    controller_name: str,
+    parameter_name: str,
+    parameter_value: Any,
+) -> bool:
+    """Set a parameter that the controller manager has of a controller; False when it refuses."""
+    full_name = f"{controller_name}.{parameter_name}"
+    request = SetParameters.Request()
+    request.parameters = [Parameter(full_name, value=parameter_value).to_parameter_msg()]
+    name = f"{controller_manager_name}/set_parameters"
+    (result,) = service_caller(node, name, SetParameters, request).results
+    if result.successful:
+        node.get_logger().info(f"Set '{full_name}' to '{parameter_value}'")
+    else:
+        node.get_logger().fatal(
+            f"Could not set '{full_name}' to '{parameter_value}': {result.reason}"
+        )
+    return bool(result.successful)
+
+
+def set_controller_parameters_from_param_files(
+    node: Node,
+    controller_manager_name: str,
+    controller_name: str,
+    parameter_files: Sequence[str],
+    namespace: str | None = None,
+) -> bool:
+    """Tell the controller manager a controller's parameter files, and what they say of its type.
+
+    Raises:
+        InvalidFileError: A file is missing, or is no parameter file.
+    """
+    place = (namespace or node.get_namespace()).rstrip("/")
+    manager = f"{place}/{controller_manager_name.rpartition('/')[2]}"
+    settings = manager_settings(controller_name, manager, parameter_files)
+    return all(
+        set_controller_parameters(node, controller_manager_name, controller_name, name, value)
+        for name, value in settings.items()
+    )

@@ -3,7 +3,17 @@
 from typing import TYPE_CHECKING
 
 from rclpy._imported import imported
-from teleopctl.node import Client, Node, Parameter, Publisher, Rate, Service, Subscription, Timer
+from teleopctl.node import (
+    Client,
+    Node,
+    NodeNameNonExistentError,
+    Parameter,
+    Publisher,
+    Rate,
+    Service,
+    Subscription,
+    Timer,
+)
 
 HIDDEN_NODE_PREFIX = "_"
 
@@ -11,6 +21,7 @@ __all__ = [
     "HIDDEN_NODE_PREFIX",
     "Client",
     "Node",
+    "NodeNameNonExistentError",
     "Parameter",
     "Publisher",
     "Rate",
