@@ -1,11 +1,11 @@
 """Interfaces that are defined in ``.idl`` files."""
 
 import pytest
-from teleopctl.interfaces.foreign.idl import idl_includes, read_idl, split_idl
 
 from teleopctl.errors import InvalidDefinitionError
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.definition import Definition, FieldType, Shape
+from teleopctl.interfaces.foreign.idl import idl_includes, read_idl, split_idl
 from teleopctl.interfaces.services import split_definition
 
 THING = """\
