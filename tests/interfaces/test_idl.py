@@ -44,7 +44,7 @@ string TITLE='a "b"'
 uint32 count 7
 # Where.
 geometry_msgs/Point place
-float64[3] numbers [1.5, -2.0, 3.0]
+float64[3] numbers [1.5, -2, 3]
 string<=5[] names
 byte[<=4] data
 bool ok true
@@ -134,13 +134,21 @@ def test_a_package_may_have_files_of_either_form(tmp_path, monkeypatch):
         ("long double ok", "boolean ok", "Thing.idl:20: ok: long double is not served"),
         ("boolean Ok", "boolean ok", "Thing.idl:20: Ok: the name of a field begins with a small"),
         ("double numbers[NOPE]", "double numbers[3]", "Thing.idl: Cannot resolve constant 'NOPE'"),
-        ("value=3", 'value="(1.5, -2, 3)"', "Thing.idl:16: numbers: 3 is no list of values"),
+        (
+            "value=3",
+            'value="(1.5, -2, 3)"',
+            "Thing.idl:16: numbers: the default of an array",
+        ),
+        ("numbers[0]", "numbers[3]", "Thing.idl:16: numbers: the size of an array is a positive"),
+        ("octet B = 300; const long", "long", "Thing.idl:6: B: 300 is out of range"),
+        ("long ok;", "boolean ok;", "Thing.idl:20: ok: invalid literal for int"),
+        ("float one, one", "float one, two", "Thing.idl:22: one: the name is there twice"),
         ("module ms", "module msg", "Thing.idl: there is no struct my_pkg::msg::Thing"),
     ],
 )
 def test_what_cannot_be_served_is_told_with_its_line(wrong, right, said):
     with pytest.raises(InvalidDefinitionError, match=said):
-        split_idl(THING.replace(right, wrong), "my_pkg/msg/Thing", "Thing.idl")
+        split_idl(THING.replace(right, wrong, 1), "my_pkg/msg/Thing", "Thing.idl")
 
 
 def test_annotations_of_every_kind_are_kept():

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import ast
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 from rosbags.typesys.base import BaseName, BaseType, Cardinality, Field as IdlField, TypesysError
 from rosbags.typesys.idl import (
@@ -23,16 +25,15 @@ from rosbags.typesys.peg import Failure, Success
 
 from teleopctl.errors import InvalidDefinitionError
 from teleopctl.interfaces.definition import (
-    FLOATS,
     IDL_ONLY,
     PLACEHOLDER,
-    STRINGS,
     Constant,
     Definition,
     Field,
     FieldType,
     Shape,
 )
+from teleopctl.interfaces.parser import parse
 from teleopctl.interfaces.services import (
     ACTION_PARTS,
     SERVICE_PARTS,
@@ -258,51 +259,61 @@ def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
 
 
 def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
-    fields = []
+    """Return the message that a struct is; each line is judged as one of a ``.msg`` file."""
+    package = split(struct.name)[0]
+    fields: list[Field] = []
+    constants: list[Constant] = []
     lines = _comments(struct.annotations)
-    lines.extend(f"{c.base} {c.name}={_written(c.value)}" for c in struct.constants)
+    for constant in struct.constants:
+        lines.append(f"{constant.base} {constant.name}={_written(constant.value)}")
+        with _told_at(constant.name, struct, where, text):
+            constants += parse(
+                lines[-1], struct.name, split(struct.name)[0], first_line=0
+            ).constants
     for member in struct.members:
         if member.name == PLACEHOLDER:
             continue
-        try:
-            fields.append(_field(member))
-        except (ValueError, SyntaxError) as error:
-            place = re.search(rf"\b{member.name}\b", text[text.find(split(struct.name)[2]) :])
-            begin = text.find(split(struct.name)[2]) + (place.start() if place else 0)
-            line = text.count("\n", 0, begin) + 1
-            raise InvalidDefinitionError(f"{where}:{line}: {member.name}: {error}") from error
-        lines.extend(_comments(member.annotations))
-        default = fields[-1].default
-        ending = "" if default is None else f" {_written(default)}"
-        lines.append(f"{member.type} {member.name}{ending}")
+        lines += _comments(member.annotations)
+        with _told_at(member.name, struct, where, text):
+            if member.name in {field.name for field in fields}:
+                raise ValueError("the name is there twice")
+            kind, default = _line(member)
+            lines.append(f"{kind} {member.name}{default}")
+            plain = f"{kind} {member.name.lower()}{default}"
+            (field,) = parse(plain, struct.name, package, first_line=0).fields
+            fields.append(field._replace(name=member.name))
     written = "".join(f"{line}\n" for line in lines)
-    return Definition(struct.name, tuple(fields), struct.constants, written)
+    return Definition(struct.name, tuple(fields), tuple(constants), written)
 
 
-def _field(member: IdlMember) -> Field:
+@contextmanager
+def _told_at(name: str, struct: IdlStruct, where: str, text: str) -> Iterator[None]:
+    """Tell what is wrong with a member or a constant, and in which line of the file it stands."""
+    try:
+        yield
+    except (InvalidDefinitionError, ValueError, SyntaxError) as error:
+        begin = max(0, text.find(split(struct.name)[2]))
+        place = re.search(rf"\b{name}\b", text[begin:])
+        line = text.count("\n", 0, begin + (place.start() if place else 0)) + 1
+        said = str(error).partition(":0: ")[2] or str(error)
+        raise InvalidDefinitionError(f"{where}:{line}: {name}: {said}") from error
+
+
+def _line(member: IdlMember) -> tuple[str, str]:
+    """Return type and default value of a field as a ``.msg`` file has them."""
     kind = member.type
     if kind.base.startswith(IDL_ONLY):
         raise ValueError(f"{kind.base.removeprefix(IDL_ONLY)} is not served in messages")
     if not _FIELD_NAME.match(member.name):
         raise ValueError("the name of a field begins with a small letter")
-    default = next((a.value for a in member.annotations if a.name == "default"), None)
-    if isinstance(default, dict):
-        default = default.get("value")
-    return Field(member.name, kind, None if default is None else _default(default, kind))
-
-
-def _default(value: Any, kind: FieldType) -> object:  # Any: numbers, texts, truth values
-    """Return a default value as the type has it; that of several values is written as a text."""
-    if kind.shape is not Shape.SINGLE:
-        values = ast.literal_eval(value) if isinstance(value, str) else value
-        if not isinstance(values, tuple | list):
-            raise ValueError(f"{value!r} is no list of values")
-        return [_default(one, kind.element) for one in values]
-    if kind.base in STRINGS:
-        return str(value)
-    if kind.base in FLOATS:
-        return float(value)
-    return bool(value) if kind.base == "bool" else int(value)
+    value = next((a.value for a in member.annotations if a.name == "default"), None)
+    if isinstance(value, dict):
+        value = value.get("value")
+    if value is None:
+        return str(kind), ""
+    if kind.shape is not Shape.SINGLE and isinstance(value, str):
+        value = ast.literal_eval(value)  # IDL has no lists: it stands in a text
+    return str(kind), f" {_written(value)}"
 
 
 def _comments(annotations: tuple[IdlAnnotation, ...]) -> list[str]:
@@ -317,7 +328,7 @@ def _comments(annotations: tuple[IdlAnnotation, ...]) -> list[str]:
 
 
 def _written(value: object) -> str:
-    if isinstance(value, list):
+    if isinstance(value, tuple | list):
         return f"[{', '.join(map(_written, value))}]"
     if isinstance(value, bool):
         return str(value).lower()
