@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         compensated_bodies as compensated_bodies,
         drive_name as drive_name,
         motor_name as motor_name,
+        rotors_told as rotors_told,
     )
     from teleopctl.mujoco_model.free_bodies import FreeBody as FreeBody, free_root as free_root
     from teleopctl.mujoco_model.joints import JointSpec as JointSpec
@@ -38,7 +39,9 @@ else:
         __name__,
         {
             "cameras": "CameraModel",
-            "drives": "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name",
+            "drives": (
+                "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name rotors_told"
+            ),
             "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",
             "model": "RobotModel build_model initial_positions",

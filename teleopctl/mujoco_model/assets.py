@@ -7,21 +7,17 @@ simulation: half of a shape would touch what the whole one does not.
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.mujoco_model.paint import drawn_by, paint, parts_of
+from teleopctl.mujoco_model.mesh_content import read_mesh
+from teleopctl.mujoco_model.paint import drawn_by, paint
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import collada_unit_m
 
 _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
-# What MuJoCo's own reader of STL takes.
-_FAR_M = 2.0**30
 
 
 def resolve_meshes(
@@ -73,34 +69,24 @@ def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -
         is_read = refusal is None
         if is_read and not (drawn_by(spec, mesh) and _names_materials(path)):
             return None
-    scene = _load(path)
-    if isinstance(scene, str):
-        return None if is_read else refusal or scene
+    content = read_mesh(path)
+    if isinstance(content, str):
+        return None if is_read else refusal or content
     if not is_read:
-        fault = _convert(mesh, path, scene)
-        if fault is None and try_each:
-            fault = _refusal(mesh)
+        mesh.file = ""
+        mesh.uservert = content.vertices.ravel().tolist()
+        mesh.userface = content.faces.ravel().tolist()
+        fault = _refusal(mesh) if try_each else None
         if fault is not None:
             return refusal or fault
-    if drawn_by(spec, mesh):
-        _paint(spec, mesh, path, scene, try_each=try_each)
+    if content.parts and drawn_by(spec, mesh):
+        paint(spec, mesh, content.parts, lambda part: not (try_each and _refusal(part)))
     return None
 
 
 def _names_materials(path: Path) -> bool:
     """Whether MuJoCo reads the triangles of a file, but not its colours."""
     return path.suffix.lower() == ".obj" and b"mtllib" in path.read_bytes()
-
-
-def _paint(spec: mujoco.MjSpec, mesh: Any, path: Path, scene: Any, *, try_each: bool) -> None:
-    """Give a mesh the colours of its file, where it has some."""
-    is_gltf = path.suffix.lower() in (".glb", ".gltf")
-    try:
-        parts = parts_of(scene, _unit_m(path, scene), is_gltf=is_gltf)
-    except Exception:  # noqa: BLE001 - as in _load; then it has no colours, and all of its shape
-        return
-    if parts:
-        paint(spec, mesh, parts, lambda part: not (try_each and _refusal(part)))
 
 
 def _refusal(mesh: Any) -> str | None:
@@ -112,44 +98,6 @@ def _refusal(mesh: Any) -> str | None:
         alone.compile()
     except ValueError as error:
         return str(error).partition("\n")[0].removeprefix("Error: ")
-    return None
-
-
-def _load(path: Path) -> Any:
-    """Read a file with trimesh; returns its scene, or why that was not possible."""
-    import trimesh
-
-    # A picture that is not there makes trimesh log a traceback.
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
-    try:
-        # Left to itself it takes triangles without a word whose corners are no numbers.
-        return trimesh.load_scene(path, process=False)
-    except Exception as error:  # noqa: BLE001 - trimesh's readers raise whatever their parsers do
-        return f"{path} cannot be read: {error}"
-
-
-def _unit_m(path: Path, scene: Any) -> float:
-    if path.suffix.lower() != ".dae":
-        return 1.0
-    return collada_unit_m(part.metadata for part in scene.geometry.values())
-
-
-def _convert(mesh: Any, path: Path, scene: Any) -> str | None:
-    """Give a mesh all triangles of a scene, or say why that is not possible."""
-    try:
-        loaded: Any = scene.to_mesh()
-    except Exception as error:  # noqa: BLE001 - as above
-        return f"{path} cannot be read: {error}"
-    loaded.apply_scale(_unit_m(path, scene))
-    if len(loaded.faces) == 0:
-        return f"{path} holds no triangles"
-    # A comparison with NaN is false.
-    if not (np.abs(loaded.vertices) < _FAR_M).all():
-        return f"{path} has coordinates that are no numbers, or too large"
-    loaded.merge_vertices()
-    mesh.file = ""
-    mesh.uservert = loaded.vertices.astype("float32").ravel().tolist()
-    mesh.userface = loaded.faces.astype("int32").ravel().tolist()
     return None
 
 

@@ -69,6 +69,19 @@ def motor_name(joint: str) -> str:
     return f"{joint}_motor"
 
 
+def rotors_told(rotors: Mapping[str, float]) -> str:
+    """A sentence about rotor inertias that were made up.
+
+    Args:
+        rotors: By joint, in kg m² or kg.
+    """
+    listed = ", ".join(f"{name} {inertia:g}" for name, inertia in rotors.items())
+    return (
+        f'Rotor inertias are assumed, in kg m^2 or kg: {listed}; <param name="armature"> of a '
+        "joint in <ros2_control> says one"
+    )
+
+
 def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
     """Give all joints their limits, driven joints their rotors and mimic joints constraints.
 
@@ -106,9 +119,11 @@ def prepare_drives(spec: mujoco.MjSpec, driven: list[JointSpec]) -> None:
 
 
 def _add_rotor(element: Any, joint: JointSpec) -> None:
-    if element.armature:
-        return  # an MJCF file has said
-    if math.isfinite(joint.limits.effort):
+    if joint.armature is not None:
+        element.armature = joint.armature
+    elif element.armature:
+        pass  # an MJCF file has said
+    elif math.isfinite(joint.limits.effort):
         element.armature = joint.limits.effort / _ROTOR_ACCELERATION
     else:
         element.armature = _SMALLEST_ROTOR
@@ -165,7 +180,8 @@ def add_drives(
             continue
         element = spec.joint(joint.name)
         inertia = moved[joint.name]
-        if not math.isfinite(joint.limits.effort) and element.armature == _SMALLEST_ROTOR:
+        unsaid = joint.armature is None and element.armature == _SMALLEST_ROTOR
+        if unsaid and not math.isfinite(joint.limits.effort):
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor

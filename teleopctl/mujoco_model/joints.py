@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,8 @@ class JointSpec:
         limits: What it may be commanded to.
         initial_position: Position at the start, in rad or m; that of a joint that follows is
             where its leader puts it.
+        armature: Inertia of its motor's rotor as the joint feels it, kg m² or kg, where
+            ``<ros2_control>`` says so.
         actuators: Those of an MJCF file that take its commands; without any our own drives do.
         ball: The ball joint of MuJoCo's that it is one turn of, or an empty string.
     """
@@ -43,6 +46,7 @@ class JointSpec:
     mimic: Mimic | None
     limits: JointLimits
     initial_position: float
+    armature: float | None = None
     actuators: tuple[JointActuator, ...] = ()
     ball: str = ""
 
@@ -75,7 +79,8 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
             if model.mimic is None
         }
     )
-    specs, warnings = [], []
+    specs: list[JointSpec] = []
+    warnings: list[str] = []
     for name, model in joints.items():
         part = parts.get(name)
         commands = () if part is None else part.command_interfaces
@@ -87,6 +92,7 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
                 mimic=model.mimic,
                 limits=model.limits,
                 initial_position=start[name],
+                armature=_armature(part, warnings),
             )
         )
         warnings += [
@@ -95,6 +101,21 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
             if interface.name not in COMMAND_INTERFACES
         ]
     return specs, warnings
+
+
+def _armature(part: ComponentInfo | None, warnings: list[str]) -> float | None:
+    """What ``<param name="armature">`` says."""
+    text = None if part is None else part.parameters.get("armature")
+    if part is None or text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if value >= 0.0 and math.isfinite(value):
+        return value
+    warnings.append(f"Joint '{part.name}': armature should be a number of at least 0, got '{text}'")
+    return None
 
 
 def _initial_position(part: ComponentInfo | None, limits: JointLimits) -> float:

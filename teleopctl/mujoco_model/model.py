@@ -26,6 +26,7 @@ from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import add_world, world_geoms
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
+from teleopctl.robot import unknown_tags
 
 if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription, World
@@ -68,6 +69,17 @@ class RobotModel:
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
     start: Start | None = None
+
+    def rotors(self) -> dict[str, float]:
+        """Inertias of rotors that nobody has said, by joint, in kg m² or kg.
+
+        They make drives physical that push more than their links weigh.
+        """
+        return {
+            joint.name: float(f"{self.mj_model.joint(joint.name).armature[0]:.3g}")
+            for joint in self.joints
+            if joint.has_drive and joint.armature is None and self.start is None
+        }
 
     @property
     def timestep_ns(self) -> int:
@@ -238,7 +250,13 @@ def _draft(
     hold_by_friction(spec)
     warnings = [*description.repairs, *resolve_meshes(spec, try_each=try_each_mesh)]
     warnings += drop_impossible_shapes(spec)
-    warnings += repair_inertias(spec) + unserved_tags(description.urdf)
+    warnings += repair_inertias(spec)
+    warnings += unserved_tags(description.urdf) + unknown_tags(description.urdf)
+    warnings += [
+        f"Planar joint '{joint.name}' moves freely: nothing drives it, and its state is not told"
+        for joint in description.joints.values()
+        if joint.type == "planar"
+    ]
     joints, complaints = joint_specs(description)
     warnings += complaints
     cameras, complaints = camera_models(description)

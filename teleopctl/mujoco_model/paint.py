@@ -6,7 +6,7 @@ picture. They are drawn only: what touches and weighs stays one mesh.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +72,7 @@ def drawn_by(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 
 
 def paint(
-    spec: mujoco.MjSpec, mesh: Any, parts: list[Part], is_taken: Callable[[Any], bool]
+    spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
 ) -> None:
     """Draw the parts of a mesh where it is drawn, unless MuJoCo refuses one of them.
 

@@ -8,6 +8,7 @@ what the controllers command that stand for these here.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 from lxml import etree
@@ -41,6 +42,7 @@ class SimulatedDescription(NamedTuple):
     remarks: tuple[str, ...]
 
 
+@lru_cache(maxsize=2)
 def simulated(urdf: str) -> SimulatedDescription:
     """Make the simulator the hardware of a robot.
 

@@ -89,7 +89,9 @@ def simulate(
     )
     sensors = [sensor for sensor in sensors if sensor in measuring]
     for warning in model.warnings:
-        warn(warning)
+        # What was repaired in the text, whoever publishes it says.
+        if warning not in description.repairs:
+            warn(warning)
     for first, second in model.excluded:
         warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
     simulation = Simulation(

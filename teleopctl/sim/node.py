@@ -12,7 +12,7 @@ import mujoco
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
-from teleopctl.mujoco_model import RobotModel
+from teleopctl.mujoco_model import RobotModel, rotors_told
 from teleopctl.node import (
     Node,
     Parameter,
@@ -67,6 +67,8 @@ class MujocoSim(Node):
         given = str(self.get_parameter("robot_description").value)
         if given:
             self._start(given)
+            for repair in RobotDescription.from_urdf(given).repairs:
+                self.get_logger().warning(repair)
         else:
             self.get_logger().info(f"Waiting for the robot description on {_DESCRIPTION_TOPIC}")
             progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
@@ -256,6 +258,8 @@ class MujocoSim(Node):
             ):
                 logger.info(f"{step} hardware '{component.name}'")
                 logger.info(f"Successful {done} of hardware '{component.name}'")
+        if rotors := model.rotors():
+            logger.info(rotors_told(rotors))
         self._report_base(description, model)
         if not description.ros2_control:
             logger.warning("No <ros2_control> in the robot description: nothing holds its joints")

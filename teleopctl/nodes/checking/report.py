@@ -24,6 +24,7 @@ from teleopctl.robot import (
 if TYPE_CHECKING:
     from teleopctl.sim import SimulatedRobot
 
+_PARAMETERS = "ros__parameters"
 _PACKAGE = "package://"
 
 
@@ -114,7 +115,7 @@ def check_robot(
 
 
 def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
-    from teleopctl.mujoco_model import unserved_tags
+    from teleopctl.mujoco_model import rotors_told, unserved_tags
     from teleopctl.sim import simulate
 
     assert report.description is not None
@@ -126,8 +127,10 @@ def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
     links = robot.description.links
     masses = (float(m.body_mass[n]) for n in range(m.nbody) if m.body(n).name in links)
     report.mass_kg = round(sum(masses), 6)
-    known = {*report.repaired, *unserved_tags(urdf), *report.unknown}
+    known = {*report.repaired, *unserved_tags(urdf), *unknown_tags(urdf)}
     report.guessed += [sentence for sentence in said if sentence not in known]
+    if rotors := robot.model.rotors():
+        report.guessed.append(rotors_told(rotors))
     return robot
 
 
@@ -178,6 +181,9 @@ def _types_in(content: Any) -> Iterator[tuple[str, str]]:
         return
     for name, value in content.items():
         if isinstance(value, dict):
-            if isinstance(value.get("type"), str) and "/" in value["type"]:
-                yield str(name), value["type"]
+            own = value.get(_PARAMETERS)
+            types = [part.get("type") for part in (value, own) if isinstance(part, dict)]
+            for kind in types if name != _PARAMETERS else ():
+                if isinstance(kind, str) and "/" in kind:
+                    yield str(name), kind
             yield from _types_in(value)

@@ -47,6 +47,7 @@ _ATTRIBUTES = {
 }
 _READ_BY_OTHERS = ("gazebo", "ros2_control", "mujoco")
 _TOLD_LINES = 3
+_REDUCTION = "commands and states are those of joints, not of actuators"
 _WITHOUT_EFFECT = {
     "transmission": "joints are driven as <ros2_control> says",
     "calibration": "joints know where they are",
@@ -81,6 +82,9 @@ def _look(element: etree._Element, lines: dict[str, list[int]]) -> None:
     gains = [name for name in ("k_position", "k_velocity") if to_number(element.get(name) or "0")]
     if tag == "safety_controller" and gains:
         _note(lines, f"{' and '.join(gains)} of <{tag}> have no effect", element)
+    for reduction in element.iterfind("ros2_control/transmission/joint/mechanical_reduction"):
+        if to_number((reduction.text or "").strip()) != 1.0:
+            _note(lines, f"<mechanical_reduction> has no effect: {_REDUCTION}", reduction)
     children = _CHILDREN.get(tag, "").split()
     for child in element:
         name = str(child.tag)

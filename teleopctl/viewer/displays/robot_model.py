@@ -124,7 +124,8 @@ class RobotModel(Display):
             return
         self._description, self._parts = description, parts
         for fault in parts.faults:
-            if fault not in self._reported:
+            # Who publishes the robot has told what he repaired in it.
+            if fault not in self._reported and fault not in description.repairs:
                 self._reported.add(fault)
                 self.stage.node.get_logger().warning(fault)
         self.stopped()

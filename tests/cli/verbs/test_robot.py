@@ -60,6 +60,8 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "  b_shoulder: commands position; states position",
         "Guessed or left out:",
         "  Mesh 'package://no_such/x.stl' is left out: Package 'no_such' not found",
+        "  Rotor inertias are assumed, in kg m^2 or kg: b_shoulder 0.02; "
+        '<param name="armature"> of a joint in <ros2_control> says one',
         "Without effect:",
         "  <kp> of 'upper' (line 7) has no effect",
         "Unknown:",

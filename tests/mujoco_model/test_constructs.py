@@ -1,0 +1,184 @@
+"""What URDF can say, one small robot for each: it loads, is heavy as written, and behaves."""
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+
+from teleopctl.mujoco_model import RobotModel, build_model, mesh_content
+from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
+from teleopctl.robot import RobotDescription, unknown_tags
+from teleopctl.sim import Simulation
+from tests.sim.robots import INERTIAL, box, control, joint, link, robot
+
+WORLD, BASE = link("world", ""), joint("stand", "world", "base", kind="fixed", xyz="0 0 1")
+SHAPES = {
+    "box": '<box size="0.2 0.2 0.2"/>',
+    "sphere": '<sphere radius="0.1"/>',
+    "cylinder": '<cylinder radius="0.1" length="0.2"/>',
+    "capsule": '<capsule radius="0.1" length="0.2"/>',
+}
+
+
+def collision(shape: str, extra: str = "") -> str:
+    return f"<collision>{extra}<geometry>{shape}</geometry></collision>"
+
+
+def hanging(kind: str, content: str = "", commands: str = "", **options: str) -> RobotModel:
+    """A rod of 0.5 kg below one joint, 1 m above the ground."""
+    parts = [joint("j", "base", "rod", kind=kind, xyz="0 0 0", content=content, **options)]
+    parts += [control(j=commands)] if commands else []
+    return build_model(robot(WORLD, link("base"), link("rod"), BASE, *parts))
+
+
+def after(model: RobotModel, seconds: float = 5.0) -> Simulation:
+    """A robot that was left to itself, with all its numbers being some."""
+    simulation = Simulation(model, control_period_ns=10_000_000)
+    simulation.step_to(round(seconds * 1e9))
+    simulation.read()
+    _, data = simulation.observe()
+    assert not simulation.diverged
+    assert np.isfinite([*data.qpos, *data.qvel]).all()
+    return simulation
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=list(SHAPES))
+def test_a_free_body_of_each_shape_comes_to_rest_on_the_ground(shape: str) -> None:
+    # Laid a little askew, so that what may roll over does so.
+    turned = collision(shape, '<origin rpy="0.1 0 0"/>')
+    built = build_model(robot(link("thing", turned + INERTIAL.replace("0 0 0.25", "0 0 0"))))
+    _, data = after(built).observe()
+
+    assert built.mj_model.body("thing").mass == pytest.approx(0.5)
+    assert 0.09 < data.body("thing").xpos[2] < 0.22
+    assert np.abs(data.qvel).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit", "ends"),
+    [
+        ("revolute", 'lower="-2" upper="2" effort="20" velocity="3"', (-2.0, 2.0)),
+        ("continuous", 'effort="20" velocity="3"', (-math.inf, math.inf)),
+        ("prismatic", 'lower="-0.1" upper="0.1" effort="20" velocity="3"', (-0.1, 0.1)),
+    ],
+)
+def test_a_loose_joint_of_each_kind_stays_within_its_stops(
+    kind: str, limit: str, ends: tuple[float, float]
+) -> None:
+    built = hanging(kind, limit=limit, axis="0 0 1" if kind == "prismatic" else "1 0 0")
+    simulation = after(built)
+
+    # Upright on a hinge is an equilibrium; what slides along gravity lies on its stop.
+    assert ends[0] - 0.01 <= simulation.positions[0] <= ends[1] + 0.01
+    if kind == "prismatic":
+        assert simulation.positions[0] == pytest.approx(-0.1, abs=0.005)
+    assert sum(built.mj_model.body_mass) == pytest.approx(1.0)
+
+
+def test_a_planar_joint_is_named_since_nothing_drives_it() -> None:
+    built = hanging("planar", limit="", axis="0 0 1")
+
+    assert built.warnings == (
+        "Planar joint 'j' moves freely: nothing drives it, and its state is not told",
+    )
+    after(built, 1.0)
+
+
+def test_a_chain_of_mimics_follows_in_physics() -> None:
+    names = ["a", "b", "c"]
+    parts = [WORLD, link("base"), BASE]
+    for number, name in enumerate(names):
+        mimic = f'<mimic joint="{names[number - 1]}" multiplier="-0.5" offset="0.1"/>'
+        follows = {"content": mimic if number else "", "axis": "0 0 1", "xyz": f"{number} 0 0"}
+        parts += [link(f"link_{name}"), joint(name, "base", f"link_{name}", **follows)]
+    simulation = Simulation(
+        build_model(robot(*parts, control(a="position"))), control_period_ns=10_000_000
+    )
+    simulation.apply(["a"], [0.8])
+    simulation.step_to(2_000_000_000)
+    simulation.read()
+
+    assert simulation.positions == pytest.approx([0.8, -0.3, 0.25], abs=2e-3)
+
+
+def test_damping_and_friction_bring_a_joint_to_rest() -> None:
+    slowed = hanging("continuous", '<dynamics damping="0.5" friction="0.1"/>', limit="")
+    simulation = Simulation(slowed, control_period_ns=10_000_000)
+    simulation.reset_state({"j": 3.0}, {"j": 2.0})
+    simulation.step_to(10_000_000_000)
+    simulation.read()
+
+    assert simulation.velocities == pytest.approx([0.0], abs=1e-3)
+
+
+def test_a_rotor_is_said_or_assumed_and_told() -> None:
+    assumed = hanging("revolute", commands="position")
+    said = control(j="position").replace(
+        '<joint name="j">', '<joint name="j"><param name="armature">0.3</param>'
+    )
+    rod = joint("j", "base", "rod", xyz="0 0 0")
+    given = build_model(robot(WORLD, link("base"), link("rod"), BASE, rod, said))
+
+    assert assumed.rotors() == {"j": 0.02}
+    assert given.rotors() == {}
+    assert given.mj_model.joint("j").armature == pytest.approx(0.3)
+
+
+def test_every_tag_and_attribute_that_urdf_does_not_have_is_named() -> None:
+    strange = (
+        '<sponsor/><transmission name="t"/>'
+        '<link name="l" weight="3"><visual><geometry><box size="1 1 1"/></geometry><glow/></visual>'
+        "</link>"
+    )
+    urdf = f'<robot name="r">{strange}</robot>'
+
+    assert unknown_tags(urdf) == [
+        "<sponsor> in <robot> is unknown (line 1)",
+        "<transmission> has no effect: joints are driven as <ros2_control> says (line 1)",
+        "Attribute 'weight' of <link> is unknown (line 1)",
+        "<glow> in <visual> is unknown (line 1)",
+    ]
+    assert set(unknown_tags(urdf)) <= set(build_model(RobotDescription.from_urdf(urdf)).warnings)
+
+
+@pytest.mark.parametrize("file_type", ["stl_ascii", "dae", "glb", "obj"])
+def test_a_mesh_of_each_format_is_as_heavy_and_as_large_as_it_is(
+    tmp_path: Path, file_type: str
+) -> None:
+    file = tmp_path / f"part.{file_type.removesuffix('_ascii')}"
+    trimesh.creation.box((0.2, 0.4, 0.6)).export(file, file_type=file_type)
+    mesh = collision(f'<mesh filename="{file}" scale="0.5 0.5 0.5"/>')
+    built = build_model(robot(link("part", mesh)))
+    m = built.mj_model
+
+    assert m.body("part").mass == pytest.approx(1000 * 0.1 * 0.2 * 0.3, rel=1e-4)
+    assert np.ptp(m.mesh_vert, axis=0) == pytest.approx([0.1, 0.2, 0.3], rel=1e-4)
+    assert m.geom_type[m.body("part").geomadr[0]] == mujoco.mjtGeom.mjGEOM_MESH
+
+
+def test_a_converted_mesh_is_read_once_until_it_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "part.dae"
+    trimesh.creation.box((1, 2, 3)).export(file)
+    first = read_mesh(file)
+    monkeypatch.setattr(mesh_content, "_scene", lambda path: "it was read again")
+    second = read_mesh(file)
+    file.write_text(file.read_text() + "\n")
+
+    assert isinstance(first, MeshContent)
+    assert isinstance(second, MeshContent)
+    assert second.vertices.tolist() == first.vertices.tolist()
+    assert second.faces.tolist() == first.faces.tolist()
+    assert len(second.parts) == len(first.parts)
+    assert read_mesh(file) == "it was read again"
+
+
+def test_a_visual_alone_touches_nothing() -> None:
+    built = build_model(robot(link("ghost", box("visual", "1 1 1") + INERTIAL)))
+
+    assert built.base is not None
+    assert not built.base.can_touch
