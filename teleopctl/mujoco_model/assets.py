@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, split, touching
 from teleopctl.mujoco_model.mesh_content import read_mesh
 from teleopctl.mujoco_model.paint import drawn_by, paint
 from teleopctl.packages import resolve_uri
@@ -40,6 +41,8 @@ def resolve_meshes(
         uri: str = mesh.file
         reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
         if reason is None:
+            if not try_each and (count := _cut(spec, mesh, (folder or Path()) / resolve_uri(uri))):
+                warnings.append(f"Mesh '{uri}' is hollow: it touches as {count} convex pieces")
             continue
         if uri not in complained:
             complained.add(uri)
@@ -49,6 +52,16 @@ def resolve_meshes(
 
 
 # Any stands for MuJoCo's meshes, here and below: their class has no types.
+def _cut(spec: mujoco.MjSpec, mesh: Any, path: Path) -> int:
+    """Cut a mesh that touches into convex pieces where it needs that; returns how many."""
+    if not (can_decompose() and touching(spec, mesh)):
+        return 0
+    pieces = convex_pieces(path)
+    if pieces:
+        split(spec, mesh, pieces)
+    return len(pieces)
+
+
 def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -> str | None:
     """Give a mesh its file or its vertices; returns why that was not possible, or None."""
     uri: str = mesh.file

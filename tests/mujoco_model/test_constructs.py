@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from teleopctl.mujoco_model import RobotModel, build_model, mesh_content
+from teleopctl.mujoco_model import RobotModel, build_model, convex, mesh_content
 from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
 from teleopctl.robot import RobotDescription, unknown_tags
 from teleopctl.sim import Simulation
@@ -182,3 +182,61 @@ def test_a_visual_alone_touches_nothing() -> None:
 
     assert built.base is not None
     assert not built.base.can_touch
+
+
+def sectors(path: Path) -> list[convex.Piece]:
+    """A ring around z in twelve convex pieces."""
+    corners = trimesh.load_mesh(path).vertices
+    around = np.arctan2(corners[:, 1], corners[:, 0])
+    pieces = []
+    for angle in np.arange(12) * math.tau / 12:
+        ahead = (around - angle + 0.1) % math.tau
+        hull = trimesh.PointCloud(corners[ahead < math.tau / 12 + 0.2]).convex_hull
+        pieces.append((hull.vertices.astype(np.float32), hull.faces.astype(np.int32)))
+    return pieces
+
+
+def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "ring.stl"
+    trimesh.creation.torus(0.3, 0.1, major_sections=12, minor_sections=6).export(file)
+    ring = collision(f'<mesh filename="{file}"/>') + INERTIAL
+    ball = collision('<sphere radius="0.05"/>') + INERTIAL.replace("0 0 0.25", "0 0 0")
+    parts = (
+        link("world", ""),
+        link("ring", ring),
+        joint("held", "world", "ring", kind="fixed", xyz="0 0 1"),
+        link("ball", ball),
+        joint("loose", "world", "ball", kind="floating", limit="", xyz="0 0 2"),
+    )
+
+    monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: True)
+    monkeypatch.setattr(convex, "_cut", sectors)
+    cut = build_model(robot(*parts))
+    monkeypatch.setattr(convex, "_cut", lambda path: pytest.fail("it was cut again"))
+    again = build_model(robot(*parts))
+    monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: False)
+    whole = build_model(robot(*parts))
+
+    assert any("is hollow: it touches as" in warning for warning in cut.warnings)
+    assert again.warnings == cut.warnings
+    heights = [float(after(one).link_pose("ball").position[2]) for one in (cut, whole)]
+    assert heights[0] == pytest.approx(0.05, abs=0.01)
+    assert heights[1] > 1.0
+
+
+def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(tmp_path: Path) -> None:
+    pytest.importorskip("coacd", reason="the extra 'decomposition' is not installed")
+    legs = [trimesh.creation.box((1.0, 0.2, 0.2)), trimesh.creation.box((0.2, 0.2, 1.0))]
+    legs[1].apply_translation((0.4, 0.0, 0.6))
+    trimesh.util.concatenate(legs).export(tmp_path / "angle.stl")
+    legs[0].export(tmp_path / "box.stl")
+
+    pieces = convex.convex_pieces(tmp_path / "angle.stl")
+
+    hulls = [trimesh.PointCloud(vertices).convex_hull.volume for vertices, _ in pieces]
+    # Its hull has 0.14 m^3, twice what it fills itself.
+    assert len(pieces) >= 2
+    assert 0.07 < sum(hulls) < 0.11
+    assert convex.convex_pieces(tmp_path / "box.stl") == []

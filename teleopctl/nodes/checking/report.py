@@ -115,7 +115,7 @@ def check_robot(
 
 
 def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
-    from teleopctl.mujoco_model import rotors_told, unserved_tags
+    from teleopctl.mujoco_model import can_decompose, rotors_told, unserved_tags
     from teleopctl.sim import simulate
 
     assert report.description is not None
@@ -129,6 +129,8 @@ def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
     report.mass_kg = round(sum(masses), 6)
     known = {*report.repaired, *unserved_tags(urdf), *unknown_tags(urdf)}
     report.guessed += [sentence for sentence in said if sentence not in known]
+    if not can_decompose():
+        report.guessed += _hulls(report.description)
     if rotors := robot.model.rotors():
         report.guessed.append(rotors_told(rotors))
     return robot
@@ -144,6 +146,24 @@ def _see_files(report: RobotReport, description: RobotDescription) -> None:
         if uri.startswith(_PACKAGE):
             package = uri.removeprefix(_PACKAGE).partition("/")[0]
             report.packages.setdefault(package, _folder_of(package))
+
+
+def _hulls(description: RobotDescription) -> Iterator[str]:
+    """What is said of collision meshes that touch as something much larger."""
+    from teleopctl.mujoco_model import HOLLOW, hull_ratio
+
+    parts = (part for link in description.links.values() for part in link.collisions)
+    uris = dict.fromkeys(p.geometry.uri for p in parts if isinstance(p.geometry, Mesh))
+    for uri in () if description.mjcf else uris:
+        try:
+            ratio = hull_ratio(resolve_uri(uri))
+        except (TeleopctlError, OSError):
+            continue
+        if ratio > HOLLOW:
+            yield (
+                f"Mesh '{uri}' touches as its convex hull, which has {ratio:.1f} times its "
+                "volume; with `pip install 'teleopctl[decomposition]'` it touches as it is"
+            )
 
 
 def _folder_of(package: str) -> str | None:

@@ -1,0 +1,145 @@
+"""Collision meshes that are hollow or bent, as several convex pieces.
+
+MuJoCo lets a mesh touch as its convex hull, so that nothing goes into a ring or between two fingers
+of one part. Where CoACD is installed (the extra ``decomposition``) such meshes are cut into
+pieces. That takes a second or more for each, once: they are kept in the user's cache folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.folders import cache_dir
+from teleopctl.mujoco_model.mesh_content import read_mesh
+
+# A hull with so many times a mesh's volume fills what is hollow; below it is the mesh, nearly.
+HOLLOW = 1.5
+
+# CoACD's own defaults take ten seconds for each mesh; with these it takes one, for the same pieces
+# of simple parts. Concavity is what a piece may miss, as a part of its size.
+_SETTINGS = {
+    "threshold": 0.1,
+    "max_convex_hull": 16,
+    "resolution": 500,
+    "preprocess_resolution": 30,
+    "mcts_nodes": 10,
+    "mcts_iterations": 60,
+    "mcts_max_depth": 2,
+    "seed": 0,
+}
+_EDITION = b"1"
+
+# Corners, (n, 3), in metres, and triangles as numbers of corners, (m, 3).
+Piece = tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]
+
+
+def can_decompose() -> bool:
+    """Whether CoACD is installed."""
+    return find_spec("coacd") is not None
+
+
+def hull_ratio(path: Path) -> float:
+    """How many times a mesh's volume its convex hull has; 1 where that cannot be told."""
+    mesh = _trimesh(path)
+    if mesh is None:
+        return 1.0
+    try:
+        volume, hull = abs(float(mesh.volume)), float(mesh.convex_hull.volume)
+    except Exception:  # noqa: BLE001 - flat and broken meshes have none, in many ways
+        return 1.0
+    # What has no inside has no volume to speak of.
+    return hull / volume if volume > 1e-3 * hull > 0.0 else 1.0
+
+
+def convex_pieces(path: Path) -> list[Piece]:
+    """The convex pieces of a mesh file; none where its hull is as good."""
+    digest = hashlib.sha256(_EDITION + path.suffix.lower().encode() + path.read_bytes())
+    kept = Path(cache_dir()) / "meshes" / f"{digest.hexdigest()}.convex.npz"
+    try:
+        if kept.is_file():
+            return _loaded(kept)
+    except (OSError, ValueError, KeyError):
+        pass  # nothing of use is there
+    pieces = _cut(path) if hull_ratio(path) > HOLLOW else []
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for number, (vertices, faces) in enumerate(pieces):
+        arrays[f"vertices{number}"], arrays[f"faces{number}"] = vertices, faces
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = kept.with_suffix(f".{os.getpid()}")
+        with unfinished.open("wb") as stream:
+            np.savez(stream, count=np.array(len(pieces)), **arrays)  # type: ignore[arg-type]
+        unfinished.replace(kept)
+    except OSError:
+        pass  # it is cut anew the next time
+    return pieces
+
+
+# Any stands for MuJoCo's elements, which have no types.
+def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
+    """Let the pieces of a mesh touch in its place; it is drawn as before.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        mesh: The mesh.
+        pieces: Its pieces.
+    """
+    names = []
+    for number, (vertices, faces) in enumerate(pieces):
+        piece = spec.add_mesh(name=f"{mesh.name}/convex{number}", scale=mesh.scale)
+        piece.uservert, piece.userface = vertices.ravel().tolist(), faces.ravel().tolist()
+        names.append(piece.name)
+    for geom in touching(spec, mesh):
+        for name in names:
+            geom.parent.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH,
+                meshname=name,
+                pos=geom.pos,
+                quat=geom.quat,
+                group=geom.group,
+                rgba=geom.rgba,
+            )
+        spec.delete(geom)
+    if not any(geom.meshname == mesh.name for geom in spec.geoms):
+        spec.delete(mesh)
+
+
+def touching(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
+    """The shapes by which a mesh touches."""
+    return [geom for geom in spec.geoms if geom.meshname == mesh.name and geom.contype]
+
+
+def _trimesh(path: Path) -> Any:
+    import trimesh
+
+    content = read_mesh(path)
+    if isinstance(content, str):
+        return None
+    return trimesh.Trimesh(content.vertices, content.faces)
+
+
+def _cut(path: Path) -> list[Piece]:
+    import coacd
+
+    mesh = _trimesh(path)
+    coacd.set_log_level("error")
+    cut = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), **_SETTINGS)
+    pieces = [(np.asarray(v, np.float32), np.asarray(f, np.int32)) for v, f in cut]
+    return pieces if len(pieces) > 1 else []
+
+
+def _loaded(file: Path) -> list[Piece]:
+    with np.load(file, allow_pickle=False) as arrays:
+        return [
+            (arrays[f"vertices{number}"], arrays[f"faces{number}"])
+            for number in range(int(arrays["count"]))
+        ]
