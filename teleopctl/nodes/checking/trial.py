@@ -61,7 +61,8 @@ def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
         return Trial("diverges", f"physics diverged after {simulation.time_ns * 1e-9:.2f} s")
     if fault := _fallen(robot):
         return Trial("falls", fault)
-    held = [joint.has_drive or bool(joint.actuators) for joint in robot.model.joints]
+    # Nothing holds a joint that takes efforts alone: it hangs as physics says.
+    held = [bool({"position", "velocity"} & _takes(joint)) for joint in robot.model.joints]
     away = np.where(held, np.abs(simulation.positions - start), 0.0)
     if len(away) and away.max() > _SAGGED:
         joint = simulation.joint_names[int(away.argmax())]
