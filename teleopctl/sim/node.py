@@ -12,7 +12,6 @@ import mujoco
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
-from teleopctl.mujoco_model import RobotModel, rotors_told
 from teleopctl.node import (
     Node,
     Parameter,
@@ -25,6 +24,7 @@ from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.ports import TopicPorts
+from teleopctl.sim.reporting import report_robot
 from teleopctl.sim.sensors.publishing import SensorPublisher
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
@@ -181,7 +181,7 @@ class MujocoSim(Node):
             warn=logger.warning,
         )
         description, model, simulation = robot.description, robot.model, robot.simulation
-        self._report(description, model)
+        report_robot(logger, description, model)
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
         if period_s > step_s:
             # Gazebo's plug-in warns, though it is as it should be: several steps for each command.
@@ -229,57 +229,6 @@ class MujocoSim(Node):
         self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
         self._thread.start()
         progress.tell(progress.READY)
-
-    def _report(self, description: RobotDescription, model: RobotModel) -> None:
-        """Say what can be driven and read, as ROS 2's simulators do at their start."""
-        logger = self.get_logger()
-        by_name = {joint.name: joint for joint in model.joints}
-        for component in description.ros2_control:
-            for info in component.joints:
-                joint = by_name.get(info.name)
-                if joint is None:
-                    continue
-                logger.info(f"Loading joint: {joint.name}")
-                logger.info("\tState:")
-                for interface in joint.state_interfaces:
-                    logger.info(f"\t\t {interface}")
-                logger.info("\tCommand:")
-                for interface in joint.command_interfaces:
-                    logger.info(f"\t\t {interface}")
-                if joint.mimic is not None:
-                    logger.info(
-                        f"Joint '{joint.name}' is mimicking joint '{joint.mimic.joint}' with "
-                        f"multiplier: {joint.mimic.multiplier:g}"
-                    )
-            for step, done in (
-                ("Initialize", "initialization"),
-                ("'configure'", "'configure'"),
-                ("'activate'", "'activate'"),
-            ):
-                logger.info(f"{step} hardware '{component.name}'")
-                logger.info(f"Successful {done} of hardware '{component.name}'")
-        if rotors := model.rotors():
-            logger.info(rotors_told(rotors))
-        self._report_base(description, model)
-        if not description.ros2_control:
-            logger.warning("No <ros2_control> in the robot description: nothing holds its joints")
-
-    def _report_base(self, description: RobotDescription, model: RobotModel) -> None:
-        """Say whether the robot's root link stands still."""
-        logger, link, base = self.get_logger(), description.root, model.base
-        if base is None:
-            if link != "world":
-                logger.info(f"The root link '{link}' is fixed to the world, as fixed_base asks")
-            return
-        start = (
-            "starts resting on the ground" if base.rests else f"starts at z = {base.height_m:g} m"
-        )
-        logger.info(
-            f"The root link '{link}' is free, as in Gazebo, and {start}; fixed_base:=true fixes it "
-            "to the world"
-        )
-        if not base.can_touch:
-            logger.warning("The robot has no collision shapes: it falls through the ground")
 
     def _run(self) -> None:
         assert self._loop is not None

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.mujoco_model import RobotModel, carry_over
-from teleopctl.sim.ball_joints import BallJoints
 from teleopctl.sim.drives import Drives
-from teleopctl.sim.file_actuators import FileActuators
 from teleopctl.sim.free_bodies import FreeBodies
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
+from teleopctl.sim.mjcf.ball_joints import BallJoints
+from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
 
 Array = npt.NDArray[np.float64]

@@ -1,0 +1,79 @@
+"""What a simulator says of its robot at the start."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from teleopctl.mujoco_model import rotors_told
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import RobotModel
+    from teleopctl.robot import RobotDescription
+
+
+class Logger(Protocol):
+    """What a node's logger can do."""
+
+    def info(self, message: str, /) -> object:
+        """Say what is as it should be."""
+        ...
+
+    def warning(self, message: str, /) -> object:
+        """Say what may be wrong."""
+        ...
+
+
+def report_robot(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
+    """Say what can be driven and read, as ROS 2's simulators do at their start.
+
+    Args:
+        logger: Who says it.
+        description: The robot.
+        model: The same, as it is simulated.
+    """
+    by_name = {joint.name: joint for joint in model.joints}
+    for component in description.ros2_control:
+        for info in component.joints:
+            joint = by_name.get(info.name)
+            if joint is None:
+                continue
+            logger.info(f"Loading joint: {joint.name}")
+            logger.info("\tState:")
+            for interface in joint.state_interfaces:
+                logger.info(f"\t\t {interface}")
+            logger.info("\tCommand:")
+            for interface in joint.command_interfaces:
+                logger.info(f"\t\t {interface}")
+            if joint.mimic is not None:
+                logger.info(
+                    f"Joint '{joint.name}' is mimicking joint '{joint.mimic.joint}' with "
+                    f"multiplier: {joint.mimic.multiplier:g}"
+                )
+        for step, done in (
+            ("Initialize", "initialization"),
+            ("'configure'", "'configure'"),
+            ("'activate'", "'activate'"),
+        ):
+            logger.info(f"{step} hardware '{component.name}'")
+            logger.info(f"Successful {done} of hardware '{component.name}'")
+    if rotors := model.rotors():
+        logger.info(rotors_told(rotors))
+    _report_base(logger, description, model)
+    if not description.ros2_control:
+        logger.warning("No <ros2_control> in the robot description: nothing holds its joints")
+
+
+def _report_base(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
+    """Say whether the robot's root link stands still."""
+    link, base = description.root, model.base
+    if base is None:
+        if link != "world":
+            logger.info(f"The root link '{link}' is fixed to the world, as fixed_base asks")
+        return
+    start = "starts resting on the ground" if base.rests else f"starts at z = {base.height_m:g} m"
+    logger.info(
+        f"The root link '{link}' is free, as in Gazebo, and {start}; fixed_base:=true fixes it "
+        "to the world"
+    )
+    if not base.can_touch:
+        logger.warning("The robot has no collision shapes: it falls through the ground")
