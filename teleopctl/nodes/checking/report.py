@@ -34,7 +34,7 @@ class RobotReport:
 
     Attributes:
         file: The file.
-        kind: ``urdf`` or ``mjcf``.
+        kind: ``urdf``, ``sdf`` or ``mjcf``.
         error: Why it is no robot; None where it is one.
         refusal: Why it cannot be simulated; None where it can.
         description: The robot, where it is one.
@@ -84,7 +84,7 @@ def check_robot(
     """Read a robot's file, build its model and perhaps let it stand.
 
     Args:
-        file: URDF, xacro or MJCF.
+        file: URDF, xacro, SDF or MJCF.
         arguments: Values of a xacro file's arguments.
         simulate_s: How long it is to stand, in simulated seconds; 0 for not at all.
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from lxml import etree
 
-_SUFFIXES = (".urdf", ".xacro", ".xml")
+_SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf")
 # Worlds, macros and other documents have other roots, or no links of their own.
-_ROOTS = ("robot", "mujoco")
+_ROOTS = ("robot", "mujoco", "sdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
 
@@ -51,4 +51,6 @@ def _is_robot(root: etree._Element) -> bool:
     if root.tag == "robot":
         has_parts = any(str(child.tag) not in _MACROS for child in root)
         return bool(root.get("name")) and has_parts
+    if root.tag == "sdf":
+        return root.find("model") is not None
     return root.find(".//body") is not None or root.find("include") is not None
