@@ -1,14 +1,16 @@
 """The simulator as a process, in lockstep with a controller written here."""
 
+import json
 import math
 import queue
 from collections.abc import Iterator
 from typing import Any
 
+import psutil
 import pytest
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
+from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph, eventually
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 PERIOD_NS = 100_000_000
@@ -386,3 +388,25 @@ def test_a_root_link_is_free_and_on_tf_only_when_that_is_asked_for(ros: RosGraph
 def xyz(message) -> tuple[float, float, float]:
     acceleration = message.linear_acceleration
     return acceleration.x, acceleration.y, acceleration.z
+
+
+def test_what_is_killed_beside_the_simulator_comes_back_where_that_is_asked(ros: RosGraph) -> None:
+    ros.launch("sim.yaml", "camera:=false", "world:=", "start_controllers:=false", "respawn:=true")
+
+    def pids() -> dict[str, int]:
+        processes = json.loads(ros.run("ps --json").stdout)
+        return {process["node"]: process["pid"] for process in processes if process["node"]}
+
+    before = pids()
+    victims = {"/robot_state_publisher", "/controller_manager"}
+    for name in victims:
+        psutil.Process(before[name]).kill()
+
+    def they_are_back() -> bool:
+        now = pids()
+        return all(now.get(name, before[name]) != before[name] for name in victims)
+
+    eventually(they_are_back)
+    ros.wait_for_nodes(*victims)
+    assert pids()["/mujoco_sim"] == before["/mujoco_sim"]
+    ros.wait_for_message(get_message("rosgraph_msgs/msg/Clock"), "/clock")
