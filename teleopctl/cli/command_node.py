@@ -60,7 +60,7 @@ def brief_node(*, name: str | None = None, starts_router: bool = False) -> Itera
         RouterNotRunning: There is no router.
     """
     from teleopctl.node import BareNode
-    from teleopctl.wire import RouterNotRunning, ensure_router
+    from teleopctl.wire import RouterNotRunning
 
     with _command_context("client") as context:
         try:
@@ -68,6 +68,8 @@ def brief_node(*, name: str | None = None, starts_router: bool = False) -> Itera
         except RouterNotRunning:
             if not starts_router:
                 raise
+            from teleopctl.wire import ensure_router
+
             ensure_router()
         with BareNode(name or _name(), context) as node:
             yield node

@@ -187,7 +187,8 @@ def _fingerprint() -> list[list[Any]]:
 def _read_cache(module: str) -> Table | None:
     try:
         with open(_cache_file(module), "rb") as file:
-            content = marshal.load(file)  # noqa: S302 -- as private as Python's own bytecode
+            # Not load(), which reads the file byte by byte.
+            content = marshal.loads(file.read())  # noqa: S302 -- private as Python's own bytecode
         if content["format"] != _FORMAT or content["rosbags"] != _fingerprint():
             return None
         table = content["types"]

@@ -122,11 +122,9 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.node import Node as Node
     from teleopctl.node.parameters.parameter import (
-        AllowableParameterValue as AllowableParameterValue,
         Parameter as Parameter,
         ParameterType as ParameterType,
         parameter_value_from_yaml as parameter_value_from_yaml,
-        parameter_value_to_python as parameter_value_to_python,
     )
     from teleopctl.node.parameters.parameter_client import (
         AsyncParameterClient as AsyncParameterClient,
@@ -143,6 +141,10 @@ if TYPE_CHECKING:
         parameter_messages as parameter_messages,
         plain_parameter_value as plain_parameter_value,
         read_parameter_file as read_parameter_file,
+    )
+    from teleopctl.node.parameters.value import (
+        AllowableParameterValue as AllowableParameterValue,
+        parameter_value_to_python as parameter_value_to_python,
     )
     from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
     from teleopctl.node.values.callback_groups import (
@@ -320,8 +322,8 @@ else:
             "get_logger_level reset_levels set_logger_level severity_from_name",
             "values.names": "absolute_namespace expand_name expand_unchecked "
             "validate_absolute_name validate_name validate_namespace validate_node_name",
-            "parameters.parameter": "AllowableParameterValue Parameter ParameterType "
-            "parameter_value_from_yaml parameter_value_to_python",
+            "parameters.parameter": "Parameter ParameterType parameter_value_from_yaml",
+            "parameters.value": "AllowableParameterValue parameter_value_to_python",
             "parameters.parameter_file": "ParameterFile parameter_document parameter_messages "
             "plain_parameter_value read_parameter_file",
             "values.qos": "BEST_AVAILABLE_NS DurabilityPolicy HistoryPolicy "

@@ -16,12 +16,13 @@ from teleopctl.node.values.names import (
     validate_node_name,
 )
 from teleopctl.node.values.ros_args import RosArguments, parse_ros_arguments
-from teleopctl.node.values.scheduler import Scheduler
 from teleopctl.typed import TYPE_CHECKING
 from teleopctl.wire import NodeToken, format_token
 
 if TYPE_CHECKING:
     import zenoh
+
+    from teleopctl.node.values.scheduler import Scheduler
 
 
 class NodeCore(GraphView):

@@ -7,10 +7,8 @@ from collections.abc import Iterable, Sequence
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.parameters.parameter import (
-    AllowableParameterValue,
     Parameter,
     ParameterType,
-    parameter_value_to_python,
 )
 from teleopctl.node.parameters.parameter_store import (
     OnSetCallback,
@@ -18,6 +16,7 @@ from teleopctl.node.parameters.parameter_store import (
     PostSetCallback,
     PreSetCallback,
 )
+from teleopctl.node.parameters.value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.exceptions import ParameterAlreadyDeclaredException
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 from teleopctl.typed import TYPE_CHECKING, Literal, TypeAlias

@@ -1,16 +1,48 @@
 """What a script does with Zenoh alone: the floor of what ours do on the command line.
 
-``python bare_commands.py tokens`` | ``ask KEY`` | ``first KEY`` | ``put KEY``. Nothing is decoded
-or looked up: who writes such a script knows the key with its type and hash.
+``python bare_commands.py tokens`` | ``parameter NODE NAME`` | ``trigger SERVICE`` | ``first TOPIC``
+| ``put TOPIC TEXT``. As ours, each looks whom it has to do with in the graph, from whose token it
+has type and hash, and waits for the answer; what is sent and received is packed by hand, for one
+type. Who writes such a script declares nothing of itself to the graph.
 """
 
 import os
+import struct
 import sys
+import time
 
 import zenoh
 
-ATTACHMENT = bytes(8) + bytes(8) + bytes([16]) + bytes(16)
-NOTHING = bytes((0, 1, 0, 0, 0, 0, 0, 0))  # an empty sequence, or an empty request's byte
+NOTHING = bytes(1)  # what a request without fields has
+HEADER = bytes((0, 1, 0, 0))  # of CDR: little endian
+
+
+def key_of(session: zenoh.Session, kind: str, name: str) -> str:
+    """The key of the first server, publisher or subscription of a name."""
+    domain, mangled = os.environ["ROS_DOMAIN_ID"], name.replace("/", "%")
+    tokens = f"@ros2_lv/{domain}/*/*/*/{kind}/*/*/*/{mangled}/**"
+    for reply in session.liveliness().get(tokens):
+        assert reply.ok is not None
+        *_, type_name, type_hash, _ = str(reply.ok.key_expr).split("/")
+        return f"{domain}{name}/{type_name}/{type_hash}"
+    sys.exit(f"nobody has {name}")
+
+
+def attachment() -> bytes:
+    return struct.pack("<qqB16s", 1, time.time_ns(), 16, bytes(16))
+
+
+def ask(session: zenoh.Session, service: str, request: bytes) -> bytes:
+    key = key_of(session, "SS", service)
+    for reply in session.get(key, payload=HEADER + request, attachment=attachment()):
+        assert reply.ok is not None
+        return reply.ok.payload.to_bytes()
+    sys.exit("no answer")
+
+
+def packed(text: str) -> bytes:
+    return struct.pack(f"<I{len(text) + 1}s", len(text) + 1, text.encode())
+
 
 router = os.environ["TELEOPCTL_ROUTER"]
 config = zenoh.Config.from_json5(
@@ -27,12 +59,17 @@ with zenoh.open(config) as session:
             for reply in session.liveliness().get(everything):
                 assert reply.ok is not None
                 print(reply.ok.key_expr)
-        case ["ask", key]:
-            for reply in session.get(key, payload=NOTHING, attachment=ATTACHMENT):
-                assert reply.ok is not None
-                print(reply.ok.payload.to_bytes())
-                break
-        case ["first", key]:
-            print(session.declare_subscriber(key).recv().payload.to_bytes())
-        case ["put", key]:
-            session.put(key, NOTHING, attachment=ATTACHMENT)
+        case ["parameter", node, name]:
+            values = ask(session, f"{node}/get_parameters", struct.pack("<I", 1) + packed(name))
+            print("Integer value is:", *struct.unpack_from("<q", values, len(HEADER) + 8))
+        case ["trigger", service]:
+            response = ask(session, service, NOTHING)
+            print("success:", *struct.unpack_from("<?", response, len(HEADER)))
+        case ["first", topic]:
+            subscriber = session.declare_subscriber(key_of(session, "MP", topic))
+            message = subscriber.recv().payload.to_bytes()
+            print("data:", message[len(HEADER) + 4 : -1].decode())
+        case ["put", topic, text]:
+            key = key_of(session, "MS", topic)
+            print("publishing:", text)
+            session.put(key, HEADER + packed(text), attachment=attachment())

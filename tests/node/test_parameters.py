@@ -6,8 +6,9 @@ import pytest
 
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Node, Parameter
-from teleopctl.node.parameters.parameter import parameter_value_from_yaml, parameter_value_to_python
+from teleopctl.node.parameters.parameter import parameter_value_from_yaml
 from teleopctl.node.parameters.parameter_store import result
+from teleopctl.node.parameters.value import parameter_value_to_python
 from teleopctl.node.values.exceptions import (
     InvalidParameterTypeException,
     InvalidParameterValueException,

@@ -26,7 +26,8 @@ from teleopctl.typed import TYPE_CHECKING, Any, Literal, TypeAlias
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 
-    from teleopctl.node.parameters.parameter import AllowableParameterValue, Parameter
+    from teleopctl.node.parameters.parameter import Parameter
+    from teleopctl.node.parameters.value import AllowableParameterValue
 
 # Node.declare_parameter, or what finds a parameter that is declared already.
 Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescriptor], Parameter]"

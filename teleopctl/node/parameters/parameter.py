@@ -7,16 +7,16 @@ import enum
 from collections.abc import Sequence
 
 from teleopctl.interfaces import get_message
+from teleopctl.node.parameters.value import (
+    VALUE_FIELDS,
+    AllowableParameterValue,
+    parameter_value_to_python,
+)
 from teleopctl.printable import shortened
-from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias, cast
+from teleopctl.typed import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
-
-# An integer counts as a float for type checkers, and so do arrays of them.
-AllowableParameterValue: TypeAlias = (
-    bool | int | float | str | Sequence[float] | Sequence[str] | Sequence[bytes] | None
-)
 
 
 class ParameterType(enum.IntEnum):
@@ -91,20 +91,6 @@ class ParameterType(enum.IntEnum):
         return empty and self >= ParameterType.BYTE_ARRAY
 
 
-# Which field of rcl_interfaces/msg/ParameterValue holds the value of each type.
-_VALUE_FIELD = {
-    ParameterType.BOOL: "bool_value",
-    ParameterType.INTEGER: "integer_value",
-    ParameterType.DOUBLE: "double_value",
-    ParameterType.STRING: "string_value",
-    ParameterType.BYTE_ARRAY: "byte_array_value",
-    ParameterType.BOOL_ARRAY: "bool_array_value",
-    ParameterType.INTEGER_ARRAY: "integer_array_value",
-    ParameterType.DOUBLE_ARRAY: "double_array_value",
-    ParameterType.STRING_ARRAY: "string_array_value",
-}
-
-
 class Parameter:
     """One parameter of a node.
 
@@ -170,7 +156,7 @@ class Parameter:
                 value = [float(element) for element in value]
             elif self._type == ParameterType.BYTE_ARRAY:
                 value = b"".join(value) if isinstance(value, list) else bytes(value)
-            setattr(message, _VALUE_FIELD[self._type], value)
+            setattr(message, VALUE_FIELDS[self._type], value)
         return message
 
     def to_parameter_msg(self) -> ParameterMessage:
@@ -187,19 +173,6 @@ class Parameter:
 
     def __repr__(self) -> str:
         return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"
-
-
-def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
-    """Return the Python value that a ``rcl_interfaces/msg/ParameterValue`` holds."""
-    type_ = ParameterType(message.type)
-    if type_ == ParameterType.NOT_SET:
-        return None
-    value: Any = getattr(message, _VALUE_FIELD[type_])
-    if type_ == ParameterType.BYTE_ARRAY:
-        return [e if isinstance(e, bytes) else bytes([e]) for e in value]
-    if type_ >= ParameterType.BOOL_ARRAY:
-        value = list(value)
-    return cast("AllowableParameterValue", value)
 
 
 def parameter_value_from_yaml(text: str) -> ParameterValue:

@@ -182,7 +182,7 @@ def _is_meant(section: str, node: str) -> bool:
 # Any: a value of YAML, of whatever type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
     """Return what a ``ParameterValue`` holds, with bytes as numbers; None when it is not set."""
-    from teleopctl.node.parameters.parameter import parameter_value_to_python
+    from teleopctl.node.parameters.value import parameter_value_to_python
 
     found = parameter_value_to_python(value)
     if isinstance(found, list):
@@ -200,7 +200,7 @@ def parameter_document(
         parameters: Names, sorted, and their ``ParameterValue``.
         plain: Have numbers for bytes, which JSON lacks.
     """
-    from teleopctl.node.parameters.parameter import parameter_value_to_python
+    from teleopctl.node.parameters.value import parameter_value_to_python
 
     tree: dict[str, Any] = {}
     for name, value in parameters:

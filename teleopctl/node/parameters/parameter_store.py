@@ -10,12 +10,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from teleopctl.interfaces import get_message
 from teleopctl.node.parameters.parameter import (
-    AllowableParameterValue,
     Parameter,
     ParameterType,
-    parameter_value_to_python,
 )
 from teleopctl.node.parameters.rules import is_listed, range_problem
+from teleopctl.node.parameters.value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.exceptions import (
     InvalidParameterException,
     InvalidParameterTypeException,

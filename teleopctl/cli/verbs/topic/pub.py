@@ -31,7 +31,7 @@ from teleopctl.errors import (
     what_there_is,
 )
 from teleopctl.typed import TYPE_CHECKING, Annotated, Any
-from teleopctl.wire import EntityKind, ensure_router, query_graph, router_has_all
+from teleopctl.wire import EntityKind, query_graph, router_has_all
 
 if TYPE_CHECKING:
     from teleopctl.node import BareNode, Node, Publisher
@@ -146,6 +146,8 @@ def publish(
         count = min(count or len(documents), len(documents))
     is_brief = count == 1 and not use_sim_time
     if not is_brief:
+        from teleopctl.wire import ensure_router
+
         ensure_router()
     # What a peer publishes while it still meets the others is lost; a client's goes through the
     # router, which knows them all.

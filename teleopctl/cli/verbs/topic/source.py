@@ -14,7 +14,7 @@ from teleopctl.errors import (
     did_you_mean,
 )
 from teleopctl.typed import TYPE_CHECKING, Any
-from teleopctl.wire import Graph, RouterNotRunning, ensure_router
+from teleopctl.wire import Graph, RouterNotRunning
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,6 +66,8 @@ def graph_or_router() -> Graph:
     try:
         return live_graph()
     except RouterNotRunning:
+        from teleopctl.wire import ensure_router
+
         ensure_router()
         return Graph()
 

@@ -1,0 +1,40 @@
+"""What a ``rcl_interfaces/msg/ParameterValue`` holds, for who reads a value and makes none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias, cast
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterValue
+
+# An integer counts as a float for type checkers, and so do arrays of them.
+AllowableParameterValue: TypeAlias = (
+    bool | int | float | str | Sequence[float] | Sequence[str] | Sequence[bytes] | None
+)
+
+VALUE_FIELDS = (
+    *("", "bool_value", "integer_value", "double_value", "string_value", "byte_array_value"),
+    *("bool_array_value", "integer_array_value", "double_array_value", "string_array_value"),
+)
+"""The field that holds a value, by the number of its `ParameterType`."""
+
+_NOT_SET, _BYTE_ARRAY, _BOOL_ARRAY = 0, 5, 6
+
+
+def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
+    """Return the Python value that a ``rcl_interfaces/msg/ParameterValue`` holds.
+
+    Raises:
+        ValueError: Its type is none of parameters.
+    """
+    number = message.type
+    if number == _NOT_SET:
+        return None
+    if number >= len(VALUE_FIELDS):
+        raise ValueError(f"{number} is not a valid ParameterType")
+    value: Any = getattr(message, VALUE_FIELDS[number])
+    if number == _BYTE_ARRAY:
+        return [e if isinstance(e, bytes) else bytes([e]) for e in value]
+    return cast("AllowableParameterValue", list(value) if number >= _BOOL_ARRAY else value)
