@@ -6,6 +6,7 @@ and with inertias that no body can have. Each repair is told by one warning that
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,18 +28,19 @@ _SMALLEST = 1e-15
 _ROUNDING = 1e-9
 
 
-def repair_inertias(spec: mujoco.MjSpec) -> list[str]:
+def repair_inertias(spec: mujoco.MjSpec, but: Container[str] = ()) -> list[str]:
     """Give every moving link a mass and an inertia that physics can work with.
 
     Args:
         spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.
+        but: The links whose mass is meant to be that of their shapes.
 
     Returns:
         One warning per repaired link.
     """
     warnings: list[str] = []
     for body in spec.bodies:
-        if body.name == "world":
+        if body.name == "world" or body.name in but:
             continue
         warning = _repair(body)
         if warning is not None:

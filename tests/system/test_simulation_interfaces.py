@@ -21,6 +21,7 @@ CAN = f"""<robot name="can"><link name="can">
 </link></robot>"""
 BALL = """<mujoco model="yard"><worldbody><body name="ball" pos="1 1 1">
   <freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
+BOX = "things: {box: {shape: box, size: [0.1, 0.1, 0.1], mass: 0.2}}"
 BOMB = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">' + "".join(
     f'<!ENTITY {chr(98 + n)} "{10 * f"&{chr(97 + n)};"}">' for n in range(20)
 )
@@ -114,7 +115,10 @@ def test_things_are_spawned_fall_and_are_deleted(caller: Caller) -> None:
     taken = caller.spawn(CAN, 2.0).result
     assert taken.result == SpawnEntity.Response.NAME_NOT_UNIQUE
     assert caller.spawn(CAN, 2.5, allow_renaming=True).entity_name == "can_1"
+    assert caller.spawn(BOX, 3.0).entity_name == "box"
     caller.step(1000)
+    assert caller.height("box") == pytest.approx(0.05, abs=2e-3)
+    caller.do("DeleteEntity", "delete_entity", entity="box")
     assert caller.height("can") == pytest.approx(0.05, abs=2e-3)
     caller.do("DeleteEntity", "delete_entity", entity="can")
     assert caller.names() == ["teleop", "table", "cube", "can_1"]

@@ -72,7 +72,7 @@ def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, 
         builder.warnings.append(f"{len(scene.lights) - _MOST_LIGHTS} lights are left out")
     spec = builder.spec
     builder.warnings += resolve_meshes(spec, try_each=try_each)
-    builder.warnings += repair_inertias(spec)
+    builder.warnings += repair_inertias(spec, builder.weighed_by_shape)
     show_bare_collisions(spec)
     return spec, builder.warnings
 
@@ -84,6 +84,8 @@ class _Builder:
         self.warnings: list[str] = []
         self._friction = float(self.spec.default.geom.friction[0])
         self._assets: dict[tuple[object, ...], str] = {}
+        # Bodies whose mass is that of their shapes.
+        self.weighed_by_shape: set[str] = set()
 
     def add_model(self, model: SceneModel) -> None:
         """Add a model: one body where it stands still, else one for each of its own."""
@@ -145,6 +147,8 @@ class _Builder:
         self._add_shapes(body, part, here, still=still)
         if part.inertial is not None and not still:
             _weigh(body, part.inertial, here)
+        elif not still and any(shape.touches for shape in part.shapes):
+            self.weighed_by_shape.add(body.name)
         body.gravcomp = 0.0 if part.gravity else 1.0
         for child, link in joints.items():
             if link.parent != name:
@@ -208,8 +212,11 @@ class _Builder:
         if not shape.touches:
             geom.contype = geom.conaffinity = 0
             geom.density = 0.0
-        elif shape.friction is not None:
-            give_friction(geom, shape.friction, self._friction)
+        else:
+            if shape.friction is not None:
+                give_friction(geom, shape.friction, self._friction)
+            if shape.mass is not None:
+                geom.mass = shape.mass
 
     def _mesh(self, shape: SceneShape) -> str:
         # What is seen and what touches are drawn, and simplified, each in its own way.

@@ -33,6 +33,7 @@ class SceneShape:
         file: The file of a mesh or the picture of a heightmap.
         rgba: Its colour; None for one that nobody gave it.
         friction: Its coefficient of friction; None for the usual one.
+        mass: In kilograms; None for that of a body as dense as water, where it is asked for.
     """
 
     kind: ShapeKind
@@ -42,6 +43,7 @@ class SceneShape:
     file: Path | None = None
     rgba: Rgba | None = None
     friction: float | None = None
+    mass: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

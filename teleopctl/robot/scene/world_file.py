@@ -3,12 +3,13 @@
 A world is a file of its own, so that the robot's description stays what it is on the real robot.
 It is URDF or xacro, whose links on fixed joints stand still and whose links on floating joints
 from `world` move freely; what is on another joint moves as it is pushed, as a door does. Or it is
-SDF, as Gazebo has it, or a scene of MuJoCo's (MJCF), which MuJoCo reads.
+SDF, as Gazebo has it, a scene of MuJoCo's (MJCF), which MuJoCo reads, or YAML of ours.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,11 +21,15 @@ from teleopctl.robot.elements import Element, parse
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
 from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
+from teleopctl.robot.scene.yaml_world import read_yaml_world
 from teleopctl.robot.xacro_file import expand_xacro
 
 _SOLIDS = ".//geometry/*"
 _SIZES = ("size", "radius", "length")
 _NUMBERS = ("xyz", "rpy", *_SIZES)
+_YAML = frozenset({".yaml", ".yml"})
+# What a world of ours has on a line of its own, which XML has not.
+_OURS = re.compile(r"^\s*things\s*:", re.MULTILINE)
 _XACRO = b"http://www.ros.org/wiki/xacro"
 
 
@@ -37,7 +42,7 @@ class World:
         description: What it says; None for a scene of MuJoCo's.
         text: What stands in it, where there is no such file.
         name: What it calls itself.
-        scene: What it says, where it is SDF.
+        scene: What it says, where it is SDF or our YAML.
     """
 
     path: Path
@@ -56,7 +61,7 @@ def read_world(path: Path) -> World:
     """Read a world file.
 
     Args:
-        path: URDF, xacro, SDF or MJCF, told apart by the root element.
+        path: YAML of ours by its name; URDF, xacro, SDF or MJCF, told apart by the root element.
 
     Raises:
         InvalidDescriptionError: It is missing, broken, of another kind, has sizes or places
@@ -68,6 +73,8 @@ def read_world(path: Path) -> World:
         content = path.read_bytes()
     except OSError as error:
         raise InvalidDescriptionError(f"Cannot read {path}: {error.strerror}") from error
+    if path.suffix.lower() in _YAML:
+        return _staged(path, read_yaml_world(path, _decoded(path, content)))
     root = _parse(path, content)
     if root.tag == "sdf":
         return _staged(path, read_sdf(path))
@@ -76,24 +83,22 @@ def read_world(path: Path) -> World:
     if _XACRO in content:
         # Its lines are others once it is expanded.
         return _described(path, _checked(path, expand_xacro(path), has_lines=False))
-    try:
-        text = content.decode()
-    except UnicodeDecodeError as error:
-        raise InvalidDescriptionError(f"{path} is not text in UTF-8") from error
-    return _described(path, _checked(path, text, has_lines=True))
+    return _described(path, _checked(path, _decoded(path, content), has_lines=True))
 
 
 def read_world_text(text: str, where: str) -> World:
     """Read what could stand in a world file.
 
     Args:
-        text: URDF, SDF or MJCF.
+        text: URDF, SDF, MJCF or our YAML.
         where: What errors call it.
 
     Raises:
         InvalidDescriptionError: As of `read_world`.
     """
     path, content = Path(where), text.encode(errors="surrogatepass")
+    if _OURS.search(text):
+        return _staged(path, read_yaml_world(path, text), text)
     root = _parse(path, content)
     if root.tag == "sdf":
         return _staged(path, read_sdf_text(text, path), text)
@@ -110,6 +115,13 @@ def _staged(path: Path, scene: Scene, text: str = "") -> World:
 
 def _described(path: Path, description: RobotDescription, text: str = "") -> World:
     return World(path, description, text, description.name)
+
+
+def _decoded(path: Path, content: bytes) -> str:
+    try:
+        return content.decode()
+    except UnicodeDecodeError as error:
+        raise InvalidDescriptionError(f"{path} is not text in UTF-8") from error
 
 
 def _parse(path: Path, content: bytes) -> Element:

@@ -1,0 +1,144 @@
+"""YAML of ours that is checked as it is read: every mistake with its file and line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from teleopctl.errors import InvalidDescriptionError, did_you_mean
+from teleopctl.ros_yaml import RosLoader
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A value in a YAML file.
+
+    Attributes:
+        path: The file.
+        name: What it is called in messages.
+        node: Where it stands.
+        value: What it is.
+    """
+
+    path: Path
+    name: str
+    node: yaml.Node
+    # Any: whatever YAML has; each method below says what it may be.
+    value: Any
+
+    def refuse(self, words: str) -> InvalidDescriptionError:
+        """An error about this value."""
+        line = self.node.start_mark.line + 1
+        return InvalidDescriptionError(f"{self.path}:{line}: {self.name} {words}")
+
+    def entries(self, known: Iterable[str] | None = None) -> dict[str, Entry]:
+        """The entries of a mapping by their keys, of which only some may be known.
+
+        Raises:
+            InvalidDescriptionError: It is no mapping, or has a key that is not known.
+        """
+        if not isinstance(self.node, yaml.MappingNode):
+            raise self.refuse(f"should be a mapping, is {self.value!r}")
+        allowed = None if known is None else list(known)
+        found: dict[str, Entry] = {}
+        for key, node in self.node.value:
+            name = str(key.value)
+            entry = Entry(self.path, f"'{name}'", node, self.value.get(_key(key, self.value)))
+            if allowed is not None and name not in allowed:
+                line = key.start_mark.line + 1
+                raise InvalidDescriptionError(
+                    f"{self.path}:{line}: {self.name} has no '{name}'",
+                    hint=did_you_mean(name, allowed) or f"It may have: {', '.join(allowed)}",
+                )
+            if name in found:
+                raise entry.refuse("stands there twice")
+            found[name] = entry
+        return found
+
+    def items(self) -> list[Entry]:
+        """The entries of a list.
+
+        Raises:
+            InvalidDescriptionError: It is none.
+        """
+        if not isinstance(self.node, yaml.SequenceNode):
+            raise self.refuse(f"should be a list, is {self.value!r}")
+        return [
+            Entry(self.path, f"{self.name}[{number}]", node, value)
+            for number, (node, value) in enumerate(zip(self.node.value, self.value, strict=True))
+        ]
+
+    def text(self) -> str:
+        """A text.
+
+        Raises:
+            InvalidDescriptionError: It is none, or empty.
+        """
+        if not isinstance(self.value, str) or not self.value:
+            raise self.refuse(f"should be a text, is {self.value!r}")
+        return self.value
+
+    def flag(self) -> bool:
+        """True or false.
+
+        Raises:
+            InvalidDescriptionError: It is neither.
+        """
+        if not isinstance(self.value, bool):
+            raise self.refuse(f"should be true or false, is {self.value!r}")
+        return self.value
+
+    def number(self, *, positive: bool = False) -> float:
+        """A finite number.
+
+        Raises:
+            InvalidDescriptionError: It is none, or not positive where it is to be.
+        """
+        value = self.value
+        good = isinstance(value, int | float) and not isinstance(value, bool)
+        if not good or not math.isfinite(value) or (positive and value <= 0):
+            kind = "a positive number" if positive else "a finite number"
+            raise self.refuse(f"should be {kind}, is {value!r}")
+        return float(value)
+
+    def numbers(self, *counts: int, positive: bool = False) -> tuple[float, ...]:
+        """Finite numbers, as many as one of the counts.
+
+        Raises:
+            InvalidDescriptionError: They are not as many, or no such numbers.
+        """
+        items = self.items() if isinstance(self.node, yaml.SequenceNode) else []
+        if len(items) not in counts:
+            wanted = " or ".join(map(str, counts))
+            raise self.refuse(f"should be a list of {wanted} numbers, is {self.value!r}")
+        return tuple(item.number(positive=positive) for item in items)
+
+
+def read_entries(path: Path, text: str) -> Entry:
+    """Read a YAML document.
+
+    Raises:
+        InvalidDescriptionError: It is none.
+    """
+    try:
+        loader = RosLoader(text)
+        node = loader.get_single_node()
+        value = None if node is None else loader.construct_document(node)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f":{mark.line + 1}" if mark is not None else ""
+        reason = getattr(error, "problem", None) or str(error)
+        raise InvalidDescriptionError(f"{path}{line}: invalid YAML: {reason}") from error
+    if node is None:
+        raise InvalidDescriptionError(f"{path}: it is empty")
+    return Entry(path, "the world", node, value)
+
+
+def _key(node: yaml.Node, mapping: Any) -> Any:
+    """The key of a mapping that a node stands for: YAML may have made a number of it."""
+    return next((key for key in mapping if str(key) == str(node.value)), node.value)

@@ -1,0 +1,261 @@
+"""Our own world files, in YAML: a few things by their shapes and places.
+
+```yaml
+world: kitchen
+gravity: [0, 0, -9.81]
+things:
+  table: {shape: table, size: [0.9, 0.6, 0.4], at: [0.6, 0, 0]}
+  cube: {shape: box, size: [0.05, 0.05, 0.05], at: [0.6, 0, 0.43], mass: 0.1, color: red}
+lights:
+- {kind: spot, at: [0, 0, 3], direction: [0, 0, -1]}
+```
+
+What has a ``mass`` moves freely, all else stands.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from teleopctl.errors import NotFoundError
+from teleopctl.packages import resolve_uri
+from teleopctl.robot.gazebo_colours import gazebo_colour
+from teleopctl.robot.scene.scene import (
+    NOWHERE,
+    Rgba,
+    Scene,
+    SceneBody,
+    SceneLight,
+    SceneModel,
+    SceneShape,
+    ShapeKind,
+)
+from teleopctl.robot.scene.yaml_nodes import Entry, read_entries
+from teleopctl.tf import Transform, quaternion_from_rpy
+
+_WORLD = ("world", "gravity", "things", "lights")
+_PLACE = ("at", "rpy")
+_LOOK = ("color", "friction", "mass")
+_LIGHT = (*_PLACE, "kind", "direction", "color", "angle", "shadows")
+# What each shape is told by beside its place, its look and its mass.
+_OF_SHAPE = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "ellipsoid": ("size",),
+    "plane": ("size",),
+    "mesh": ("file", "scale"),
+    "heightfield": ("file", "size"),
+    "table": ("size",),
+    "bin": ("size", "thickness"),
+    "ramp": ("size",),
+    "walls": ("size", "thickness"),
+}
+_STANDS = ("plane", "heightfield")
+_TOP_M, _LEG_M = 0.04, 0.05
+_BIN_M, _WALL_M, _RAMP_M = 0.01, 0.1, 0.05
+_WOOD: Rgba = (0.72, 0.58, 0.42, 1.0)
+
+_Parts = list[SceneShape]
+
+
+def read_yaml_world(path: Path, text: str) -> Scene:
+    """Read a world of ours.
+
+    Args:
+        path: The file, beside which its meshes are.
+        text: What stands in it.
+
+    Raises:
+        InvalidDescriptionError: Something in it is not as it should be; the message names file
+            and line.
+    """
+    world = read_entries(path, text).entries(_WORLD)
+    gravity = None
+    if "gravity" in world:
+        x, y, z = world["gravity"].numbers(3)
+        gravity = (x, y, z)
+    things = world["things"].entries() if "things" in world else {}
+    lights = world["lights"].items() if "lights" in world else []
+    name = next(iter(things)) if len(things) == 1 else path.stem
+    if "world" in world:
+        name = world["world"].text()
+    return Scene(
+        name,
+        tuple(_thing(key, entry) for key, entry in things.items()),
+        tuple(_light(entry) for entry in lights),
+        gravity,
+        files=(path,),
+        is_model=len(things) == 1,
+    )
+
+
+def _thing(name: str, entry: Entry) -> SceneModel:
+    if not isinstance(entry.value, dict) or "shape" not in entry.value:
+        raise entry.refuse(f"should have a shape: {', '.join(_OF_SHAPE)}")
+    shape = entry.value["shape"]
+    if shape not in _OF_SHAPE:
+        raise entry.entries()["shape"].refuse(f"is {shape!r}, should be {', '.join(_OF_SHAPE)}")
+    parts = entry.entries(("shape", *_OF_SHAPE[shape], *_PLACE, *_LOOK))
+    for required in _OF_SHAPE[shape][:1] if shape != "plane" else ():
+        if required not in parts:
+            raise entry.refuse(f"lacks its {required}")
+    mass = parts["mass"].number(positive=True) if "mass" in parts else None
+    if mass is not None and shape in _STANDS:
+        raise parts["mass"].refuse(f"is not for a {shape}, which stands")
+    shapes = _shapes(shape, entry, parts)
+    rgba = _color(parts["color"]) if "color" in parts else None
+    friction = parts["friction"].number() if "friction" in parts else None
+    if friction is not None and friction < 0.0:
+        raise parts["friction"].refuse("should not be negative")
+    volume = sum(map(_volume, shapes))
+    made = tuple(
+        SceneShape(
+            part.kind,
+            part.size,
+            part.pose,
+            file=part.file,
+            rgba=rgba or part.rgba,
+            friction=friction,
+            mass=None if mass is None else mass * _volume(part) / volume,
+        )
+        for part in shapes
+    )
+    body = SceneBody(name, NOWHERE, made)
+    return SceneModel(name, _place(parts), {name: body}, static=mass is None)
+
+
+def _shapes(shape: str, entry: Entry, parts: dict[str, Entry]) -> _Parts:
+    """What a thing is made of, in its own frame."""
+    match shape:
+        case "sphere":
+            return [SceneShape("sphere", (parts["radius"].number(positive=True), 0.0, 0.0))]
+        case "cylinder" | "capsule":
+            if "length" not in parts:
+                raise entry.refuse("lacks its length")
+            radius = parts["radius"].number(positive=True)
+            size = (radius, parts["length"].number(positive=True), 0.0)
+            return [SceneShape("cylinder" if shape == "cylinder" else "capsule", size)]
+        case "plane":
+            sides = parts["size"].numbers(2, positive=True) if "size" in parts else (0.0, 0.0)
+            return [SceneShape("plane", (sides[0], sides[1], 0.0))]
+        case "mesh":
+            scale = parts.get("scale")
+            factors = (1.0, 1.0, 1.0)
+            if scale is not None and isinstance(scale.value, list):
+                x, y, z = scale.numbers(3)
+                factors = (x, y, z)
+            elif scale is not None:
+                factors = (scale.number(positive=True),) * 3
+            return [SceneShape("mesh", factors, file=_file(parts["file"]))]
+        case "heightfield":
+            if "size" not in parts:
+                raise entry.refuse("lacks its size")
+            x, y, z = parts["size"].numbers(3, positive=True)
+            return [SceneShape("heightmap", (x, y, z), file=_file(parts["file"]))]
+    x, y, z = parts["size"].numbers(3, positive=True)
+    if shape in ("box", "ellipsoid"):
+        kind: ShapeKind = "box" if shape == "box" else "ellipsoid"
+        half = 1.0 if shape == "box" else 0.5
+        return [SceneShape(kind, (half * x, half * y, half * z))]
+    thick = parts["thickness"].number(positive=True) if "thickness" in parts else None
+    return _furniture(shape, x, y, z, thick, entry)
+
+
+def _furniture(
+    shape: str, x: float, y: float, z: float, thick: float | None, entry: Entry
+) -> _Parts:
+    """Things of several boxes that stand on the middle of their foot."""
+    match shape:
+        case "table":
+            if z <= _TOP_M or min(x, y) <= 2 * _LEG_M:
+                raise entry.refuse(f"is no table: the top is {_TOP_M} m thick, a leg {_LEG_M} m")
+            top = _box(x, y, _TOP_M, 0.0, 0.0, z - _TOP_M / 2, _WOOD)
+            across, along = (x - _LEG_M) / 2, (y - _LEG_M) / 2
+            height = z - _TOP_M
+            return [top] + [
+                _box(_LEG_M, _LEG_M, height, i * across, j * along, height / 2, _WOOD)
+                for i in (-1, 1)
+                for j in (-1, 1)
+            ]
+        case "bin":
+            wall = thick or _BIN_M
+            if 2 * wall >= min(x, y) or wall >= z:
+                raise entry.refuse(f"is no bin: its walls are {wall} m thick")
+            return [_box(x, y, wall, 0.0, 0.0, wall / 2), *_four_walls(x, y, z, wall, inside=True)]
+        case "walls":
+            return _four_walls(x, y, z, thick or _WALL_M, inside=False)
+    # A ramp: its upper side rises from the ground at -x/2 to its height at x/2.
+    angle, length = math.atan2(z, x), math.hypot(x, z)
+    turn = quaternion_from_rpy(0.0, -angle, 0.0)
+    below = Transform((0.0, 0.0, -_RAMP_M / 2))
+    pose = Transform((0.0, 0.0, z / 2), turn) @ below
+    return [SceneShape("box", (length, y, _RAMP_M), pose)]
+
+
+def _four_walls(x: float, y: float, z: float, thick: float, *, inside: bool) -> _Parts:
+    """Walls around a room of a size, or within the outline of a bin."""
+    inner_x, inner_y = (x - 2 * thick, y - 2 * thick) if inside else (x, y)
+    across, along = (inner_x + thick) / 2, (inner_y + thick) / 2
+    return [
+        *(_box(thick, inner_y + 2 * thick, z, i * across, 0.0, z / 2) for i in (-1, 1)),
+        *(_box(inner_x, thick, z, 0.0, j * along, z / 2) for j in (-1, 1)),
+    ]
+
+
+def _box(
+    x: float, y: float, z: float, at_x: float, at_y: float, at_z: float, rgba: Rgba | None = None
+) -> SceneShape:
+    return SceneShape("box", (x, y, z), Transform((at_x, at_y, at_z)), rgba=rgba)
+
+
+def _volume(shape: SceneShape) -> float:
+    """The volume of a shape, 1 for those that are alone in their thing."""
+    a, b, c = shape.size
+    return a * b * c if shape.kind == "box" else 1.0
+
+
+def _place(parts: dict[str, Entry]) -> Transform:
+    x, y, z = parts["at"].numbers(3) if "at" in parts else (0.0, 0.0, 0.0)
+    roll, pitch, yaw = parts["rpy"].numbers(3) if "rpy" in parts else (0.0, 0.0, 0.0)
+    return Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
+
+
+def _color(entry: Entry) -> Rgba:
+    if isinstance(entry.value, str):
+        named = gazebo_colour(entry.value)
+        if named is None:
+            raise entry.refuse(f"is {entry.value!r}: no colour's name; [red, green, blue] is one")
+        return *named, 1.0
+    parts = entry.numbers(3, 4)
+    if not all(0.0 <= part <= 1.0 for part in parts):
+        raise entry.refuse("should be numbers from 0 to 1")
+    red, green, blue, *alpha = parts
+    return red, green, blue, alpha[0] if alpha else 1.0
+
+
+def _file(entry: Entry) -> Path:
+    try:
+        path = entry.path.parent / resolve_uri(entry.text())
+    except NotFoundError as error:
+        raise entry.refuse(f"is not found: {error.message}") from error
+    if not path.is_file():
+        raise entry.refuse(f"is not found: {path} is no file")
+    return path.absolute()
+
+
+def _light(entry: Entry) -> SceneLight:
+    parts = entry.entries(_LIGHT)
+    kind = parts["kind"].text() if "kind" in parts else "directional"
+    color = _color(parts["color"])[:3] if "color" in parts else (0.5, 0.5, 0.5)
+    x, y, z = parts["direction"].numbers(3) if "direction" in parts else (0.0, 0.0, -1.0)
+    if not any((x, y, z)):
+        raise parts["direction"].refuse("has no length")
+    angle = parts["angle"].number(positive=True) if "angle" in parts else 0.8
+    shadows = parts["shadows"].flag() if "shadows" in parts else True
+    match kind:
+        case "directional" | "point" | "spot":
+            return SceneLight(kind, _place(parts), (x, y, z), color, angle, shadows)
+    raise parts["kind"].refuse(f"is {kind!r}, should be directional, point or spot")
