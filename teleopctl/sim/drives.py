@@ -6,7 +6,7 @@ they are switched between positions, velocities and efforts, and led from period
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,6 +57,7 @@ class Drives:
         data: Its ``mujoco.MjData``.
         joints: The robot's movable joints.
         period_s: Time between two commands, in seconds.
+        others: The topmost bodies of what is not the robot, whose weight is their own matter.
 
     Attributes:
         settled: Whether `plan_period` would change nothing: set-points stand still, and nothing
@@ -69,6 +70,7 @@ class Drives:
         data: mujoco.MjData,
         joints: Sequence[JointSpec],
         period_s: float,
+        others: Iterable[str] = (),
     ) -> None:
         self._m = m = model
         self._d = data
@@ -106,6 +108,8 @@ class Drives:
         self._effort: Array = np.array([joint.limits.effort for joint in driven])
         # The change of speed that the damper alone answers with all the joint's effort.
         self._speed_step: Array = self._effort / self._damping
+        roots = [m.body(name).id for name in others]
+        self._own = ~np.isin(m.body_rootid, roots)
         self.settled = False
         self._command_names: tuple[str, ...] = ()
         self._command_rows = np.zeros(0, dtype=int)
@@ -135,14 +139,15 @@ class Drives:
         self._d.act[self._act] = self._setpoint
         self._apply_modes()
 
-    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Drives:
+    def moved_to(self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]) -> Drives:
         """Return the same drives, with all that they were told, in another model of the robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose gains change while running.
             data: Its ``mujoco.MjData``, in the state of the one so far.
+            others: See `Drives`.
         """
-        moved = Drives(model, data, self._joints, self._period_s)
+        moved = Drives(model, data, self._joints, self._period_s, others)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
         moved._apply_modes()
@@ -248,7 +253,8 @@ class Drives:
         unsupported = np.ones(self._m.nv, dtype=bool)
         unsupported[self._dof[~by_effort]] = False
         unsupported[self._followers] = False
-        self._m.body_gravcomp[:] = compensated_bodies(self._m, unsupported)
+        carried = compensated_bodies(self._m, unsupported)
+        self._m.body_gravcomp[self._own] = carried[self._own]
 
     def plan_period(self) -> None:
         """Set the path of every set-point for the control period that begins."""

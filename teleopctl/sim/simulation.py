@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from teleopctl.mujoco_model import RobotModel, carry_over
 from teleopctl.sim.drives import Drives
+from teleopctl.sim.entities.pushes import Push, Pushes
 from teleopctl.sim.free_bodies import FreeBodies
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.ball_joints import BallJoints
@@ -91,7 +92,8 @@ class Simulation:
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
         self._steps = 0
-        self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9)
+        self._pushes = Pushes()
+        self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self.movers: list[PlanarMove] = []
         self._parting = Parting(self._m, self._d, model.excluded)
@@ -115,6 +117,7 @@ class Simulation:
         self._qpos = np.array([joint.qposadr[0] for joint in named], dtype=int)
         self._dof = np.array([joint.dofadr[0] for joint in named], dtype=int)
         self.free_bodies = FreeBodies(self._m, self._d, model.free_bodies)
+        self._others = [thing.name for thing in model.things]
 
     def take(self, model: RobotModel) -> None:
         """Go on with another model of the same robot; what is in both goes on as it was.
@@ -125,7 +128,7 @@ class Simulation:
         m, d = self._m, self._d
         self._bind(model)
         carry_over(m, d, self._m, self._d)
-        self._drives = self._drives.moved_to(self._m, self._d)
+        self._drives = self._drives.moved_to(self._m, self._d, self._others)
         self._file_actuators = FileActuators(self._m, self._d, model.joints)
         self._parting = self._parting.moved_to(self._m, self._d)
         self.refresh()
@@ -166,8 +169,13 @@ class Simulation:
         while count > 0:
             if self.at_tick:
                 self._begin_period()
-            block = min(count, self.steps_to_tick)
-            mujoco.mj_step(self._m, self._d, block)
+            block = 1 if self._pushes else min(count, self.steps_to_tick)
+            if self._pushes:
+                self._pushes.begin_step(self._m, self._d)
+                mujoco.mj_step(self._m, self._d)
+                self._pushes.end_step(self._d)
+            else:
+                mujoco.mj_step(self._m, self._d, block)
             count -= block
             self._steps += block
 
@@ -177,6 +185,9 @@ class Simulation:
         The bits are those of `step`. It ends early, at a control tick, where the drives have
         something to do, and at the one that would have found that physics broke down.
         """
+        if self._pushes:
+            self.step(min(count, self.steps_to_tick))
+            return
         if self.at_tick:
             self._begin_period()
         to_tick = self.steps_to_tick
@@ -235,6 +246,7 @@ class Simulation:
                 self._d.joint(joint.name).qpos[0] = positions[joint.name]
             if velocities and joint.name in velocities:
                 self._d.joint(joint.name).qvel[0] = velocities[joint.name]
+        self._pushes.clear(self._d)
         self._drives.reset()
         for mover in self.movers:
             mover.forget()
@@ -335,6 +347,11 @@ class Simulation:
         self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         mujoco.mj_forward(self._m, self._d)
         self._m.opt.enableflags |= asleep
+
+    def push(self, push: Push) -> None:
+        """Let a force and a torque act on a body for a while."""
+        self._pushes.add(push)
+        self._wake()
 
     def set_gravity(self, gravity: Array) -> None:
         """Set the acceleration of free fall in the world, (3,), in m/s²."""

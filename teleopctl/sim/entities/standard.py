@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl.sim.entities.answers import Desk
 from teleopctl.sim.entities.entity_services import EntityServices
+from teleopctl.sim.entities.push_service import offer_wrench_service
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.spawn_services import SpawnServices
 from teleopctl.sim.entities.world_services import WorldServices
@@ -20,7 +21,7 @@ _FAREWELL_S = 0.2
 
 
 def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> None:
-    """Offer the services of simulation_interfaces.
+    """Offer the services of simulation_interfaces, and the pushes of mujoco_ros2_control.
 
     Args:
         node: Whose they are.
@@ -32,6 +33,7 @@ def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> No
         node.get_logger().info("Asked to quit")
         node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown())
 
+    offer_wrench_service(node, stage)
     EntityServices(desk)
     SpawnServices(desk)
     WorldServices(desk)

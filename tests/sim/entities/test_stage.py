@@ -12,6 +12,7 @@ from teleopctl.mujoco_model import RobotModel, build_model, in_world, with_thing
 from teleopctl.robot import World, read_world, read_world_text
 from teleopctl.sim.entities.bounds import bounds_of
 from teleopctl.sim.entities.entity import entities, find, motion_of, move
+from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.simulation import Simulation
 from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
 from tests.sim.robots import INERTIAL, box, joint, link
@@ -20,6 +21,9 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 BLOCK = f'<robot name="block">{link("b", INERTIAL + box("collision", "0.2 0.2 0.2"))}</robot>'
 BALL = '<body><freejoint/><geom size="0.1"/></body>'
 SPHERE = f'<mujoco model="ball"><worldbody>{BALL}</worldbody></mujoco>'
+BALL_IN_SPACE = """<mujoco><worldbody><body gravcomp="1"><freejoint/>
+  <inertial pos="0 0 0" mass="0.5" diaginertia="0.01 0.01 0.01"/>
+  <geom size="0.1"/></body></worldbody></mujoco>"""
 PILLAR = '<mujoco><worldbody><geom type="box" size="0.1 0.1 0.5"/></worldbody></mujoco>'
 DOOR = world_urdf(
     link("frame", ""),
@@ -167,6 +171,27 @@ def test_another_world_takes_the_place_of_the_first(model: RobotModel, tmp_path:
     assert list(entities(simulation)) == ["test"]
     kinds = list(simulation.model.mj_model.geom_type)
     assert kinds.count(0) == 1, "the ground is there, once"
+
+
+def test_a_push_moves_a_thing_by_its_impulse_and_turns_it_by_its_lever(model: RobotModel) -> None:
+    simulation = running(model)
+    spawn(simulation, BALL_IN_SPACE, "ball", 4.0, 0.0, 5.0)
+    ball = find(simulation, "ball")
+    nothing = np.zeros(3)
+    # 2 N for 0.1 s on 0.5 kg, of which the last half fades: 0.75 of it acts.
+    force = np.array([2.0, 0.0, 0.0])
+    simulation.push(Push("ball", force, nothing, nothing, steps=100, ramp=50))
+    simulation.step(200)
+    assert motion_of(simulation, ball).twist[:3] == pytest.approx([0.302, 0.0, 0.0], abs=1e-6)
+    lever = np.array([0.0, 0.1, 0.0])
+    simulation.push(Push("ball", force, nothing, lever, steps=1))
+    simulation.step(10)
+    # 2 N at 0.1 m for 1 ms on 0.01 kg m².
+    assert motion_of(simulation, ball).twist[5] == pytest.approx(-0.02, rel=1e-3)
+    simulation.push(Push("cube", np.array([0.0, 0.0, 100.0]), nothing, nothing, steps=1000))
+    simulation.reset_state()
+    simulation.step(50)
+    assert motion_of(simulation, find(simulation, "cube")).twist[2] < 0.0, "a reset ends pushes"
 
 
 @pytest.mark.parametrize(

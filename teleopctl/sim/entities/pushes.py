@@ -1,0 +1,79 @@
+"""Forces and torques from outside that act on bodies for a while."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass
+class Push:
+    """A force and a torque on a body, for so many physics steps.
+
+    Attributes:
+        body: The body.
+        force: In the world's axes, (3,), in N.
+        torque: In the world's axes, (3,), in N m.
+        point: Where the force acts, in the body's frame, (3,), in metres.
+        steps: How many physics steps it still acts.
+        ramp: Over how many of the last ones it fades to nothing.
+    """
+
+    body: str
+    force: Array
+    torque: Array
+    point: Array
+    steps: int
+    ramp: int = 0
+
+
+class Pushes:
+    """The pushes of a simulation; together they act as their sum."""
+
+    def __init__(self) -> None:
+        self._active: list[Push] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._active)
+
+    def add(self, push: Push) -> None:
+        """Let a push act from the next physics step on."""
+        self._active.append(push)
+
+    # Any stands for MuJoCo's model and data, which have no types.
+    def clear(self, data: Any) -> None:
+        """End all pushes."""
+        self._active = []
+        data.xfrc_applied[:] = 0.0
+
+    def begin_step(self, model: Any, data: Any) -> None:
+        """Put what acts in the physics step that begins into the data.
+
+        Args:
+            model: The ``mujoco.MjModel``; of bodies that have left it nothing is pushed.
+            data: Its ``mujoco.MjData``.
+        """
+        data.xfrc_applied[:] = 0.0
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        for push in self._active:
+            body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, push.body)
+            if body >= 0:
+                share = min(1.0, push.steps / push.ramp) if push.ramp else 1.0
+                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ push.point
+                # MuJoCo's forces act at the centre of mass.
+                turned = push.torque + np.cross(place - data.xipos[body], push.force)
+                data.xfrc_applied[body] += share * np.concatenate([push.force, turned])
+            push.steps -= 1
+
+    def end_step(self, data: Any) -> None:
+        """Forget the pushes whose time is over."""
+        self._active = [push for push in self._active if push.steps > 0]
+        if not self._active:
+            data.xfrc_applied[:] = 0.0
