@@ -2,6 +2,7 @@
 
 ``teleop_arm.png`` is the simulator's own model of the arm, drawn from outside. ``camera.png`` is
 what the robot's own camera sees in a running simulation, made by the commands of the page.
+``sensors.png`` is what the sensors of the robot in ``docs/sensors.md`` measure.
 """
 
 import math
@@ -75,6 +76,50 @@ def photograph(file: Path) -> None:
     _save(Image.open(file).resize((960, 540), Image.Resampling.LANCZOS), file)
 
 
+def measure(file: Path) -> None:
+    """Draw what a camera, a depth camera, a segmentation camera and a lidar have measured."""
+    choose_backend()
+    import numpy as np
+
+    from teleopctl.sim import CameraRenderer, simulate
+    from teleopctl.sim.cameras.channel import palette
+    from teleopctl.sim.cameras.quality import FULL
+
+    page = (FOLDER.parent / "sensors.md").read_text(encoding="utf-8")
+    urdf = page.split("<!-- station.urdf -->")[1].split("```")[0].strip()
+    made = simulate(urdf, control_period_ns=10_000_000)
+    model, (front, *_) = made.model, made.model.cameras
+    renderer = CameraRenderer(model, model.cameras, FULL)
+    renderer.place({})
+    colours = np.zeros((front.height, front.width, 3), np.uint8)
+    depths = renderer.colours_and_depths("front", colours)
+    shades = np.clip(255.0 * (1.0 - (depths - 1.0) / 3.0), 0, 255).astype(np.uint8)
+    labels = palette(model.mj_model.nbody)[renderer.labels("names")]
+    renderer.close()
+    panels = [colours, np.repeat(shades[..., None], 3, -1), labels, _scan(made)]
+    _save(Image.fromarray(np.hstack(panels)), file)
+
+
+def _scan(made: Any) -> Any:
+    """A scan from above, 80 pixels a metre; the robot is left of the middle and looks right."""
+    import numpy as np
+
+    from teleopctl.interfaces import get_message
+
+    lidar = made.sensors[0]
+    scan = get_message(lidar.message_type)()
+    lidar.read(*made.simulation.observe(), scan)
+    panel = np.full((240, 320, 3), 255, np.uint8)
+    panel[117:123, 77:83] = (0, 0, 0)
+    for index, distance in enumerate(scan.ranges):
+        if math.isfinite(distance):
+            angle = scan.angle_min + index * scan.angle_increment
+            column = round(80 + 80 * distance * math.cos(angle))
+            row = round(120 - 80 * distance * math.sin(angle))
+            panel[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] = (200, 30, 30)
+    return panel
+
+
 def teleopctl(*words: str) -> None:
     """Run the command line."""
     subprocess.run([sys.executable, "-m", "teleopctl", *words], check=True)
@@ -121,7 +166,7 @@ def _save(picture: Image.Image, file: Path) -> None:
     sys.stdout.write(f"{file}: {file.stat().st_size // 1000} kB\n")
 
 
-PICTURES = {"teleop_arm": draw_arm, "camera": photograph}
+PICTURES = {"teleop_arm": draw_arm, "camera": photograph, "sensors": measure}
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:] or PICTURES:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         build_model as build_model,
         initial_positions as initial_positions,
     )
+    from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES as CAMERA_TYPES
     from teleopctl.mujoco_model.surroundings.carrying import carry_over as carry_over
     from teleopctl.mujoco_model.surroundings.thing import Thing as Thing
     from teleopctl.mujoco_model.surroundings.things import (
@@ -51,6 +52,7 @@ else:
             "free_bodies": "FreeBody free_root",
             "joints": "JointSpec",
             "model": "RobotModel build_model initial_positions",
+            "sensors.camera_topics": "CAMERA_TYPES",
             "surroundings.carrying": "carry_over",
             "surroundings.thing": "Thing",
             "surroundings.things": "in_world with_thing without_things",

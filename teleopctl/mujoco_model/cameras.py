@@ -6,21 +6,27 @@ along their negative z axis, with x to the right and y up.
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
+from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, camera_topics
 from teleopctl.mujoco_model.sensors.optical_frames import optical_frame, optical_rotation
-from teleopctl.robot import Pose
+from teleopctl.robot import Noise, Pose, RosNames
 from teleopctl.tf import Quaternion
 
 if TYPE_CHECKING:
-    from teleopctl.robot import RobotDescription, Sensor
+    from teleopctl.robot import Camera, RobotDescription, Sensor
 
 _DEFAULT_RATE_HZ = 30.0
+
+# Formats of Gazebo's images, other than red green blue, under both of their names.
+_ENCODINGS = {"B8G8R8": "bgr8", "BGR_INT8": "bgr8", "L8": "mono8", "L_INT8": "mono8"}
 
 # MuJoCo's camera axes expressed in the sensor's frame, quaternion w x y z.
 _SENSOR_TO_MUJOCO = (0.5, 0.5, -0.5, -0.5)
@@ -38,9 +44,17 @@ class CameraModel:
         height: Image height in pixels.
         horizontal_fov: Angle between the left and the right edge of the image, in radians.
         rate_hz: Images per second of simulated time.
-        distortion: Plumb-bob coefficients k1, k2, p1, p2, k3 of the description's lens, which
-            pictures do not show.
+        distortion: Plumb-bob coefficients k1, k2, p1, p2, k3 of the lens.
         pose: Where the sensor sits in its link.
+        near: What is nearer is not seen, in metres along the optical axis.
+        far: What is farther is not seen either.
+        depth_limits: Between which distances depths are measured.
+        focal: Focal lengths fx, fy and principal point cx, cy in pixels that the description gives,
+            or None where the field of view decides.
+        topics: Where it publishes, by what it sees: ``image``, ``depth``, ``points``, ``labels``,
+            ``coloured``, and ``info`` and ``depth_info`` of those.
+        noise: Of the image, as a part of full white.
+        encoding: Of its images: ``rgb8``, ``bgr8`` or ``mono8``.
     """
 
     name: str
@@ -52,6 +66,17 @@ class CameraModel:
     rate_hz: float
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     pose: Pose = field(default_factory=Pose)
+    near: float = 0.1
+    far: float = 100.0
+    depth_limits: tuple[float, float] = (0.0, math.inf)
+    focal: tuple[float, float, float, float] | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+    noise: Noise | None = None
+    encoding: str = "rgb8"
+
+    def sees(self, what: str) -> bool:
+        """Whether it publishes this; see ``topics``."""
+        return what in self.topics
 
     @property
     def focal_length(self) -> float:
@@ -64,20 +89,25 @@ class CameraModel:
         return 2.0 * math.atan(self.height / 2.0 / self.focal_length)
 
     @property
+    def _pinhole(self) -> tuple[float, float, float, float]:
+        f = self.focal_length
+        return self.focal or (f, f, (self.width - 1) / 2.0, (self.height - 1) / 2.0)
+
+    @property
     def intrinsics(self) -> tuple[float, ...]:
         """The nine numbers of the intrinsic matrix K, row by row.
 
         Pixel (0, 0) is the centre of the upper left pixel, so the image centre lies half a
         pixel before width/2.
         """
-        f, cx, cy = self.focal_length, (self.width - 1) / 2.0, (self.height - 1) / 2.0
-        return (f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0)
+        fx, fy, cx, cy = self._pinhole
+        return (fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0)
 
     @property
     def projection(self) -> tuple[float, ...]:
         """The twelve numbers of the projection matrix P of a single camera, row by row."""
-        f, cx, cy = self.focal_length, (self.width - 1) / 2.0, (self.height - 1) / 2.0
-        return (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
+        fx, fy, cx, cy = self._pinhole
+        return (fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 
     @property
     def optical_rotation(self) -> Quaternion:
@@ -97,9 +127,14 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
     """
     cameras: dict[str, CameraModel] = {}
     warnings = []
-    for sensor in description.gazebo.sensors:
-        if sensor.type != "camera" or sensor.camera is None or sensor.link not in description.links:
-            continue
+    sensors = [
+        sensor
+        for sensor in description.gazebo.sensors
+        if sensor.type in CAMERA_TYPES
+        and sensor.camera is not None
+        and sensor.link in description.links
+    ]
+    for sensor in sensors:
         frame, warning = optical_frame(sensor, description)
         if warning:
             warnings.append(warning)
@@ -109,7 +144,8 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
             name = f"{camera.link}/{name}"
         if name != camera.name:
             warnings.append(f"Two cameras are named '{camera.name}': one is '{name}' here")
-        cameras[name] = replace(camera, name=name)
+        topics = camera_topics(sensor, name, alone=len(sensors) == 1)
+        cameras[name] = replace(camera, name=name, topics=topics)
     return list(cameras.values()), warnings
 
 
@@ -124,9 +160,44 @@ def _camera(sensor: Sensor, frame: str) -> CameraModel:
         height=camera.height,
         horizontal_fov=camera.horizontal_fov,
         rate_hz=sensor.update_rate or _DEFAULT_RATE_HZ,
-        distortion=(camera.k1, camera.k2, camera.p1, camera.p2, camera.k3),
+        distortion=_distortion(sensor, camera),
         pose=sensor.pose,
+        near=camera.near,
+        far=camera.far,
+        depth_limits=_depth_limits(sensor, camera.near, camera.far),
+        focal=camera.intrinsics,
+        noise=sensor.noise.get("camera"),
+        encoding=_ENCODINGS.get(camera.format.upper(), "rgb8"),
     )
+
+
+def _distortion(sensor: Sensor, camera: Camera) -> tuple[float, float, float, float, float]:
+    """The lens that ``<distortion>`` describes; where it has none, that of an older plug-in."""
+    k1, k2, p1, p2, k3 = (
+        of_camera or _said(sensor, f"distortion_{name.lower()}", f"distortion{name}") or 0.0
+        for of_camera, name in (
+            (camera.k1, "K1"),
+            (camera.k2, "K2"),
+            (camera.p1, "T1"),
+            (camera.p2, "T2"),
+            (camera.k3, "K3"),
+        )
+    )
+    return k1, k2, p1, p2, k3
+
+
+def _depth_limits(sensor: Sensor, near: float, far: float) -> tuple[float, float]:
+    """Where depths are measured: what a plug-in says of it, within what is drawn."""
+    least = _said(sensor, "min_depth", "pointCloudCutoff")
+    most = _said(sensor, "max_depth", "pointCloudCutoffMax")
+    return max(near, least or near), min(far, most or far)
+
+
+def _said(sensor: Sensor, *tags: str) -> float | None:
+    """A number of the camera's plug-in."""
+    with contextlib.suppress(ValueError):
+        return float(RosNames(sensor).setting(*tags))
+    return None
 
 
 def _of_plugins(sensor: Sensor, parameter: str) -> str:

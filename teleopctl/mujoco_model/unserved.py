@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 from lxml import etree
 
+from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES
 from teleopctl.mujoco_model.sensors.unserved_sensors import (
     OF_PLUGINS,
     Tag,
@@ -34,7 +35,7 @@ _BECAUSE = {"mu2": ": friction is <mu1> in all directions"}
 # Plug-ins of the whole robot that are served, by the controllers, or stand for nothing of their
 # own: Gazebo's engines, whose sensors have tags, and its window.
 _SERVED_PLUGINS = re.compile(
-    r"(lib)?(gazebo_ros2_control|(gz|ign)_ros2_control-system"
+    r"(lib)?(gazebo_ros2_control|gazebo_ros_ft_sensor|(gz|ign)_ros2_control-system"
     r"|(gz-sim|ignition-gazebo)\d*-(physics|sensors|imu|contact|forcetorque|altimeter|magnetometer"
     r"|navsat|air-pressure|user-commands|scene-broadcaster)-system)(\.so)?"
 )
@@ -91,9 +92,9 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
                 "out: nothing simulates what it does"
             )
     link = gazebo.get("reference")
-    for sensor in gazebo.iterfind("sensor[@type='camera']") if link else ():
+    for sensor in gazebo.iterfind("sensor") if link else ():
         missing = "it has no <camera>" if sensor.find("camera") is None else ""
-        if missing or link not in links:
+        if sensor.get("type") in CAMERA_TYPES and (missing or link not in links):
             yield (
                 f"Sensor '{sensor.get('name')}' on link '{link}' (line {sensor.sourceline}) is "
                 f"left out: {missing or 'there is no such link'}"

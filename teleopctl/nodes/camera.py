@@ -1,23 +1,22 @@
-"""``camera``: renders a camera sensor of the robot in a process of its own.
+"""``camera``: renders the camera sensors of the robot in a process of its own.
 
-Topics out: ``/image_raw`` (rgb8) and ``/camera_info`` at the sensor's rate in simulated time,
-stamped with the time of the state that they show; ``/tf_static`` with the optical frame. In:
-``/robot_description`` and the simulator's joint states, the latter only while somebody subscribes
-to one of the outputs. Nobody subscribed to the image: nothing is drawn.
+Topics out, at each sensor's rate in simulated time, stamped with the time of the state that they
+show: images, depths, points, labels and ``camera_info`` where `camera_topics` says, with
+image_transport's ``compressed`` and ``compressedDepth``; ``/tf_static`` with the optical frames.
+In: ``/robot_description`` and the simulator's joint states, the latter only while somebody
+subscribes to one of the outputs. What nobody subscribes to is not drawn.
 
 Parameters: ``robot_description``, ``world`` (the file of what stands around the robot) and
-``fixed_base``, both as for the simulator, ``camera`` (name of the sensor, by default the first),
-``quality`` (``auto``, ``fast`` or ``full``; can be set while running).
+``fixed_base`` and ``seed``, as for the simulator, ``camera`` (name of one sensor, default all),
+``quality`` (``auto``, ``fast`` or ``full``), ``compressed.format`` (``jpeg`` or ``png``) and
+``compressed.jpeg_quality``, which can be set while running.
 """
 
 from __future__ import annotations
 
-import array
 import contextlib
 import threading
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
@@ -26,7 +25,6 @@ from teleopctl.node import (
     ExternalShutdownException,
     Node,
     Parameter,
-    QoSProfile,
     Subscription,
     init,
     qos_profile_latched,
@@ -42,12 +40,10 @@ if TYPE_CHECKING:
 
     # These import mujoco, which has to wait for the choice of its backend.
     from teleopctl.mujoco_model import CameraModel, RobotModel
-    from teleopctl.sim import Beat, CameraRenderer
+    from teleopctl.sim import CameraChannel, CameraRenderer
 
 _String = get_message("std_msgs/msg/String")
 _JointState = get_message("sensor_msgs/msg/JointState")
-_Image = get_message("sensor_msgs/msg/Image")
-_CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 _FreeJointStateArray = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
@@ -56,11 +52,12 @@ _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 _DESCRIPTION_TOPIC = "/robot_description"
 _VIEW_TOPIC = "/mujoco_sim/joint_states"
 _BODIES_TOPIC = "/mujoco_sim/free_joint_states"
-_QUALITIES = ("auto", "fast", "full")
+# Parameters that can be set while running, with what they may be.
+_CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "png")}
 
 
 class Camera(Node):
-    """The camera's node. Everything that draws happens on one thread, as OpenGL wants it."""
+    """The cameras' node. Everything that draws happens on one thread, as OpenGL wants it."""
 
     def __init__(self) -> None:
         progress.tell(progress.STARTING)
@@ -70,15 +67,16 @@ class Camera(Node):
         self.declare_parameter("world", "", at_start)
         self.declare_parameter("fixed_base", False, at_start)
         self.declare_parameter("camera", "", at_start)
-        self._quality = str(self.declare_parameter("quality", "auto").value)
-        if self._quality not in _QUALITIES:
-            raise InvalidParameterError(
-                f"Parameter 'quality' is '{self._quality}'",
-                hint=f"It is one of {', '.join(_QUALITIES)}",
-            )
+        self.declare_parameter("seed", 0, at_start)
+        for name, choices in _CHOICES.items():
+            value = self.declare_parameter(name, choices[0]).value
+            if value not in choices:
+                raise InvalidParameterError(
+                    f"Parameter '{name}' is '{value}'", hint=f"It is one of {', '.join(choices)}"
+                )
+        self.declare_parameter("compressed.jpeg_quality", 95)
         self._changed = threading.Condition()
         self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._follow_parameters)
         self._stopped = False
         self._urdf = ""
         self._latest: Any = None
@@ -88,10 +86,10 @@ class Camera(Node):
         self._states: Subscription[JointState] | None = None
         # There are no stubs of the simulator's own messages.
         self._free_states: Subscription[Any] | None = None
+        self._channels: list[CameraChannel] = []
         self._renderer: CameraRenderer | None = None
-        self._drawn_quality = self._quality
-        self._image_wanted = False
-        self._info_wanted = False
+        # The quality and the cameras that it was made for.
+        self._drawn_for: tuple[object, frozenset[str]] = ("", frozenset())
         self._thread: threading.Thread | None = None
         self._tf = StaticTransformBroadcaster(self)
         given = str(self.get_parameter("robot_description").value)
@@ -108,15 +106,11 @@ class Camera(Node):
 
     def _check_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
-            if parameter.name == "quality" and parameter.value not in _QUALITIES:
-                reason = f"quality is one of {', '.join(_QUALITIES)}"
+            choices = _CHOICES.get(parameter.name)
+            if choices is not None and parameter.value not in choices:
+                reason = f"{parameter.name} is one of {', '.join(choices)}"
                 return _SetParametersResult(successful=False, reason=reason)
         return _SetParametersResult(successful=True)
-
-    def _follow_parameters(self, parameters: list[Parameter]) -> None:
-        for parameter in parameters:
-            if parameter.name == "quality":
-                self._quality = str(parameter.value)
 
     # --- start ----------------------------------------------------------------------------
 
@@ -132,7 +126,7 @@ class Camera(Node):
 
     def _start(self, urdf: str) -> None:
         from teleopctl.mujoco_model import build_model
-        from teleopctl.sim import Beat
+        from teleopctl.sim import CameraChannel
 
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
@@ -146,27 +140,21 @@ class Camera(Node):
         if not name and not model.cameras:
             self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")
             return
-        camera = model.camera(name)
         self._model: RobotModel = model
         self._bodies_wanted = bool(model.free_bodies)
-        self._camera: CameraModel = camera
-        self._beat: Beat = Beat(camera.rate_hz)
-        self._image = _new_image(camera)
-        self._info = new_info(camera)
-        # The newest picture counts: a slow reader of 9 MB each must not see old ones.
-        newest = QoSProfile(depth=1)
-        self._image_publisher = self.create_publisher(_Image, "image_raw", newest)
-        self._info_publisher = self.create_publisher(_CameraInfo, "camera_info", newest)
-        if any(camera.distortion):
-            self.get_logger().warning(
-                f"The lens distortion of camera '{camera.name}' is not simulated: its images and "
-                "its camera_info have none"
+        cameras = (model.camera(name),) if name else model.cameras
+        mj = model.mj_model
+        bodies = tuple(mj.body(number).name for number in range(mj.nbody))
+        for camera in cameras:
+            seed = int(self._setting("seed"))
+            self._channels.append(CameraChannel(self, camera, bodies, self._setting, seed))
+            self.get_logger().info(
+                f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
+                f"frame '{camera.frame_id}'"
             )
-        if camera.frame_id not in description.links:
-            self._tf.sendTransform(_optical_frame(camera))
-        self.get_logger().info(
-            f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
-            f"frame '{camera.frame_id}'"
+        frames = {camera.frame_id: camera for camera in cameras}
+        self._tf.sendTransform(
+            [_optical_frame(c) for frame, c in frames.items() if frame not in description.links]
         )
         self._thread = threading.Thread(target=self._run, name="rendering", daemon=True)
         self.add_graph_callback(self._on_graph)
@@ -175,12 +163,13 @@ class Camera(Node):
 
     # --- called on the transport's threads ------------------------------------------------
 
+    def _setting(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
     def _on_graph(self) -> None:
-        image = self._image_publisher.get_subscription_count() > 0
-        info = self._info_publisher.get_subscription_count() > 0
         with self._changed:
-            self._image_wanted = image
-            self._info_wanted = info
+            for channel in self._channels:
+                channel.look()
             self._changed.notify_all()
 
     def _on_state(self, message: Any) -> None:
@@ -213,19 +202,14 @@ class Camera(Node):
                 self._changed.wait_for(self._has_something_to_do)
                 if self._stopped:
                     break
-                wanted, draw = self._is_wanted(), self._image_wanted
+                wanted = self._is_wanted()
                 state = bodies = None
                 if self._is_complete():
                     state, self._latest = self._latest, None
                     bodies = self._bodies
             self._listen(wanted)
-            if state is not None and wanted and self._is_due(state.header.stamp):
-                if draw:
-                    self._renderer = self._up_to_date_renderer()
-                    self._renderer.draw(
-                        dict(zip(state.name, state.position, strict=True)), _poses(bodies)
-                    )
-                self._publish(state.header.stamp, with_image=draw)
+            if state is not None and wanted:
+                self._publish(state, bodies)
         if self._renderer is not None:
             self._renderer.close()
 
@@ -250,41 +234,43 @@ class Camera(Node):
                 self.destroy_subscription(self._free_states)
                 self._free_states = None
 
-    def _is_due(self, stamp: Any) -> bool:
-        now_ns = to_nanoseconds(stamp)
+    def _publish(self, state: Any, bodies: Any) -> None:
+        """Publish what is due at the time of a state."""
+        now_ns = to_nanoseconds(state.header.stamp)
         if now_ns < self._last_ns:
             # Another simulator, which has begun at zero.
-            self._beat.restart()
+            for channel in self._channels:
+                channel.beat.restart()
         self._last_ns = now_ns
-        return self._beat.take(now_ns)
+        due = [channel for channel in self._channels if channel.beat.take(now_ns)]
+        drawing = [channel for channel in due if channel.draws]
+        renderer = self._up_to_date_renderer(drawing) if drawing else None
+        if renderer is not None:
+            renderer.place(dict(zip(state.name, state.position, strict=True)), _poses(bodies))
+        for channel in due:
+            channel.publish(renderer if channel in drawing else None, now_ns)
 
     def _is_wanted(self) -> bool:
-        return self._image_wanted or self._info_wanted
+        return any(channel.wanted for channel in self._channels)
 
-    def _up_to_date_renderer(self) -> CameraRenderer:
-        """The renderer of the quality that is wanted now."""
+    def _up_to_date_renderer(self, drawing: list[CameraChannel]) -> CameraRenderer:
+        """The renderer of the quality that is wanted now, for at least these cameras."""
         from teleopctl.sim import make_renderer
 
-        quality = self._quality
+        quality, drawn = self._drawn_for
+        wanted = self._setting("quality")
+        names = drawn | {channel.camera.name for channel in drawing}
         if self._renderer is not None:
-            if quality == self._drawn_quality:
+            if quality == wanted and names == drawn:
                 return self._renderer
             self._renderer.close()
             self._renderer = None
-        # Drawn straight into the message, whose 9 MB are never copied here.
-        shape = (self._camera.height, self._camera.width, 3)
-        picture = np.frombuffer(self._image.data, np.uint8).reshape(shape)
-        renderer, choice = make_renderer(self._model, self._camera, quality, picture)
-        self._drawn_quality = quality
-        self.get_logger().info(f"Camera '{self._camera.name}': {choice}")
-        return renderer
-
-    def _publish(self, stamp: Any, *, with_image: bool) -> None:
-        self._info.header.stamp = stamp
-        self._info_publisher.publish(self._info)
-        if with_image:
-            self._image.header.stamp = stamp
-            self._image_publisher.publish(self._image)
+        cameras = [c.camera for c in self._channels if c.camera.name in names]
+        self._renderer, choice = make_renderer(self._model, cameras, str(wanted))
+        self._drawn_for = (wanted, names)
+        told = ", ".join(f"'{camera.name}'" for camera in cameras)
+        self.get_logger().info(f"Camera{'s' if len(cameras) > 1 else ''} {told}: {choice}")
+        return self._renderer
 
     def destroy_node(self) -> None:
         """End drawing, then the node."""
@@ -296,13 +282,6 @@ class Camera(Node):
         super().destroy_node()
 
 
-def _new_image(camera: CameraModel) -> Any:
-    image = _Image(height=camera.height, width=camera.width, encoding="rgb8", step=3 * camera.width)
-    image.header.frame_id = camera.frame_id
-    image.data = array.array("B", bytes(3 * camera.width * camera.height))
-    return image
-
-
 def _poses(bodies: Any) -> dict[str, tuple[float, ...]]:
     """Position and rotation (w x y z) of each free body of a FreeJointStateArray, by link."""
     poses: dict[str, tuple[float, ...]] = {}
@@ -310,22 +289,6 @@ def _poses(bodies: Any) -> dict[str, tuple[float, ...]]:
         p, q = state.pose.pose.position, state.pose.pose.orientation
         poses[state.name] = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
     return poses
-
-
-# Any: a class that is made from its definition.
-def new_info(camera: CameraModel) -> Any:
-    """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
-    info = _CameraInfo(
-        height=camera.height,
-        width=camera.width,
-        distortion_model="plumb_bob",
-        d=[0.0] * 5,  # pictures are drawn without a lens
-        k=camera.intrinsics,
-        r=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-        p=camera.projection,
-    )
-    info.header.frame_id = camera.frame_id
-    return info
 
 
 def _optical_frame(camera: CameraModel) -> Any:

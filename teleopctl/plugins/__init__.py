@@ -284,8 +284,14 @@ SENSORS = Kind(
     "sensor type",
     "teleopctl.sensors",
     {
+        "air_pressure": f"{_SENSORS}.heights:AirPressure",
+        "altimeter": f"{_SENSORS}.heights:Altimeter",
+        "contact": f"{_SENSORS}.contact:Contact",
         "force_torque": f"{_SENSORS}.force_torque:ForceTorque",
+        "gps": f"{_SENSORS}.navsat:NavSat",
         "imu": f"{_SENSORS}.imu:Imu",
+        "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
+        "navsat": f"{_SENSORS}.navsat:NavSat",
     }
     | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
     bases=("teleopctl.sim.sensors.base:Sensor",),

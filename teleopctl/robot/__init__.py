@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
     from teleopctl.robot.sensors.sensor_tag import (
+        Camera as Camera,
         Noise as Noise,
         Plugin as Plugin,
         Rays as Rays,
@@ -110,7 +111,7 @@ else:
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
             "sensors.sensor_names": "RosNames",
-            "sensors.sensor_tag": "Noise Plugin Rays Sensor Sweep",
+            "sensors.sensor_tag": "Camera Noise Plugin Rays Sensor Sweep",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "gazebo_colours": "gazebo_colour",

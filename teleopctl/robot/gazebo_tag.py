@@ -14,6 +14,7 @@ from teleopctl.robot.sensors.sensor_tag import (
     number_in,
     read_plugin,
     read_sensor,
+    sensor_of_plugin,
 )
 
 
@@ -62,7 +63,9 @@ def read_gazebo(robot: Element) -> GazeboTag:
     for element in robot.findall("gazebo"):
         link = element.get("reference")
         if not link:
-            plugins.extend(read_plugin(child) for child in element.findall("plugin"))
+            found = [read_plugin(child) for child in element.findall("plugin")]
+            plugins += found
+            sensors += filter(None, (sensor_of_plugin(plugin, children) for plugin in found))
             continue
         links[link] = _read_physics(element, links.get(link, LinkPhysics()))
         for child in element.findall("sensor"):

@@ -6,16 +6,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.sim.building import SimulatedRobot as SimulatedRobot, simulate as simulate
+    from teleopctl.sim.cameras.channel import CameraChannel as CameraChannel
+    from teleopctl.sim.cameras.quality import make_renderer as make_renderer
+    from teleopctl.sim.cameras.renderer import CameraRenderer as CameraRenderer
     from teleopctl.sim.gl_backend import (
         check_drawing as check_drawing,
         choose_backend as choose_backend,
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
     from teleopctl.sim.pacing import Beat as Beat
-    from teleopctl.sim.rendering import (
-        CameraRenderer as CameraRenderer,
-        make_renderer as make_renderer,
-    )
     from teleopctl.sim.replay import replay_session as replay_session
     from teleopctl.sim.sensors.base import Sensor as Sensor
     from teleopctl.sim.sensors.imu import Imu as Imu
@@ -27,10 +26,12 @@ else:
         __name__,
         {
             "building": "SimulatedRobot simulate",
+            "cameras.channel": "CameraChannel",
+            "cameras.quality": "make_renderer",
+            "cameras.renderer": "CameraRenderer",
             "gl_backend": "check_drawing choose_backend",
             "node": "MujocoSim",
             "pacing": "Beat",
-            "rendering": "CameraRenderer make_renderer",
             "replay": "replay_session",
             "sensors.base": "Sensor",
             "sensors.imu": "Imu",

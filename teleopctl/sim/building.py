@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.mujoco_model import RobotModel, build_model
@@ -11,6 +11,7 @@ from teleopctl.robot import Pose, RobotDescription, World, motion_plugins, read_
 from teleopctl.sim.gazebo_plugins.ground_truth import ground_truth
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove, add_movers
 from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.earth import GeoPoint
 from teleopctl.sim.sensors.interfaces import SensorInterfaces, sensor_interfaces
 from teleopctl.sim.sensors.publishing import add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
@@ -49,6 +50,8 @@ def simulate(
     friction_scale: float = 1.0,
     control_period_ns: int,
     timestep_ns: int = 0,
+    seed: int = 0,
+    gps_origin: Sequence[float] = (0.0, 0.0, 0.0),
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
     """Build a simulation.
@@ -62,6 +65,9 @@ def simulate(
         friction_scale: How many times the described friction all shapes have.
         control_period_ns: Time between two control ticks, in nanoseconds.
         timestep_ns: Longest physics step, in nanoseconds; 0 is what the model is made for.
+        seed: Of the noise of sensors.
+        gps_origin: Where the world's origin is on the earth: latitude and longitude in degrees,
+            metres above the ellipsoid.
         warn: Takes one sentence for each thing that is not as somebody wrote it.
 
     Raises:
@@ -71,8 +77,9 @@ def simulate(
     description = RobotDescription.from_urdf(urdf)
     plugins = motion_plugins(description)
     movers = [PlanarMove(topic, description.root) for topic in plugins.planar_topics]
-    sensors = make_sensors(description.gazebo.sensors, warn) + ground_truth(plugins.truths)
-    interfaces = sensor_interfaces(description, sensors, warn)
+    sensors = make_sensors(description.gazebo.sensors, warn, seed, GeoPoint(*gps_origin))
+    sensors += ground_truth(plugins.truths)
+    interfaces = sensor_interfaces(description, sensors, warn, seed)
     measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
     surroundings = read_world(resolve_uri(world)) if world else None
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from math import isfinite
 from typing import Any
 
 import mujoco
@@ -26,6 +24,7 @@ from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, re
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.reporting import report_robot
 from teleopctl.sim.sensors.publishing import SensorPublisher
+from teleopctl.sim.sensors.settings import declare_sensor_settings, numbers_of, sensor_settings
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
@@ -96,6 +95,7 @@ class MujocoSim(Node):
         self.declare_parameter("paused", False)
         self.declare_parameter("lockstep_timeout", 1.0, number)
         self.declare_parameter("state_rate", 60, number)
+        declare_sensor_settings(self)
         self.declare_parameter("joint_states_topic", "/robot_joint_states")
         self.declare_parameter("joint_commands_topic", "/robot_joint_commands")
         for name, least in (
@@ -122,13 +122,8 @@ class MujocoSim(Node):
         return float(value)
 
     def _spawn_pose(self) -> Pose:
-        values = self.get_parameter("spawn_pose").value
-        if not isinstance(values, Sequence) or len(values) != 6 or not all(map(isfinite, values)):
-            raise InvalidParameterError(
-                f"Parameter 'spawn_pose' is {values}, expected x, y, z, roll, pitch and yaw"
-            )
-        x, y, z, roll, pitch, yaw = map(float, values)
-        return Pose((x, y, z), (roll, pitch, yaw))
+        x, y, z, *rpy = numbers_of(self, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
+        return Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
 
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         for parameter in parameters:
@@ -179,6 +174,7 @@ class MujocoSim(Node):
             control_period_ns=round(1e9 / int(self._number("update_rate"))),
             timestep_ns=round(self._number("timestep") * 1e9),
             warn=logger.warning,
+            **sensor_settings(self),
         )
         description, model, simulation = robot.description, robot.model, robot.simulation
         report_robot(logger, description, model)

@@ -101,13 +101,11 @@ def test_a_camera_on_what_is_no_link_is_left_out_and_told(reference: str) -> Non
 @pytest.mark.parametrize(
     ("inside", "beside", "tag"),
     [
-        ("<noise><type>gaussian</type><mean>0</mean><stddev>0.1</stddev></noise>", "", "noise"),
-        ("<distortion><k1>0.0</k1><k2>-0.2</k2></distortion>", "", "k2"),
         ("<distortion><center>0.4 0.5</center></distortion>", "", "center"),
-        ("<image><format>L8</format></image>", "", "format"),
-        ("<lens><type>equidistant</type><cutoff_angle>1.5</cutoff_angle></lens>", "", "lens"),
+        ("<image><format>L16</format></image>", "", "format"),
+        ("<lens><type>equidistant</type><scale_to_hfov>true</scale_to_hfov></lens>", "", "lens"),
         ("<pose>0 0 1 0 0 0</pose>", "", "pose"),
-        ("", "<topic>front/image</topic>", "topic"),
+        ("", "<motion>3</motion>", "motion"),
     ],
 )
 def test_what_a_camera_does_not_do_is_told(inside: str, beside: str, tag: str) -> None:
@@ -120,14 +118,13 @@ def test_what_a_camera_does_not_do_is_told(inside: str, beside: str, tag: str) -
 def test_what_a_sensors_plugin_does_not_do_is_told() -> None:
     plugin = """<plugin name="p" filename="libgazebo_ros_camera.so"><ros>
       <namespace>/front</namespace>
-      <remapping>~/image_raw:=/image_raw</remapping><remapping>~/camera_info:=info</remapping></ros>
-      <imageTopicName>image_raw</imageTopicName><min_depth>0.4</min_depth>
+      <remapping>~/image_raw:=/image_raw</remapping><remapping>~/camera_info:=info</remapping>
+      <qos><topic name="a"/></qos></ros><min_depth>0.4</min_depth><autoDistortion>1</autoDistortion>
       <distortionK1>0.0</distortionK1></plugin>"""
 
     assert warnings(camera("", plugin)) == (
-        "<remapping> of plug-in 'p' (line 6) has no effect",
-        "<namespace> of plug-in 'p' (line 5) has no effect",
-        "<min_depth> of plug-in 'p' (line 7) has no effect",
+        "<qos> of plug-in 'p' (line 7) has no effect",
+        "<autoDistortion> of plug-in 'p' (line 7) has no effect",
     )
 
 

@@ -2,7 +2,7 @@
 
 import ctypes
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -11,7 +11,9 @@ import pytest
 from teleopctl.errors import TeleopctlError
 from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.mujoco_model.model import RobotModel, build_model
-from teleopctl.sim import gl_backend, rendering
+from teleopctl.sim import gl_backend
+from teleopctl.sim.cameras import quality
+from teleopctl.sim.cameras.renderer import CameraRenderer, Quality
 from tests.sim.robots import box, joint, link, robot
 
 WIDTH, HEIGHT = 160, 120
@@ -45,12 +47,23 @@ def scene() -> RobotModel:
     )  # fmt: skip
 
 
+class Eye:
+    """What the camera of a scene sees."""
+
+    def __init__(self, scene: RobotModel, how: Quality) -> None:
+        self.renderer = CameraRenderer(scene, scene.cameras, how)
+        self.image = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+
+    def draw(self, *pose: Mapping[str, float] | Mapping[str, Sequence[float]]) -> None:
+        self.renderer.place(*pose)  # type: ignore[arg-type]
+        self.renderer.colours("eye", self.image)
+
+
 @pytest.fixture
-def renderer(scene: RobotModel) -> Iterator[rendering.CameraRenderer]:
-    picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    made = rendering.CameraRenderer(scene, scene.camera("eye"), rendering.FULL, picture)
+def eye(scene: RobotModel) -> Iterator[Eye]:
+    made = Eye(scene, quality.FULL)
     yield made
-    made.close()
+    made.renderer.close()
 
 
 def test_a_free_body_is_drawn_where_it_is() -> None:
@@ -59,11 +72,10 @@ def test_a_free_body_is_drawn_where_it_is() -> None:
     scene = build_model(
         robot(link("world", ""), link("eye", ""), eye, coloured("red", "Red"), free, CAMERA)
     )
-    picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    renderer = rendering.CameraRenderer(scene, scene.camera("eye"), rendering.FAST, picture)
-    renderer.draw({}, {"red": (3.0, 0.8, 2.6, 1.0, 0.0, 0.0, 0.0)})
-    column, row = centre_of(picture, 0)
-    renderer.close()
+    seen = Eye(scene, quality.FAST)
+    seen.draw({}, {"red": (3.0, 0.8, 2.6, 1.0, 0.0, 0.0, 0.0)})
+    column, row = centre_of(seen.image, 0)
+    seen.renderer.close()
 
     assert column < WIDTH / 2 - 10
     assert row < HEIGHT / 2 - 10
@@ -78,29 +90,27 @@ def centre_of(picture: np.ndarray, channel: int) -> tuple[float, float]:
     return float(columns.mean()), float(rows.mean())
 
 
-def test_left_is_left_and_up_is_up(renderer: rendering.CameraRenderer) -> None:
-    renderer.draw({})
+def test_left_is_left_and_up_is_up(eye: Eye) -> None:
+    eye.draw({})
 
-    red_column, red_row = centre_of(renderer.image, 0)
+    red_column, red_row = centre_of(eye.image, 0)
     assert red_column < WIDTH / 2 and red_row < HEIGHT / 2
 
 
-def test_the_intrinsics_say_where_a_point_appears(
-    scene: RobotModel, renderer: rendering.CameraRenderer
-) -> None:
-    renderer.draw({})
+def test_the_intrinsics_say_where_a_point_appears(scene: RobotModel, eye: Eye) -> None:
+    eye.draw({})
 
     f, _, cx, _, _, cy, *_ = scene.camera("eye").intrinsics
-    column, row = centre_of(renderer.image, 0)
+    column, row = centre_of(eye.image, 0)
     # Its front face is 2.8 m away, 0.8 m to the left and 0.6 m up.
     assert (column, row) == pytest.approx((cx - f * 0.8 / 2.8, cy - f * 0.6 / 2.8), abs=4.0)
 
 
-def test_a_pose_moves_what_it_moves(renderer: rendering.CameraRenderer) -> None:
-    renderer.draw({"j3": 0.0})
-    at_rest, _ = centre_of(renderer.image, 2)
-    renderer.draw({"j3": 0.5, "a joint of someone else": 1.0})
-    moved, _ = centre_of(renderer.image, 2)
+def test_a_pose_moves_what_it_moves(eye: Eye) -> None:
+    eye.draw({"j3": 0.0})
+    at_rest, _ = centre_of(eye.image, 2)
+    eye.draw({"j3": 0.5, "a joint of someone else": 1.0})
+    moved, _ = centre_of(eye.image, 2)
 
     assert moved < at_rest - 10
 
@@ -112,10 +122,13 @@ class FakeRenderer:
     now = 0.0
     closed: list[str]
 
-    def __init__(self, model, camera, quality, image) -> None:
+    def __init__(self, model, cameras, quality) -> None:
         self.quality = quality
 
-    def draw(self, positions) -> None:
+    def place(self, positions) -> None:
+        pass
+
+    def colours(self, camera, image) -> None:
         FakeRenderer.now += self.seconds[self.quality.name]
 
     def close(self) -> None:
@@ -135,14 +148,12 @@ def test_auto_takes_the_best_quality_that_holds_the_rate(
     monkeypatch: pytest.MonkeyPatch, milliseconds: tuple[int, ...], chosen: str, verdict: str
 ) -> None:
     qualities = ("full", "high", "medium", "fast")
-    monkeypatch.setattr(rendering, "CameraRenderer", FakeRenderer)
+    monkeypatch.setattr(quality, "CameraRenderer", FakeRenderer)
     FakeRenderer.seconds = {q: ms / 1e3 for q, ms in zip(qualities, milliseconds, strict=True)}
     FakeRenderer.closed = []
     camera = CameraModel("c", "l", "f", 4, 4, 1.0, 30.0)
 
-    made, sentence = rendering.make_renderer(
-        NO_MODEL, camera, "auto", np.zeros((4, 4, 3), np.uint8), lambda: FakeRenderer.now
-    )
+    made, sentence = quality.make_renderer(NO_MODEL, [camera], "auto", lambda: FakeRenderer.now)
 
     assert made.quality.name == chosen
     assert verdict in sentence and f"quality {chosen}" in sentence
@@ -152,7 +163,7 @@ def test_auto_takes_the_best_quality_that_holds_the_rate(
 def test_an_unknown_quality_names_those_there_are() -> None:
     camera = CameraModel("c", "l", "f", 4, 4, 1.0, 30.0)
     with pytest.raises(TeleopctlError) as caught:
-        rendering.make_renderer(NO_MODEL, camera, "best", np.zeros((4, 4, 3), np.uint8))
+        quality.make_renderer(NO_MODEL, [camera], "best")
 
     assert caught.value.hint == "It is one of auto, fast, full"
 

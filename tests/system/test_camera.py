@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
-from teleopctl.mujoco_model.cameras import CameraModel
 from teleopctl.node import Context, Node
-from teleopctl.nodes.camera import new_info
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -171,13 +169,6 @@ def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewe
     assert list(info.k) == pytest.approx([focal, 0, 1151.5, 0, focal, 647.5, 0, 0, 1])
     assert list(info.p) == pytest.approx([focal, 0, 1151.5, 0, 0, focal, 647.5, 0, 0, 0, 1, 0])
     assert "drawing" not in camera.stderr, "nobody looked at an image"
-
-
-def test_a_lens_that_is_not_drawn_does_not_stand_in_the_info() -> None:
-    lens = (0.1, -0.2, 0.0, 0.0, 0.3)
-    camera = CameraModel("c", "link", "frame", 640, 480, 1.0, 30.0, distortion=lens)
-
-    assert list(new_info(camera).d) == [0.0] * 5
 
 
 def test_images_come_only_while_somebody_looks(

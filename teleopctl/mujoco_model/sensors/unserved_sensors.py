@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from lxml import etree
 
+from teleopctl.mujoco_model.sensors.camera_topics import CAMERA_TYPES, PLUGIN_TOPIC_TAGS
 from teleopctl.plugins import SENSORS
 
 
@@ -25,7 +26,7 @@ def words(text: str) -> frozenset[str]:
 # What is the case anyway if the tag says so.
 _ANYWAY = dict.fromkeys(("selfCollide", "self_collide", "gravity"), ("true", "1")) | {
     "turnGravityOff": ("false", "0"),
-    "format": ("r8g8b8", "rgb_int8"),
+    "format": ("r8g8b8", "rgb_int8", "b8g8r8", "bgr_int8", "l8", "l_int8"),
     "center": ("0.5 0.5",),
 }
 
@@ -42,12 +43,14 @@ _RAYS = frozenset(
         *("range/min", "range/max", "range/resolution", "noise"),
     )
 )  # fmt: skip
-_CAMERA = frozenset(
-    f"camera/{path}"
-    for path in ("horizontal_fov", "vertical_fov", "clip", "image/width", "image/height")
-) | {"camera/optical_frame_id", "optical_frame_id"}
-_BY_KIND = dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _RAYS) | {
-    "camera": _CAMERA,
+_CAMERA = words(
+    "camera/horizontal_fov camera/vertical_fov camera/clip camera/image/width camera/image/height "
+    "camera/optical_frame_id optical_frame_id camera/camera_info_topic camera/noise "
+    "camera/distortion/k1 camera/distortion/k2 camera/distortion/k3 camera/distortion/p1 "
+    "camera/distortion/p2 camera/lens/intrinsics camera/lens/projection"
+)
+_BY_KIND = dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _RAYS)
+_BY_KIND |= dict.fromkeys(CAMERA_TYPES, _CAMERA) | {
     "imu": frozenset(
         f"imu/{part}/{axis}/noise"
         for part in ("angular_velocity", "linear_acceleration")
@@ -59,6 +62,18 @@ _BY_KIND = dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), _RAYS) | {
     )
     | {"force_torque/frame", "force_torque/measure_direction"},
     "sonar": words("sonar/min sonar/max sonar/radius sonar/noise"),
+    "contact": words("contact/collision contact/topic"),
+    "magnetometer": words("magnetometer/x/noise magnetometer/y/noise magnetometer/z/noise"),
+    "altimeter": words("altimeter/vertical_position/noise altimeter/vertical_velocity/noise"),
+    "air_pressure": words("air_pressure/reference_altitude air_pressure/pressure/noise"),
+}
+_BY_KIND |= {
+    kind: frozenset(
+        f"{kind}/{what}_sensing/{direction}/noise"
+        for what in ("position", "velocity")
+        for direction in ("horizontal", "vertical")
+    )
+    for kind in ("gps", "navsat")
 }
 
 OF_PLUGINS = words(
@@ -66,13 +81,22 @@ OF_PLUGINS = words(
     "update_rate updateRateHZ rosDebugLevel serviceName"
 )
 # Tags whose parts are told one by one.
-_TOLD_APART = words("camera image distortion imu angular_velocity linear_acceleration x y z")
+_TOLD_APART = words(
+    "camera image distortion imu angular_velocity linear_acceleration x y z contact magnetometer "
+    "altimeter air_pressure gps navsat position_sensing velocity_sensing"
+)
+_ALWAYS_APART = words("ray ray/scan ray/range lidar lidar/scan lidar/range force_torque sonar")
+_OF_ROS = words("remapping argument namespace")
 # What else the plug-in of a kind of sensor may say with effect.
 _OF_RAY_PLUGINS = words("output_type outputType topicName topic_name radiation_type radiation")
-_OF_PLUGINS_BY_KIND = dict.fromkeys((*_BY_KIND.keys() - {"camera"},), _OF_RAY_PLUGINS)
-
-# Where the camera publishes, whatever is asked for.
-_CAMERA_TOPICS = {"image_raw", "camera_info"}
+_OF_CAMERA_PLUGINS = PLUGIN_TOPIC_TAGS | words(
+    "cameraName min_depth max_depth pointCloudCutoff pointCloudCutoffMax distortion_k1 "
+    "distortion_k2 distortion_k3 distortion_t1 distortion_t2 distortionK1 distortionK2 "
+    "distortionK3 distortionT1 distortionT2"
+)
+_OF_PLUGINS_BY_KIND = dict.fromkeys(_BY_KIND, _OF_RAY_PLUGINS) | dict.fromkeys(
+    CAMERA_TYPES, _OF_CAMERA_PLUGINS
+)
 
 
 def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
@@ -85,11 +109,9 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
         link: What it is on.
     """
     kind, where = sensor.get("type") or "", f"sensor '{sensor.get('name')}'"
-    if kind not in SENSORS.ours and kind != "camera":
+    if kind not in SENSORS.ours and kind not in CAMERA_TYPES:
         return
     served = _OF_ALL | _BY_KIND.get(kind, frozenset())
-    if kind == "camera":
-        served -= {"topic"}
     for tag in sensor:
         yield from _inside(tag, str(tag.tag), served, where)
         if tag.tag == "plugin":
@@ -99,8 +121,8 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[Tag]:
 def _inside(tag: etree._Element, path: str, served: frozenset[str], where: str) -> Iterator[Tag]:
     if path in served:
         return
-    has_served_parts = any(other.startswith(f"{path}/") for other in served)
-    if len(tag) and (has_served_parts or tag.tag in _TOLD_APART):
+    parts = [child for child in tag if f"{path}/{child.tag}" in served]
+    if len(tag) and (parts or tag.tag in _TOLD_APART or path in _ALWAYS_APART):
         for child in tag:
             yield from _inside(child, f"{path}/{child.tag}", served, where)
     elif not is_so_anyway(tag):
@@ -111,18 +133,11 @@ def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[
     """The parameters of a sensor's plug-in, unless they repeat what served tags have said."""
     where = f"plug-in '{plugin.get('name')}'"
     served = OF_PLUGINS | {"ros"} | _OF_PLUGINS_BY_KIND.get(sensor, frozenset())
-    if sensor == "camera":
-        said |= _CAMERA_TOPICS
-    for rule in plugin.xpath("ros/remapping | ros/argument"):
-        source, _, target = value_of(rule).partition(":=")
-        if sensor != "camera" or target.lstrip("/") == source.rpartition("/")[2]:
-            said.add(target)
-        else:
-            yield Tag(rule, where)
+    rules = plugin.xpath("ros/remapping | ros/argument")
+    said |= {value_of(rule).partition(":=")[2] for rule in rules}
     for tag in plugin.iterfind("ros/*"):
-        named = tag.tag in ("remapping", "argument")
-        named |= tag.tag == "namespace" and sensor != "camera"
-        if not named and value_of(tag) not in ("", "/"):
+        named = tag.tag in _OF_ROS or tag.tag in served
+        if not named and (len(tag) or value_of(tag) not in ("", "/")):
             yield Tag(tag, where)
     for tag in plugin:
         if tag.tag not in served and not (is_so_anyway(tag) or value_of(tag) in said):

@@ -23,6 +23,7 @@ _FORCE_TORQUE = {
     "frame": ("child", "parent", "sensor"),
     "measure_direction": ("child_to_parent", "parent_to_child"),
 }
+_FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
 # A gigabyte of rays is a mistake, not a lidar.
 _MOST_RAYS = 4_000_000
 
@@ -52,6 +53,7 @@ class Camera:
 
     ``vertical_fov`` is what the tag says, or None; with square pixels ``horizontal_fov`` and the
     size of the image decide. ``center`` is the principal point as a fraction of the image.
+    ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Camera:
     p1: float = 0.0
     p2: float = 0.0
     center: tuple[float, float] = (0.5, 0.5)
+    intrinsics: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +213,32 @@ def read_plugin(element: Element) -> Plugin:
     )
 
 
+def sensor_of_plugin(plugin: Plugin, children: Mapping[str, str]) -> Sensor | None:
+    """The sensor that a plug-in of the whole robot is: Gazebo classic's of forces and torques.
+
+    Args:
+        plugin: The plug-in.
+        children: The child link of each joint.
+    """
+    if _FORCE_TORQUE_PLUGIN not in plugin.filename:
+        return None
+    joint = plugin.parameter("joint_name")
+    numbers = {
+        tag: to_number(plugin.parameter(tag)) or 0.0 for tag in ("update_rate", "gaussian_noise")
+    }
+    noise = Noise(stddev=numbers["gaussian_noise"])
+    parts = [f"force_torque/{part}/{axis}" for part in ("force", "torque") for axis in "xyz"]
+    return Sensor(
+        name=plugin.name,
+        type="force_torque",
+        link=children.get(joint, joint) or plugin.parameter("body_name"),
+        update_rate=numbers["update_rate"],
+        noise=dict.fromkeys(parts, noise) if noise.stddev > 0.0 else {},
+        plugins=(plugin,),
+        line=plugin.line,
+    )
+
+
 def _first_text(element: Element, paths: tuple[str, ...]) -> str:
     return next(filter(None, (child_text(element, path) for path in paths)), "")
 
@@ -297,8 +326,16 @@ def _read_camera(element: Element) -> Camera:
         near=number_in(clip, "near", 0.0) or 0.1,
         far=number_in(clip, "far", 0.0) or 100.0,
         center=center,
+        intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
         **coefficients,
     )
+
+
+def _read_intrinsics(element: Element | None) -> tuple[float, float, float, float] | None:
+    fx, fy, cx, cy = (number_in(element, tag, None) for tag in ("fx", "fy", "cx", "cy"))
+    if fx is None or fy is None or cx is None or cy is None or min(fx, fy) <= 0.0:
+        return None
+    return fx, fy, cx, cy
 
 
 def _read_pose(element: Element) -> Pose:

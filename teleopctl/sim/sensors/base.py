@@ -10,6 +10,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot import RosNames
+from teleopctl.sim.sensors.earth import GeoPoint
 from teleopctl.sim.sensors.noise import NoiseSource
 
 if TYPE_CHECKING:
@@ -36,10 +37,12 @@ class Sensor:
         name: A name for MuJoCo, unique in the robot.
         names: What the description calls its topics.
         seed: Of its noise.
+        origin: Where the world's origin is on the earth.
     """
 
     message_type: str
     seed = 0
+    origin = GeoPoint()
 
     def __init__(self, description: Description) -> None:
         self.description = description
@@ -120,6 +123,15 @@ class Sensor:
             source = NoiseSource(found.get(part), self.seed, f"{self.name}/{part}", period_s)
             self._noises[parts[0]] = source
         return source
+
+    def velocity(
+        self, model: mujoco.MjModel, data: mujoco.MjData
+    ) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        """How fast the site of `add_site` moves, in m/s along the axes of the world, (3,)."""
+        twist = np.zeros(6)
+        site = model.site(self.name).id
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, twist, 0)
+        return twist[3:]
 
     def add_site(self, spec: mujoco.MjSpec) -> mujoco.MjsSite:
         """Add a site with the sensor's pose to its link and return it.

@@ -81,7 +81,10 @@ class SensorInterfaces:
 
 
 def sensor_interfaces(
-    description: RobotDescription, published: Sequence[Sensor], warn: Callable[[str], object]
+    description: RobotDescription,
+    published: Sequence[Sensor],
+    warn: Callable[[str], object],
+    seed: int = 0,
 ) -> SensorInterfaces:
     """Find what measures the state interfaces of a robot's sensors.
 
@@ -89,6 +92,7 @@ def sensor_interfaces(
         description: The robot.
         published: Sensors that are made already, for topics.
         warn: Takes one sentence for each sensor that nothing measures.
+        seed: Of the noise of those that are made here.
     """
     made = {sensor.description.name: sensor for sensor in published}
     reads = []
@@ -104,6 +108,8 @@ def sensor_interfaces(
                 warn(f"Nothing measures {', '.join(f'{tag.name}/{name}' for name in unknown)}")
             found = {name: path for name, path in paths.items() if path is not None}
             names = tuple(f"{tag.name}/{name}" for name in found)
+            if tag.name not in made:
+                sensor.seed = seed
             reads.append(_Read(sensor, message, tuple(found.values()), names))
     return SensorInterfaces(reads)
 

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError, UnknownPluginError
 from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.mujoco_model import CAMERA_TYPES
 from teleopctl.sim.pacing import Beat
 from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.earth import GeoPoint
 from teleopctl.sim.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -18,33 +20,39 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.robot import Sensor as Description
 
-# The camera node renders these, in a process of its own.
-_RENDERED_ELSEWHERE = frozenset({"camera"})
+_SOMEWHERE = GeoPoint()
 
 
 def make_sensors(
-    descriptions: tuple[Description, ...], warn: Callable[[str], object]
+    descriptions: tuple[Description, ...],
+    warn: Callable[[str], object],
+    seed: int = 0,
+    origin: GeoPoint = _SOMEWHERE,
 ) -> list[Sensor]:
     """Make the sensors of a robot; of those that cannot be made, say why.
 
     Args:
         descriptions: The ``<sensor>`` tags.
         warn: Takes one sentence for each sensor that is left out.
+        seed: Of their noise.
+        origin: Where the world's origin is on the earth.
     """
     sensors: list[Sensor] = []
     for description in descriptions:
-        if description.type in _RENDERED_ELSEWHERE:
-            continue
+        if description.type in CAMERA_TYPES:
+            continue  # the camera node draws these, in a process of its own
         line = f" (line {description.line})" if description.line else ""
         where = f"Sensor '{description.name}' on link '{description.link}'{line} is left out"
         try:
             sensor = plugins.load(plugins.SENSORS, description.type)(description)
             sensors += [sensor, *sensor.companions()]
         except UnknownPluginError:
-            known = ", ".join(sorted((*_RENDERED_ELSEWHERE, *plugins.available(plugins.SENSORS))))
+            known = ", ".join(sorted((*CAMERA_TYPES, *plugins.available(plugins.SENSORS))))
             warn(f"{where}: nothing simulates the type '{description.type}', only {known}")
         except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
             warn(f"{where}: {_text_of(error)}")
+    for sensor in sensors:
+        sensor.seed, sensor.origin = seed, origin
     return sensors
 
 

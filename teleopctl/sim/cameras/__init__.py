@@ -1,0 +1,1 @@
+"""Cameras of a simulated robot: drawn from its state, distorted, and put into messages."""

@@ -1,0 +1,163 @@
+"""Pictures, depths and points as ROS messages."""
+
+from __future__ import annotations
+
+import array
+import io
+import struct
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.interfaces import get_message
+from teleopctl.mujoco_model import CameraModel
+from teleopctl.sim.cameras.lens import undistorted
+
+_Image = get_message("sensor_msgs/msg/Image")
+_CompressedImage = get_message("sensor_msgs/msg/CompressedImage")
+_CameraInfo = get_message("sensor_msgs/msg/CameraInfo")
+_PointCloud2 = get_message("sensor_msgs/msg/PointCloud2")
+_PointField = get_message("sensor_msgs/msg/PointField")
+
+_FLOAT32 = 7
+_POINT_BYTES = 16
+# compressed_depth_image_transport's defaults, which its readers take from the message: depths are
+# kept as a / z + b, in whole numbers; b is the inverse of the largest.
+_COMPRESSED_DEPTH_MAX_M = 10.0
+_DEPTH_QUANTIZATION = 100.0
+_INVERSE_DEPTH = 0
+_DEPTH_HEADER = struct.Struct("<iff")
+_MOST_UINT16 = 65535
+
+
+# Any, here and below: classes that are made from their definitions.
+def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
+    """An image of a camera, black, to be filled again and again."""
+    step = pixel_bytes * camera.width
+    image = _Image(height=camera.height, width=camera.width, encoding=encoding, step=step)
+    image.header.frame_id = camera.frame_id
+    image.data = array.array("B", bytes(step * camera.height))
+    return image
+
+
+def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray[Any]:
+    """The pixels of an image as an array in place, (height, width) or (height, width, parts)."""
+    shape = (image.height, image.width, parts) if parts > 1 else (image.height, image.width)
+    return np.frombuffer(image.data, kind).reshape(shape)
+
+
+def new_info(camera: CameraModel) -> Any:
+    """What sensor_msgs/CameraInfo says of a camera, without a stamp."""
+    info = _CameraInfo(
+        height=camera.height,
+        width=camera.width,
+        distortion_model="plumb_bob",
+        d=list(camera.distortion),
+        k=camera.intrinsics,
+        r=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        p=camera.projection,
+    )
+    info.header.frame_id = camera.frame_id
+    return info
+
+
+def new_compressed(camera: CameraModel) -> Any:
+    """A compressed image, empty."""
+    message = _CompressedImage()
+    message.header.frame_id = camera.frame_id
+    return message
+
+
+def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_quality: int) -> None:
+    """Compress as image_transport's plug-in `compressed` does.
+
+    Args:
+        message: The CompressedImage to fill.
+        picture: Red green blue.
+        how: ``jpeg`` or ``png``.
+        jpeg_quality: 1 to 100.
+    """
+    from PIL import Image
+
+    file = io.BytesIO()
+    options = {"quality": jpeg_quality} if how == "jpeg" else {"compress_level": 3}
+    Image.fromarray(picture).save(file, how, **options)
+    # The order of the colours within is for OpenCV's sake; both formats say their own.
+    message.format = f"rgb8; {how} compressed bgr8"
+    message.data = array.array("B", file.getvalue())
+
+
+def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
+    """Compress as image_transport's plug-in `compressedDepth` does.
+
+    Args:
+        message: The CompressedImage to fill.
+        depths: Metres; what is no finite number is kept as such.
+    """
+    from PIL import Image
+
+    scale = _DEPTH_QUANTIZATION * (_DEPTH_QUANTIZATION + 1.0)
+    offset = 1.0 - scale / _COMPRESSED_DEPTH_MAX_M
+    kept = np.isfinite(depths) & (depths > 0.0)
+    inverse = np.zeros(depths.shape, np.float32)
+    np.divide(scale, depths, out=inverse, where=kept)
+    inverse[kept] += offset
+    # What is too far for the numbers is not measured.
+    kept &= (inverse >= 1.0) & (inverse <= _MOST_UINT16)
+    file = io.BytesIO()
+    Image.fromarray(np.where(kept, inverse, 0.0).astype(np.uint16)).save(
+        file, "png", compress_level=1
+    )
+    header = _DEPTH_HEADER.pack(_INVERSE_DEPTH, scale, offset)
+    message.format = "32FC1; compressedDepth png"
+    message.data = array.array("B", header + file.getvalue())
+
+
+def new_points(camera: CameraModel) -> Any:
+    """A cloud of points, one for each pixel, with its colour."""
+    names = ("x", "y", "z", "rgb")
+    cloud = _PointCloud2(
+        height=camera.height,
+        width=camera.width,
+        fields=[
+            _PointField(name=name, offset=4 * place, datatype=_FLOAT32, count=1)
+            for place, name in enumerate(names)
+        ],
+        point_step=_POINT_BYTES,
+        row_step=_POINT_BYTES * camera.width,
+        is_dense=False,
+    )
+    cloud.header.frame_id = camera.frame_id
+    cloud.data = array.array("B", bytes(_POINT_BYTES * camera.width * camera.height))
+    return cloud
+
+
+class Rectifier:
+    """Where the pixels of a camera look.
+
+    Args:
+        camera: Which camera.
+
+    Attributes:
+        x: X/Z of each pixel in the optical frame, (height, width).
+        y: Y/Z.
+    """
+
+    def __init__(self, camera: CameraModel) -> None:
+        x, y, _ = undistorted(camera)
+        self.x = x.astype(np.float32)
+        self.y = y.astype(np.float32)
+
+    def fill(
+        self, cloud: Any, depths: npt.NDArray[np.float32], picture: npt.NDArray[np.uint8]
+    ) -> None:
+        """Fill a cloud: metres in the optical frame; no numbers where nothing is measured."""
+        points = np.frombuffer(cloud.data, np.float32).reshape(*depths.shape, 4)
+        z = np.where(np.isfinite(depths), depths, np.float32(np.nan))
+        np.multiply(self.x, z, out=points[..., 0])
+        np.multiply(self.y, z, out=points[..., 1])
+        points[..., 2] = z
+        # PCL's: blue, green, red from the lowest byte on.
+        colours = points.view(np.uint8)[..., 12:15]
+        colours[:] = picture[..., ::-1]

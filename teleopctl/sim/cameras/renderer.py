@@ -1,0 +1,239 @@
+"""Pictures of a robot's cameras, all drawn from one model with one context of OpenGL."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.mujoco_model import CameraModel, RobotModel
+from teleopctl.sim.cameras.lens import View, view_of
+from teleopctl.sim.gl_backend import missing_library
+
+Picture = npt.NDArray[np.uint8]
+Depths = npt.NDArray[np.float32]
+Labels = npt.NDArray[np.uint16]
+
+# MuJoCo draws the sky as a sphere of this part of the far plane's distance.
+_SKY = 0.7
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How pictures are drawn.
+
+    Attributes:
+        name: What it is called in the log.
+        samples: Samples per pixel for smooth edges, 0 for one.
+        shadow_size: Side of the shadow map in texels, 0 for no shadows.
+        reflections: Whether the ground reflects.
+    """
+
+    name: str
+    samples: int
+    shadow_size: int
+    reflections: bool
+
+    def __str__(self) -> str:
+        smooth = f"{self.samples}x multisampling" if self.samples else "no multisampling"
+        shadows = f"shadows {self.shadow_size}" if self.shadow_size else "no shadows"
+        mirror = "reflections" if self.reflections else "no reflections"
+        return f"{self.name} ({smooth}, {shadows}, {mirror})"
+
+
+@dataclass(frozen=True)
+class _Camera:
+    """A camera and where its pictures are drawn to."""
+
+    model: CameraModel
+    view: View
+    rectangle: Any
+    colours: Picture
+    depths: Depths
+    look: Any
+
+
+class CameraRenderer:
+    """Draws what the cameras of a model see. All use is bound to the thread that makes it.
+
+    Pictures are upright, (height, width) of the camera and as its lens shows them.
+
+    Args:
+        model: The robot.
+        cameras: Which cameras.
+        quality: How to draw.
+
+    Attributes:
+        quality: How it draws.
+
+    Raises:
+        TeleopctlError: If a system library for drawing is missing.
+    """
+
+    def __init__(self, model: RobotModel, cameras: Sequence[CameraModel], quality: Quality) -> None:
+        self.quality = quality
+        self._m: Any = model.mj_model
+        self._d: Any = mujoco.MjData(self._m)
+        views = {camera.name: view_of(camera) for camera in cameras}
+        offscreen = self._m.vis.global_
+        offscreen.offwidth = max(view.width for view in views.values())
+        offscreen.offheight = max(view.height for view in views.values())
+        # Averaged over samples, the numbers of two things would be that of a third.
+        labels = any(camera.sees("labels") for camera in cameras)
+        self._m.vis.quality.offsamples = 0 if labels else quality.samples
+        self._m.vis.quality.shadowsize = quality.shadow_size
+        try:
+            self._gl = mujoco.GLContext(offscreen.offwidth, offscreen.offheight)
+            self._gl.make_current()
+            self._context = mujoco.MjrContext(self._m, mujoco.mjtFontScale.mjFONTSCALE_100)
+        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
+            raise missing_library(error) from error
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        # Twice the shapes: reflections, labels and the like are shapes too.
+        self._scene = mujoco.MjvScene(self._m, 2 * self._m.ngeom + 1000)
+        self._options = mujoco.MjvOption()
+        self._perturbation = mujoco.MjvPerturb()
+        self._cameras = {
+            camera.name: self._camera(camera, views[camera.name]) for camera in cameras
+        }
+        self._address = {
+            joint.name: int(self._m.joint(joint.name).qposadr[0]) for joint in model.joints
+        }
+        self._free = {
+            body.link: int(self._m.joint(body.joint).qposadr[0]) for body in model.free_bodies
+        }
+
+    def place(
+        self,
+        positions: Mapping[str, float],
+        bodies: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    ) -> None:
+        """Put the robot into a pose.
+
+        Args:
+            positions: Joint positions (rad or m) by name; unknown names are passed over and
+                joints that are not named stay where they were.
+            bodies: Where free bodies are in the world, by link: x y z in metres, then the
+                rotation w x y z; taken in the same way.
+        """
+        for name, position in positions.items():
+            address = self._address.get(name)
+            if address is not None:
+                self._d.qpos[address] = position
+        for link, pose in bodies.items():
+            start = self._free.get(link)
+            if start is not None:
+                self._d.qpos[start : start + 7] = pose
+        mujoco.mj_kinematics(self._m, self._d)
+        mujoco.mj_comPos(self._m, self._d)
+        mujoco.mj_camlight(self._m, self._d)
+
+    def colours(self, camera: str, image: Picture) -> None:
+        """Draw into a picture, (height, width, 3), red green blue."""
+        found = self._cameras[camera]
+        self._draw(found, measuring=False)
+        mujoco.mjr_readPixels(found.colours, None, found.rectangle, self._context)
+        _through_lens(found, found.colours, image)
+
+    def colours_and_depths(self, camera: str, image: Picture) -> Depths:
+        """Draw into a picture, and measure along the optical axis.
+
+        Returns:
+            Metres, (height, width); infinite where nothing is.
+        """
+        found = self._cameras[camera]
+        self._draw(found, measuring=True)
+        mujoco.mjr_readPixels(found.colours, found.depths, found.rectangle, self._context)
+        _through_lens(found, found.colours, image)
+        near, far = np.float32(found.model.near), np.float32(_drawn_far(found))
+        buffer = np.zeros((found.model.height, found.model.width), np.float32)
+        _through_lens(found, found.depths, buffer)
+        # OpenGL's depth is 1 at the near plane and 0 at the far one, and falls with 1/z.
+        depths: Depths = near * far / (near + buffer * (far - near))
+        depths[depths > found.model.far] = np.inf
+        return depths
+
+    def labels(self, camera: str) -> Labels:
+        """The number of the body that each pixel shows, (height, width); 0 for the background."""
+        found, flags = self._cameras[camera], self._scene.flags
+        before = flags.copy()
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
+        flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
+        try:
+            self._draw(found, measuring=True)
+        finally:
+            np.copyto(flags, before)
+        mujoco.mjr_readPixels(found.colours, None, found.rectangle, self._context)
+        low, middle, high = (found.colours[..., part].astype(np.int64) for part in range(3))
+        shapes = low + (middle << 8) + (high << 16)
+        bodies = np.zeros(self._scene.ngeom + 1, np.uint16)
+        for shape in self._scene.geoms[: self._scene.ngeom]:
+            if shape.segid >= 0 and shape.objtype == mujoco.mjtObj.mjOBJ_GEOM:
+                bodies[shape.segid + 1] = self._m.geom_bodyid[shape.objid]
+        labels = np.zeros((found.model.height, found.model.width), np.uint16)
+        _through_lens(found, bodies[np.minimum(shapes, self._scene.ngeom)], labels)
+        return labels
+
+    def close(self) -> None:
+        """Free what the graphics driver holds."""
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()
+
+    def _camera(self, camera: CameraModel, view: View) -> _Camera:
+        look = mujoco.MjvCamera()
+        look.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        look.fixedcamid = self._m.camera(camera.name).id
+        return _Camera(
+            camera,
+            view,
+            mujoco.MjrRect(0, 0, view.width, view.height),
+            np.zeros((view.height, view.width, 3), np.uint8),
+            np.zeros((view.height, view.width), np.float32),
+            look,
+        )
+
+    def _draw(self, camera: _Camera, *, measuring: bool) -> None:
+        self._gl.make_current()
+        mujoco.mjv_updateScene(
+            self._m, self._d, self._options, self._perturbation, camera.look,
+            mujoco.mjtCatBit.mjCAT_ALL, self._scene,
+        )  # fmt: skip
+        near, view = camera.model.near, camera.view
+        for eye in self._scene.camera:
+            eye.frustum_near, eye.frustum_far = near, _drawn_far(camera)
+            eye.frustum_center = near * (view.left + view.right) / 2.0
+            eye.frustum_width = near * (view.right - view.left) / 2.0
+            eye.frustum_bottom, eye.frustum_top = near * view.bottom, near * view.top
+        flags = self._scene.flags
+        flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self.quality.shadow_size > 0
+        # What is behind a mirror would be measured.
+        flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = self.quality.reflections and not measuring
+        mujoco.mjr_render(camera.rectangle, self._scene, self._context)
+
+
+def _drawn_far(camera: _Camera) -> float:
+    """Where drawing ends, so that the sky is behind all that the camera sees."""
+    view = camera.view
+    x, y = max(-view.left, view.right), max(-view.bottom, view.top)
+    return camera.model.far * math.sqrt(1.0 + x * x + y * y) / _SKY
+
+
+def _through_lens(camera: _Camera, drawn: npt.NDArray[Any], image: npt.NDArray[Any]) -> None:
+    """Turn what OpenGL has drawn the right way up, and look at it through the lens."""
+    pixels = camera.view.pixels
+    if pixels is None:
+        image[:] = drawn[::-1]
+        return
+    parts = image.shape[2:]
+    count = camera.view.width * camera.view.height
+    upright = np.zeros((count + 1, *parts), drawn.dtype)
+    upright[:count] = drawn[::-1].reshape(count, *parts)
+    np.take(upright, pixels, axis=0, out=image.reshape(-1, *parts))

@@ -1,0 +1,175 @@
+"""``contact``: what touches a link, where and how hard."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.interfaces import get_message
+from teleopctl.sim.sensors.base import Sensor
+
+if TYPE_CHECKING:
+    from teleopctl.robot import Sensor as Description
+
+Array = npt.NDArray[np.float64]
+
+_CLASSIC, _GZ = "gazebo_msgs/msg/ContactsState", "ros_gz_interfaces/msg/Contacts"
+_COLLISION = 5  # ros_gz_interfaces/Entity
+# How Gazebo names the collision shapes of a URDF's links, also of those that it has joined to
+# the link above them.
+_LUMPED = re.compile(r".*_fixed_joint_lump__")
+_NUMBERED = re.compile(r"_collision(_\d+)?$")
+
+
+class _Touch(NamedTuple):
+    """Where two shapes touch; ``force`` and ``torque`` act on the first, at ``position``."""
+
+    position: Array
+    normal: Array
+    depth: float
+    force: Array
+    torque: Array
+
+
+class Contact(Sensor):
+    """The contacts of a link's collision shapes, all in the axes of the world.
+
+    With Gazebo classic's bumper plug-in they are gazebo_msgs/ContactsState, else
+    ros_gz_interfaces/Contacts. The first shape of a pair is the link's own; forces act on it, and
+    the normal points into it. A link that touches nothing has an empty list.
+    """
+
+    plugin_topic = "bumper_states"
+
+    def __init__(self, description: Description) -> None:
+        super().__init__(description)
+        classic = "gazebo_ros_bumper" in self.names.plugin_file
+        self.message_type = _CLASSIC if classic else _GZ
+        self._links: tuple[str, ...] = ()
+
+    @property
+    def frame_id(self) -> str:
+        """The world's, unless the plug-in says otherwise."""
+        return self.names.setting("frame_name", "frameName") or "world"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Find the links whose shapes are named."""
+        if spec.body(self.description.link) is None:
+            raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
+        named = [
+            _NUMBERED.sub("", _LUMPED.sub("", shape)) for shape in self.description.contact if shape
+        ]
+        found = [link for link in dict.fromkeys(named) if spec.body(link) is not None]
+        self._links = tuple(found) or (self.description.link,)
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """List the pairs of shapes that touch."""
+        pairs: dict[tuple[int, int], list[_Touch]] = {}
+        for own, other, touch in self._touches(model, data):
+            pairs.setdefault((own, other), []).append(touch)
+        fill = _classic_state if self.message_type == _CLASSIC else _gz_contact
+        states = [
+            fill(_name(model, own), _name(model, other), own, other, touches)
+            for (own, other), touches in pairs.items()
+        ]
+        if self.message_type == _CLASSIC:
+            message.states = states
+        else:
+            message.contacts = states
+            for contact in states:
+                for wrench in contact.wrenches:
+                    wrench.header = message.header
+
+    def _touches(
+        self, model: mujoco.MjModel, data: mujoco.MjData
+    ) -> Iterator[tuple[int, int, _Touch]]:
+        own_bodies = {model.body(link).id for link in self._links}
+        for number in range(data.ncon):
+            contact = data.contact[number]
+            one, two = (int(geom) for geom in contact.geom)
+            if one < 0 or two < 0 or contact.exclude:
+                continue
+            first = int(model.geom_bodyid[one]) in own_bodies
+            if not first and int(model.geom_bodyid[two]) not in own_bodies:
+                continue
+            # MuJoCo's normal points from the first to the second, and its force acts on the second.
+            sign = -1.0 if first else 1.0
+            wrench = np.zeros(6)
+            mujoco.mj_contactForce(model, data, number, wrench)
+            axes = np.array(contact.frame).reshape(3, 3)
+            touch = _Touch(
+                np.array(contact.pos),
+                sign * axes[0],
+                max(0.0, -float(contact.dist)),
+                sign * (axes.T @ wrench[:3]),
+                sign * (axes.T @ wrench[3:]),
+            )
+            yield (one, two, touch) if first else (two, one, touch)
+
+
+def _name(model: mujoco.MjModel, geom: int) -> str:
+    """A shape's name, or what Gazebo would call it."""
+    body = int(model.geom_bodyid[geom])
+    own = model.geom(geom).name
+    if own:
+        return str(own)
+    number = geom - int(model.body_geomadr[body])
+    return f"{model.body(body).name}_collision" + (f"_{number}" if number else "")
+
+
+# Any, here and below: classes that are made from their definitions.
+def _vector(values: Array) -> Any:
+    x, y, z = map(float, values)
+    return get_message("geometry_msgs/msg/Vector3")(x=x, y=y, z=z)
+
+
+def _wrench(force: Array, torque: Array) -> Any:
+    return get_message("geometry_msgs/msg/Wrench")(force=_vector(force), torque=_vector(torque))
+
+
+def _classic_state(own: str, other: str, _one: int, _two: int, touches: list[_Touch]) -> Any:
+    return get_message("gazebo_msgs/msg/ContactState")(
+        info=f"{own} touches {other}",
+        collision1_name=own,
+        collision2_name=other,
+        wrenches=[_wrench(touch.force, touch.torque) for touch in touches],
+        total_wrench=_wrench(
+            np.sum([touch.force for touch in touches], axis=0),
+            np.sum([touch.torque for touch in touches], axis=0),
+        ),
+        contact_positions=[_vector(touch.position) for touch in touches],
+        contact_normals=[_vector(touch.normal) for touch in touches],
+        depths=[touch.depth for touch in touches],
+    )
+
+
+def _gz_contact(own: str, other: str, one: int, two: int, touches: list[_Touch]) -> Any:
+    entity = get_message("ros_gz_interfaces/msg/Entity")
+    text = get_message("std_msgs/msg/String")
+    number = get_message("std_msgs/msg/UInt32")
+    joint_wrench = get_message("ros_gz_interfaces/msg/JointWrench")
+    return get_message("ros_gz_interfaces/msg/Contact")(
+        collision1=entity(id=one, name=own, type=_COLLISION),
+        collision2=entity(id=two, name=other, type=_COLLISION),
+        positions=[_vector(touch.position) for touch in touches],
+        normals=[_vector(touch.normal) for touch in touches],
+        depths=[touch.depth for touch in touches],
+        wrenches=[
+            joint_wrench(
+                body_1_name=text(data=own),
+                body_1_id=number(data=one),
+                body_2_name=text(data=other),
+                body_2_id=number(data=two),
+                body_1_wrench=_wrench(touch.force, touch.torque),
+                body_2_wrench=_wrench(-touch.force, -touch.torque),
+            )
+            for touch in touches
+        ],
+    )

@@ -1,0 +1,50 @@
+"""Where the world's origin is on the earth, and what is where then (WGS 84)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+_EQUATOR_M = 6_378_137.0
+_FLATTENING = 1.0 / 298.257223563
+_ECCENTRICITY2 = _FLATTENING * (2.0 - _FLATTENING)
+# Each step gains some three digits.
+_ITERATIONS = 6
+
+
+class GeoPoint(NamedTuple):
+    """A place on the earth: degrees, and metres above the ellipsoid."""
+
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude_m: float = 0.0
+
+    def moved(self, east: float, north: float, up: float) -> GeoPoint:
+        """The place that is so many metres away, along axes that are tangent to the earth here."""
+        lat, lon = math.radians(self.latitude), math.radians(self.longitude)
+        radius = _across(lat)
+        # From the earth's centre, along its own axes (ECEF).
+        outwards = math.cos(lat) * up - math.sin(lat) * north
+        along = (radius + self.altitude_m) * math.cos(lat) + outwards
+        x = along * math.cos(lon) - math.sin(lon) * east
+        y = along * math.sin(lon) + math.cos(lon) * east
+        z = (radius * (1.0 - _ECCENTRICITY2) + self.altitude_m) * math.sin(lat)
+        z += math.cos(lat) * north + math.sin(lat) * up
+        return _on_ellipsoid(x, y, z)
+
+
+def _across(latitude: float) -> float:
+    """Radius of curvature across the meridian."""
+    return _EQUATOR_M / math.sqrt(1.0 - _ECCENTRICITY2 * math.sin(latitude) ** 2)
+
+
+def _on_ellipsoid(x: float, y: float, z: float) -> GeoPoint:
+    """Bowring's iteration."""
+    distance = math.hypot(x, y)
+    lat = math.atan2(z, distance * (1.0 - _ECCENTRICITY2))
+    for _ in range(_ITERATIONS):
+        lat = math.atan2(z + _ECCENTRICITY2 * _across(lat) * math.sin(lat), distance)
+    radius = _across(lat)
+    altitude = distance * math.cos(lat) + z * math.sin(lat)
+    altitude -= radius * (1.0 - _ECCENTRICITY2 * math.sin(lat) ** 2)
+    return GeoPoint(math.degrees(lat), math.degrees(math.atan2(y, x)), altitude)

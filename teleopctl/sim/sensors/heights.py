@@ -1,0 +1,62 @@
+"""``altimeter`` and ``air_pressure``: how high a sensor is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.sim.sensors.base import Sensor
+
+# The international standard atmosphere (ISO 2533) at sea level, and how it cools with the height.
+_PRESSURE_PA = 101_325.0
+_TEMPERATURE_K = 288.15
+_LAPSE_K_PER_M = 0.0065
+_EXPONENT = 5.25588
+
+
+class Altimeter(Sensor):
+    """Height above the world's origin and its rate, in metres and m/s.
+
+    The reference of the message is that origin, not where the robot has started.
+    """
+
+    message_type = "ros_gz_interfaces/msg/Altimeter"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the sensor's place."""
+        self.add_site(spec)
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Copy where the place is and how fast it rises."""
+        height = np.array(data.site(self.name).xpos[2:])
+        rate = self.velocity(model, data)[2:]
+        time_s = float(data.time)
+        height = self.noise("altimeter/vertical_position").disturb(height, time_s)
+        rate = self.noise("altimeter/vertical_velocity").disturb(rate, time_s)
+        message.vertical_position, message.vertical_velocity = float(height[0]), float(rate[0])
+
+
+class AirPressure(Sensor):
+    """Pressure in pascals by the standard atmosphere, above the world's altitude."""
+
+    message_type = "sensor_msgs/msg/FluidPressure"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the sensor's place."""
+        self.add_site(spec)
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Work out the pressure at the height of the place."""
+        del model
+        said = self.description.texts.get("air_pressure/reference_altitude")
+        altitude = float(said) if said else self.origin.altitude_m
+        height = altitude + float(data.site(self.name).xpos[2])
+        cooling = 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K
+        exact = np.array([_PRESSURE_PA * cooling**_EXPONENT])
+        noise = self.noise("air_pressure/pressure")
+        message.fluid_pressure = float(noise.disturb(exact, float(data.time))[0])
+        message.variance = noise.variance

@@ -1,0 +1,34 @@
+"""``magnetometer``: the magnetic field of the earth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.sim.sensors.base import Sensor
+
+# Tesla, along x east, y north, z up: what a world of SDF has that says nothing else.
+_FIELD = np.array([5.5645e-6, 22.8758e-6, -42.3884e-6])
+
+
+class Magnetometer(Sensor):
+    """The field along the sensor's axes, in tesla."""
+
+    message_type = "sensor_msgs/msg/MagneticField"
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the sensor's place."""
+        self.add_site(spec)
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Turn the field into the sensor's axes."""
+        del model
+        field = data.site(self.name).xmat.reshape(3, 3).T @ _FIELD
+        for axis, name in enumerate("xyz"):
+            noise = self.noise(f"magnetometer/{name}")
+            measured = noise.disturb(field[axis : axis + 1], float(data.time))
+            setattr(message.magnetic_field, name, float(measured[0]))
+            message.magnetic_field_covariance[4 * axis] = noise.variance

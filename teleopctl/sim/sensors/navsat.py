@@ -1,0 +1,66 @@
+"""``navsat`` and ``gps``: where the sensor is on the earth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.sim.sensors.base import Sensor
+
+_FIX, _GPS, _DIAGONAL, _UNKNOWN = 0, 1, 2, 0
+
+
+class NavSat(Sensor):
+    """Latitude and longitude in degrees, altitude in metres above the ellipsoid (WGS 84).
+
+    The world's x axis points east, y north and z up from its origin on the earth.
+    """
+
+    message_type = "sensor_msgs/msg/NavSatFix"
+
+    def companions(self) -> Sequence[Sensor]:
+        """Gazebo classic's plug-in publishes the velocity too."""
+        return (NavSatVelocity(self.description),) if self.names.has_plugin else ()
+
+    def add_to(self, spec: mujoco.MjSpec) -> None:
+        """Add the sensor's place."""
+        self.add_site(spec)
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Convert the place in the world into one on the earth."""
+        del model
+        kind, time_s = self.description.type, float(data.time)
+        horizontal = self.noise(f"{kind}/position_sensing/horizontal")
+        vertical = self.noise(f"{kind}/position_sensing/vertical")
+        place = np.array(data.site(self.name).xpos)
+        east, north = horizontal.disturb(place[:2], time_s)
+        (up,) = vertical.disturb(place[2:], time_s)
+        point = self.origin.moved(float(east), float(north), float(up))
+        message.status.status, message.status.service = _FIX, _GPS
+        message.latitude, message.longitude, message.altitude = point
+        variances = (horizontal.variance, horizontal.variance, vertical.variance)
+        for axis, variance in enumerate(variances):
+            message.position_covariance[4 * axis] = variance
+        message.position_covariance_type = _DIAGONAL if any(variances) else _UNKNOWN
+
+
+class NavSatVelocity(Sensor):
+    """Velocity east, north and up, in m/s."""
+
+    message_type = "geometry_msgs/msg/Vector3Stamped"
+    plugin_topic = "~/vel"
+
+    # Any: as the base class has it.
+    def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
+        """Copy how fast the place moves."""
+        kind, time_s = self.description.type, float(data.time)
+        velocity = self.velocity(model, data)
+        east, north = self.noise(f"{kind}/velocity_sensing/horizontal").disturb(
+            velocity[:2], time_s
+        )
+        (up,) = self.noise(f"{kind}/velocity_sensing/vertical").disturb(velocity[2:], time_s)
+        message.vector.x, message.vector.y, message.vector.z = float(east), float(north), float(up)

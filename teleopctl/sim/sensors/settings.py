@@ -1,0 +1,59 @@
+"""Parameters of the simulator's node that are for its sensors, and lists of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+from typing import TYPE_CHECKING, TypedDict
+
+from teleopctl.errors import InvalidParameterError
+from teleopctl.interfaces import get_message
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+
+class SensorSettings(TypedDict):
+    """What `simulate` takes for its sensors; see there."""
+
+    seed: int
+    gps_origin: Sequence[float]
+
+
+def declare_sensor_settings(node: Node) -> None:
+    """Declare the parameters ``seed`` and ``gps_origin``."""
+    at_start = get_message("rcl_interfaces/msg/ParameterDescriptor")(read_only=True)
+    node.declare_parameter("seed", 0, at_start)
+    node.declare_parameter("gps_origin", [0.0] * 3, at_start)
+
+
+def sensor_settings(node: Node) -> SensorSettings:
+    """The values of these parameters.
+
+    Raises:
+        InvalidParameterError: One of them is something else.
+    """
+    seed = node.get_parameter("seed").value
+    if isinstance(seed, bool) or not isinstance(seed, int):
+        raise InvalidParameterError(f"Parameter 'seed' is '{seed}', expected a whole number")
+    origin = numbers_of(node, "gps_origin", "latitude", "longitude", "altitude")
+    return SensorSettings(seed=seed, gps_origin=origin)
+
+
+def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
+    """A parameter that is a list of numbers.
+
+    Args:
+        node: Whose parameter.
+        name: Of the parameter.
+        parts: What its numbers are.
+
+    Raises:
+        InvalidParameterError: It is something else.
+    """
+    values = node.get_parameter(name).value
+    fits = isinstance(values, Sequence) and len(values) == len(parts)
+    if not fits or not all(map(isfinite, values)):
+        expected = f"{', '.join(parts[:-1])} and {parts[-1]}"
+        raise InvalidParameterError(f"Parameter '{name}' is {values}, expected {expected}")
+    return [float(value) for value in values]
