@@ -5,6 +5,7 @@ given as shares of a processor core at a usual rate, reading and sending, with a
 """
 
 import contextlib
+import functools
 import statistics
 import time
 from collections.abc import Callable, Iterator
@@ -66,6 +67,10 @@ def processor_seconds(work: Callable[[], object], times: int) -> float:
     for _ in range(times):
         work()
     return (time.process_time() - start) / times
+
+
+def sample(publisher: SensorPublisher, times: Iterator[int]) -> None:
+    publisher.sample(next(times))
 
 
 @pytest.mark.timeout(600)
@@ -159,7 +164,7 @@ def test_what_each_sensor_costs(shared_ros, capsys) -> None:
                 publisher.look()
                 publisher.sample(0)
             times = iter(range(10**9, 10**15, 10**9))
-            seconds = processor_seconds(lambda times=times, p=publisher: p.sample(next(times)), 100)
+            seconds = processor_seconds(functools.partial(sample, publisher, times), 100)
             lines.append(
                 f"  {seconds * 1e6:8.0f} us  {1e2 * seconds * rate:6.2f} % at {rate} Hz  {name}"
             )
