@@ -7,6 +7,7 @@ CONTROL = """
   <plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2ControlPlugin">
     <parameters>{file}</parameters>
   </plugin>
+  <plugin filename="libgazebo_ros_joint_state_publisher.so" name="states"/>
 </gazebo>
 """
 CONTROLLERS = """
@@ -93,7 +94,8 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "one world with one robot: -name arm, -allow_renaming, -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
     system.wait_for_line("create has ended")
-    eventually(lambda: "active" in ros.run("control list_controllers").stdout)
+    # The one that the launch file loads, and the one that stands for a plug-in.
+    eventually(lambda: ros.run("control list_controllers").stdout.count(" active") == 2)
     pose = ros.run("param get /mujoco_sim spawn_pose").stdout
     assert "[0.0, 0.0, 0.5, 0.0, 0.0, 0.0]" in pose
     assert ros.run("param get /mujoco_sim update_rate").stdout == "Integer value is: 50\n"
