@@ -12,6 +12,14 @@ class PackageModule(ModuleType):
 
     __path__: list[str]
 
+    def __getattr__(self, name: str) -> object:
+        # Programs import std_msgs alone: in ROS another message has imported std_msgs.msg mostly.
+        if name in KINDS and has_package(self.__name__, name):
+            from importlib import import_module
+
+            return import_module(f"{self.__name__}.{name}")
+        raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+
 
 class InterfaceModule(ModuleType):
     """``<package>.<kind>``, or the module below it that belongs to one definition.

@@ -7,12 +7,15 @@ from tests.compat.activated import output, run
 
 def test_every_way_of_importing_a_message_gives_the_same_class():
     assert output(
+        "import std_msgs\n"
+        "alone = std_msgs.msg.String\n"
+        "assert not hasattr(std_msgs, 'srv')\n"
         "import std_msgs.msg\n"
         "import std_msgs.msg as m\n"
         "from std_msgs.msg import String\n"
         "from std_msgs.msg._string import String as Direct\n"
         "from teleopctl.interfaces.store import get_message\n"
-        "print(std_msgs.msg.String is m.String is String is Direct"
+        "print(alone is std_msgs.msg.String is m.String is String is Direct"
         " is get_message('std_msgs/msg/String'))\n"
         "print(String(data='x'))"
     ).splitlines() == ["True", "std_msgs.msg.String(data='x')"]
