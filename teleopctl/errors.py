@@ -185,7 +185,10 @@ def what_there_is(
     """
     names = sorted(known)
     more = len(names) - _MOST_NAMES
-    text = f"There are {', '.join(names[:_MOST_NAMES])}" if names else f"There are no {kind}"
+    hints = [hint for name in missing if (hint := did_you_mean(name, {*names, *others}))]
+    if len(names) == 1 and hints == [f"Did you mean {names[0]}?"]:
+        return hints[0]
+    verb = "is" if len(names) == 1 else "are"
+    text = f"There {verb} {', '.join(names[:_MOST_NAMES])}" if names else f"There are no {kind}"
     text += f" and {more} more." if more > 0 else "."
-    hints = (did_you_mean(name, {*names, *others}) for name in missing)
-    return " ".join([text, *filter(None, hints)])
+    return " ".join([text, *hints])

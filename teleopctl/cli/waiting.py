@@ -17,7 +17,7 @@ _PATIENCE_S = 1.0
 def wait_aloud(
     wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
 ) -> bool:
-    """Wait for something, and say once what is wrong when it has not come within a second.
+    """Wait for something, and say once what is wrong when it has not come in time or in a second.
 
     Args:
         wait: Waits so many seconds, None for ever, and returns whether it came.
@@ -27,12 +27,13 @@ def wait_aloud(
     Returns:
         Whether it came.
     """
-    if longest_s is not None and longest_s <= _PATIENCE_S:
-        return wait(longest_s)
-    if wait(_PATIENCE_S):
+    first_s = _PATIENCE_S if longest_s is None else min(longest_s, _PATIENCE_S)
+    if wait(first_s):
         return True
     console.note(explain())
-    return wait(None if longest_s is None else longest_s - _PATIENCE_S)
+    if longest_s == first_s:
+        return False
+    return wait(None if longest_s is None else longest_s - first_s)
 
 
 def wait_for_clock(node: Node | BareNode) -> None:

@@ -124,7 +124,28 @@ def test_each_wait_has_its_bound(action):
         assert out.startswith("Sending goal:\n     order: 91\n\nGoal accepted with ID: ")
     assert error == f"{BEGIN}teleopctl: Timed out waiting for result after 0.1 seconds.\n"
     end = "teleopctl: Action server is not available after waiting 0.1 seconds.\n"
-    assert action("send_goal", "-t", "0.1", "/fob", TYPE) == (1, "", BEGIN + end)
+    known = "No server of '/fob' yet. Did you mean /fib?\n"
+    assert action("send_goal", "-t", "0.1", "/fob", TYPE) == (1, "", BEGIN + known + end)
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "text"),
+    [
+        (["/fib", "no_msgs/action/X"], 1, "The passed action type is invalid: Unknown"),
+        (["/fib", "std_msgs/msg/String"], 1, "The passed action type is invalid: std_msgs"),
+        (["/fib", TYPE, "{ordr: 1}"], 1, "Failed to populate message fields: unknown field"),
+        (["/fib", TYPE, "[1"], 1, "The passed value needs to be in YAML string"),
+        (["/fib", TYPE, "-t", "-1"], 2, "--timeout must not be negative, got -1"),
+        (
+            ["/fib", "turtlesim/action/RotateAbsolute", "-t", "0"],
+            1,
+            f"'/fib' has the type {TYPE}.",
+        ),
+    ],
+)
+def test_what_cannot_be_sent_is_told_in_the_words_of_ros2(action, words, status, text):
+    done = action("send_goal", *words)
+    assert (done[:2], text in done[2]) == ((status, ""), True)
 
 
 def test_json_has_one_object_an_event_and_nothing_else(action):

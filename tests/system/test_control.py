@@ -491,7 +491,7 @@ class TestHardwareStatus:
     def test_an_id_that_nobody_has_is_told(self, reported):
         done = reported.run("control view_hardware_status -i leg")
         assert (done.returncode, done.stdout) == (1, "")
-        assert "Hardware ID 'leg' not found.\n  There are arm." in done.stderr
+        assert "Hardware ID 'leg' not found.\n  There is arm." in done.stderr
 
 
 def test_without_hardware_that_reports_there_is_nothing_to_view(ros):

@@ -22,7 +22,8 @@ def test_starting_stopping_and_asking_say_what_ros_says(ros_without_router):
     assert ros.run("daemon start").stdout == "The daemon has been started\n"
     assert ros.run("daemon start").stdout == "The daemon is already running\n"
     status = ros.run("daemon status")
-    assert status.stdout.splitlines()[:2] == ["The daemon is running", f"Endpoint: {ros.router}"]
+    assert status.stdout == "The daemon is running\n"
+    assert status.stderr.splitlines()[0] == f"Endpoint: {ros.router}"
     assert router_is_running()
     assert ros.run("daemon stop").stdout == "The daemon has been stopped\n"
     assert not router_is_running()

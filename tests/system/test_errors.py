@@ -217,8 +217,9 @@ def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
         ),
         (
             "service call /simple_parameter/get_paramters rcl_interfaces/srv/GetParameters",
-            r"^No service '/simple_parameter/get_paramters' yet\. Services of "
-            r"rcl_interfaces/srv/GetParameters: There are /simple_parameter/get_parameters\. "
+            r"^No service '/simple_parameter/get_paramters' of "
+            r"rcl_interfaces/srv/GetParameters yet\. "
+            r"There is /simple_parameter/get_parameters\. "
             r"Did you mean /simple_parameter/get_parameters",
         ),
         (
@@ -250,7 +251,7 @@ def test_waiting_for_a_name_that_nobody_has_tells_after_a_second_what_there_is(g
 
 def test_a_service_that_comes_late_is_called(graph):
     call = graph.spawn("service call /late/list_parameters rcl_interfaces/srv/ListParameters")
-    call.wait_for_line("^No service '/late/list_parameters' yet", stream="stderr")
+    call.wait_for_line("^No service '/late/list_parameters' of", stream="stderr")
     late = graph.spawn("run teleop_py_pkg simple_parameter --ros-args -r __node:=late")
     call.wait_for_line("simple_int_param", stream="stdout")
     assert call.wait() == 0

@@ -48,7 +48,7 @@ def test_a_router_that_a_session_file_names_is_the_one_that_is_missed_and_starte
         "  Start one with 'teleopctl daemon start'.\n"
     )
     assert ros.run("daemon start").stdout == "The daemon has been started\n"
-    assert f"Endpoint: {endpoint}\n" in ros.run("daemon status").stdout
+    assert f"Endpoint: {endpoint}\n" in ros.run("daemon status").stderr
     assert ros.run("topic list").returncode == 0
     assert ros.run("daemon stop").stdout == "The daemon has been stopped\n"
 
@@ -72,7 +72,8 @@ def test_the_daemon_starts_in_its_place_though_sessions_connect_to_another_route
         ("daemon start", "The daemon is already running"),
         ("daemon status", "The daemon is running"),
     ):
-        assert ros.run(command).stdout.splitlines()[:3] == [first, *where]
+        done = ros.run(command)
+        assert (done.stdout, done.stderr.splitlines()[:2]) == (f"{first}\n", where)
     fields = json.loads(ros.run("daemon start --json").stdout)
     assert fields == {"started": False, "endpoint": ros.router, "sessions": other.router}
 
@@ -142,9 +143,10 @@ def test_a_router_file_says_where_the_daemon_listens(ros):
         f"Endpoint: tcp/127.0.0.1:{port}\n"
         f"Sessions connect elsewhere: {ros.router} (from TELEOPCTL_ROUTER)\n"
     )
-    assert ros.run("daemon start").stdout == f"The daemon has been started\n{where}"
-    assert ros.run("daemon start").stdout == f"The daemon is already running\n{where}"
-    assert where in ros.run("daemon status").stdout
+    for first in ("The daemon has been started\n", "The daemon is already running\n"):
+        done = ros.run("daemon start")
+        assert (done.stdout, done.stderr) == (first, where)
+    assert where in ros.run("daemon status").stderr
     missing = ros.run("topic list").stderr
     assert f"No router answers at {ros.router} (from TELEOPCTL_ROUTER)" in missing
     assert f"starts one at tcp/127.0.0.1:{port} (from {file})" in missing

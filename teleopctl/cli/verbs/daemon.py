@@ -76,11 +76,12 @@ def status(as_json: AsJson = False) -> None:
     console.out("The daemon is running" if running else "The daemon is not running")
     _say_where(address, sessions)
     if record is not None:
-        console.out(f"Process: {record.pid}")
-        console.out(f"Log file: {record.log_file}")
+        console.note(f"Process: {record.pid}")
+        console.note(f"Log file: {record.log_file}")
 
 
 def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:
-    console.out(f"Endpoint: {address.text}")
+    """Tell people; scripts read the one line of ROS 2, or --json."""
+    console.note(f"Endpoint: {address.text}")
     if address.is_missed_by(sessions):
-        console.out(f"Sessions connect elsewhere: {sessions}")
+        console.note(f"Sessions connect elsewhere: {sessions}")

@@ -49,10 +49,36 @@ def service_class_named(type_name: str) -> Any:
         return get_service(name)
 
 
+def action_class_named(type_name: str) -> Any:
+    """Return the class of an action type, likewise.
+
+    Raises:
+        InvalidMessageError: There is no such type.
+    """
+    from teleopctl.interfaces import get_action, normalize
+
+    with _told_of("action"):
+        return get_action(normalize(type_name, "action"))
+
+
+def goal_with(action: Any, text: str) -> Any:
+    """Make a goal of an action of what stood on the command line.
+
+    Raises:
+        InvalidMessageError: The values do not fit, or there are several documents.
+    """
+    documents = documents_of(text)
+    if len(documents) > 1:
+        raise InvalidMessageError(f"One goal is sent at a time, got {len(documents)}")
+    return message_with(action.Goal, documents[0], failed="Failed to populate message fields")
+
+
 def message_with(
     message_class: type[Any],
     values: object,
     now: Any = None,  # Any: a time, as message_from_yaml takes it
+    *,
+    failed: str = "Failed to populate field",
 ) -> Any:
     """Make a message of what stood on the command line or in a file.
 
@@ -60,6 +86,7 @@ def message_with(
         message_class: Its class.
         values: One document of YAML.
         now: What ``auto`` and ``now`` stand for.
+        failed: How the message begins where the values do not fit.
 
     Raises:
         InvalidMessageError: The values do not fit.
@@ -76,7 +103,7 @@ def message_with(
         content: Any = values
         return message_from_yaml(message_class, content, now)
     except UsageError as error:
-        text = f"Failed to populate field: {error.message}"
+        text = f"{failed}: {error.message}"
         raise InvalidMessageError(text, hint=error.hint) from error
 
 

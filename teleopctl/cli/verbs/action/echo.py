@@ -29,8 +29,9 @@ from teleopctl.cli.verbs.topic.text_options import (
     TruncateLength,
     style_of,
 )
+from teleopctl.cli.words.messages import action_class_named
 from teleopctl.errors import UsageError
-from teleopctl.interfaces import get_action, get_message, normalize
+from teleopctl.interfaces import get_message
 from teleopctl.node import (
     QoSProfile,
     SingleThreadedExecutor,
@@ -91,7 +92,7 @@ def echo(
     )
     name = absolute_name(action_name)
     type_ = type_name or types_of(name, live_graph().action_names_and_types(), kind="action")[0]
-    action = get_action(normalize(type_, "action"))
+    action = action_class_named(type_)
     wishes = QosWishes(
         *(qos_profile, qos_reliability, qos_durability, qos_history, qos_depth),
         *(qos_liveliness, qos_liveliness_lease_duration_seconds),

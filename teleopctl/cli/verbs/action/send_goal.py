@@ -9,17 +9,13 @@ from teleopctl.cli.live import absolute_name
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.action.listing import ActionName
 from teleopctl.cli.waiting import wait_aloud
+from teleopctl.cli.words.messages import action_class_named, goal_with
+from teleopctl.cli.words.numbers import check_not_negative
 from teleopctl.errors import RefusedError, UnavailableError, UsageError, what_there_is
-from teleopctl.interfaces import (
-    get_action,
-    get_message,
-    message_from_yaml,
-    message_to_dict,
-    message_to_yaml,
-    normalize,
-)
+from teleopctl.interfaces import get_message, message_to_dict, message_to_yaml
 from teleopctl.node import ActionClient, Future, GoalState, LoggingSeverity, SingleThreadedExecutor
 from teleopctl.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.wire import action_type
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import Message
@@ -67,8 +63,10 @@ def send_goal(
     """
     if stdin and values is not None:
         raise UsageError("--stdin stands in the place of the goal; leave one of them out")
-    action = get_action(normalize(type_name, "action"))
-    goal = message_from_yaml(action.Goal, sys.stdin.read() if stdin else values or "{}")
+    check_not_negative(timeout=timeout)
+    action = action_class_named(type_name)
+    text = sys.stdin.read() if stdin else "{}" if values is None else values
+    goal = goal_with(action, text)
     report = _JsonReport() if as_json else _Report()
     with (
         command_node(session_mode="client") as node,
@@ -177,13 +175,11 @@ class _Exchange:
         """What there is in the place of the server."""
         name = self._client.action_name
         graph = self._client.node.graph()
-        served = {
-            action: types
-            for action, types in graph.action_names_and_types()
-            if graph.action_servers(action)
-        }
-        if name in served:
-            return f"'{name}' has the type {' and '.join(served[name])}."
+        # Ours is a client of what nobody may serve.
+        if here := {action_type(server) for server in graph.action_servers(name)}:
+            return f"'{name}' has the type {' and '.join(sorted(here))}."
+        actions = graph.action_names_and_types()
+        served = [action for action, _ in actions if graph.action_servers(action)]
         return f"No server of '{name}' yet. {what_there_is('actions', [name], served, served)}"
 
     def _follow(self, sent: "ResponseFuture[ClientGoalHandle[Any]]") -> int:

@@ -117,11 +117,10 @@ def _explain(client: "Client[Any, Any]") -> str:
     if here := graph.servers(client.service_name):
         return f"'{client.service_name}' has the type {here[0].type_name}, not {client.type_name}."
     fitting = [name for name, types in services.items() if client.type_name in types]
-    kind = f" Services of {client.type_name}:" if fitting else ""
-    return (
-        f"No service '{client.service_name}' yet.{kind} "
-        f"{what_there_is('services', [client.service_name], fitting or services, services)}"
-    )
+    name = client.service_name
+    kind = f" of {client.type_name}" if fitting else ""
+    there_is = what_there_is("services", [name], fitting or services, services)
+    return f"No service '{name}'{kind} yet. {there_is}"
 
 
 def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
