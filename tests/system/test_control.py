@@ -243,6 +243,14 @@ class TestLooking:
         again = spawn(ros, f"{' '.join(ALL)} --allow-active --param-file {CONTROLLERS}")
         assert again.returncode == 0
         assert "Controller already loaded, skipping load_controller" in again.stderr
+        loaded = ros.run("control load_controller arm_controller")
+        skipped = "Controller : arm_controller already loaded, skipping load_controller!\n"
+        assert (loaded.stdout.startswith(skipped), loaded.returncode) == (True, 0)
+        nameless = ros.run("control set_hardware_component_state RobotSystme active")
+        assert nameless.stderr == (
+            "teleopctl: Error activating hardware component, check controller_manager logs\n"
+            "  Did you mean RobotSystem?\n"
+        )
 
     def test_the_others_come_up_beside_those_that_cannot_where_that_is_wanted(
         self, looked_at, tmp_path
@@ -294,6 +302,8 @@ class TestMoving:
         assert spawn(ros, " ".join(ALL)).returncode == 0
         result = ros.run("control set_controller_state arm_controller inactive")
         assert result.stdout == "Successfully deactivated arm_controller\n"
+        result = ros.run("control cleanup_controller arm_controller")
+        assert result.stdout == "Successfully cleaned up controller arm_controller\n"
         result = ros.run("control unload_controller arm_controller")
         assert result.stdout == "Successfully unloaded controller arm_controller\n"
         result = ros.run("control load_controller arm_controller --set-state active")
@@ -314,6 +324,8 @@ class TestMoving:
         assert "no controller with this name exists" in result.stderr
         result = ros.run_module("teleopctl.nodes", f"controller_manager unspawner {' '.join(ALL)}")
         assert result.returncode == 0, result.stderr
+        result = ros.run("control reload_controller_libraries")
+        assert result.stdout == "Reload successful\n"
         result = ros.run("control list_controllers")
         assert result.stdout == "No controllers are currently loaded!\n"
 

@@ -212,6 +212,12 @@ def test_a_refusal_has_the_reason_of_rclpy(param, words, reason):
     assert f"Setting parameter failed: {reason}" in errors
 
 
+def test_what_cannot_be_deleted_is_told(param):
+    status, text, errors = param("delete", "/arm/many", "int")
+    assert (status, text) == (1, "")
+    assert "Deleting parameter failed: Static parameter cannot be undeclared" in errors
+
+
 def test_several_parameters_are_set_together_or_each_for_itself(param):
     assert param("set", "/arm/many", "int", "4", "text", "1e5") == (
         0,

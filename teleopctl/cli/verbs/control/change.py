@@ -45,7 +45,8 @@ def load_controller(
     with manager_client(controller_manager) as client:
         states = _states(client)
         if name in states:
-            console.warn(f"Controller : {name} already loaded, skipping load_controller!")
+            say = console.note if as_json else console.out
+            say(f"Controller : {name} already loaded, skipping load_controller!")
         else:
             if param_file:
                 _set_param_file(client, name, param_file)

@@ -9,7 +9,7 @@ from teleopctl.cli.verbs.control.session import (
     TargetState,
     manager_client,
 )
-from teleopctl.errors import RefusedError
+from teleopctl.errors import RefusedError, what_there_is
 from teleopctl.typed import Annotated, Any
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
@@ -95,10 +95,15 @@ def set_hardware_component_state(
             name=component_name,
             target_state=target,
         )
-    if not response.ok:
-        raise RefusedError(
-            f"Error {_DOING[state]} hardware component, check controller_manager logs"
-        )
+        if not response.ok:
+            there = client.call("list_hardware_components", "ListHardwareComponents").component
+            known = [component.name for component in there]
+            raise RefusedError(
+                f"Error {_DOING[state]} hardware component, check controller_manager logs",
+                hint=None
+                if component_name in known
+                else what_there_is("hardware components", [component_name], known),
+            )
     console.out_done(
         f"Successfully set {component_name} to state {response.state}",
         as_json=as_json,
