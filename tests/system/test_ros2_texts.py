@@ -1,10 +1,12 @@
 """What verbs print, character for character as ros2 does, of one small graph."""
 
 import re
+from functools import partial
 
 import pytest
 
 from teleopctl.cli import main
+from teleopctl.testing import eventually
 from tests import ROOT
 from tests.ros2_table import rows
 
@@ -123,7 +125,21 @@ def graph(shared_ros):
     ):
         shared_ros.spawn(f"run {program}")
     shared_ros.wait_for_nodes("/fibonacci_action_server", "/lc_talker", "/ComponentManager")
+    # A node stands in the graph before what it offers does.
+    for line in (
+        "action type /fibonacci",
+        "topic type /lc_talker/transition_event",
+        "lifecycle get /lc_talker",
+        "lifecycle list /lc_talker",
+        "param get /lc_talker use_sim_time",
+        "component list /ComponentManager",
+    ):
+        eventually(partial(_succeeds, line), what=line)
     return shared_ros
+
+
+def _succeeds(line: str) -> bool:
+    return main.run(line.split()) == 0
 
 
 def test_they_follow_one_another_as_in_a_terminal(graph, capsys):
