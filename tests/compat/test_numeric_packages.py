@@ -7,6 +7,7 @@ import pytest
 import tf_transformations as tft
 from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs_py import point_cloud2
+from tf_transformations.euler import SEQUENCES
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces.store import get_message
@@ -139,8 +140,53 @@ def test_the_rest_of_the_rotations():
     assert tft.quaternion_conjugate((1, 2, 3, 4)).tolist() == [-1.0, -2.0, -3.0, 4.0]
     moved = tft.concatenate_matrices(tft.translation_matrix((1, 2, 3)), np.identity(4))
     assert tft.translation_from_matrix(moved).tolist() == [1.0, 2.0, 3.0]
-    with pytest.raises(TeleopctlError, match="'rzyx'"):
-        tft.quaternion_from_euler(0, 0, 0, "rzyx")
+    for name in ("rzyw", "szz", "xyz", "szzx", "rxyzx"):
+        with pytest.raises(TeleopctlError, match=f"'{name}' is no sequence of axes"):
+            tft.quaternion_from_euler(0, 0, 0, name)
+
+
+@pytest.mark.parametrize("axes", SEQUENCES)
+@pytest.mark.parametrize("middle", [0.4, 0.0, math.pi / 2, -math.pi / 2, math.pi])
+def test_angles_about_any_axes_are_turns_about_each(axes, middle):
+    angles = (0.3, middle, -1.1)
+    units = dict(zip("xyz", np.identity(3), strict=True))
+    turns = [
+        tft.rotation_matrix(angle, units[letter])
+        for angle, letter in zip(angles, axes[1:], strict=True)
+    ]
+    # About axes that stand still, the turn that comes last stands first.
+    ordered = turns[::-1] if axes[0] == "s" else turns
+    matrix = tft.euler_matrix(*angles, axes)
+    assert matrix == pytest.approx(tft.concatenate_matrices(*ordered))
+    found = tft.euler_from_matrix(matrix, axes)
+    assert tft.euler_matrix(*found, axes) == pytest.approx(matrix, abs=1e-6)
+
+
+def test_matrices_are_made_and_taken_apart():
+    random = np.random.default_rng(1)
+    point, axis, angles = random.normal(size=(3, 3)) * 0.5
+    turn = tft.rotation_matrix(2.5, axis, point)
+    assert turn @ [*point, 1.0] == pytest.approx([*point, 1.0])
+    assert tft.rotation_matrix(*tft.rotation_from_matrix(turn)) == pytest.approx(turn)
+    half = tft.rotation_matrix(math.pi, (0, 0, 1))
+    assert abs(tft.rotation_from_matrix(half)[1][2]) == pytest.approx(1.0)
+    parts = ((-1.5, 0.5, 2.0), (0.1, -0.2, 0.3), angles, point, (0.1, 0.0, 0.2, 1.0))
+    matrix = tft.compose_matrix(*parts)
+    again = tft.compose_matrix(*tft.decompose_matrix(matrix))
+    assert tft.is_same_transform(3.0 * matrix, again)
+    assert not tft.is_same_transform(matrix, tft.identity_matrix())
+    with pytest.raises(ValueError, match="singular"):
+        tft.decompose_matrix(tft.scale_matrix(0.0))
+    mirror = tft.reflection_matrix(point, axis)
+    assert mirror @ mirror == pytest.approx(np.identity(4))
+    assert mirror @ [*point, 1.0] == pytest.approx([*point, 1.0])
+    points = random.normal(size=(3, 6))
+    moved = 2.0 * turn[:3, :3] @ points + point[:, None]
+    found = tft.superimposition_matrix(points, moved, scaling=True)
+    assert found[:3, :3] @ points + found[:3, 3:] == pytest.approx(moved)
+    assert tft.vector_norm(tft.unit_vector(points, axis=0), axis=0) == pytest.approx(np.ones(6))
+    assert np.linalg.det(tft.random_rotation_matrix()) == pytest.approx(1.0)
+    assert tft.random_vector(4).shape == (4,)
 
 
 def test_points_of_other_types_than_the_fields_are_refused():

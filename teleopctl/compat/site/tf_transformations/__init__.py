@@ -1,7 +1,8 @@
 """``tf_transformations``: rotations and matrices in numpy, by the names of that package.
 
 Quaternions are (x, y, z, w); angles are in radians and about the fixed axes x, y, z in turn,
-which is the package's default. Matrices are 4 by 4.
+or about other ones that ``axes`` names. Matrices are 4 by 4. Projections, clipping and the arcball
+of that package are not here.
 """
 
 from __future__ import annotations
@@ -14,20 +15,27 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl import tf
-from teleopctl.errors import InvalidParameterError
+from tf_transformations.euler import Rotation, angles_of, quaternion_of
+from tf_transformations.matrices import (
+    compose_matrix as compose_matrix,
+    decompose_matrix as decompose_matrix,
+    identity_matrix as identity_matrix,
+    is_same_transform as is_same_transform,
+    random_quaternion as random_quaternion,
+    random_vector as random_vector,
+    reflection_matrix as reflection_matrix,
+    rotation_from_matrix as rotation_from_matrix,
+    rotation_matrix as rotation_matrix,
+    scale_matrix as scale_matrix,
+    superimposition_matrix as superimposition_matrix,
+    unit_vector as unit_vector,
+    vector_norm as vector_norm,
+)
 
 Array = npt.NDArray[np.float64]
 Vector = Sequence[float] | Array
 
 _DEFAULT_AXES = "sxyz"
-
-
-def _check_axes(axes: str) -> None:
-    if axes != _DEFAULT_AXES:
-        raise InvalidParameterError(
-            f"tf_transformations: angles about the axes {axes!r} are not served here",
-            hint=f"Use {_DEFAULT_AXES!r}, which is the default.",
-        )
 
 
 def _quaternion(values: Vector) -> tf.Quaternion:
@@ -36,17 +44,24 @@ def _quaternion(values: Vector) -> tf.Quaternion:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = _DEFAULT_AXES) -> Array:
-    """Return the rotation by roll, pitch and yaw."""
-    _check_axes(axes)
-    return np.array(tf.quaternion_from_rpy(ai, aj, ak))
+    """Return the rotation by roll, pitch and yaw, or by angles about other axes.
+
+    Raises:
+        InvalidParameterError: There are no such axes.
+    """
+    return np.array(quaternion_of((ai, aj, ak), axes))
 
 
 def euler_from_quaternion(
     quaternion: Vector, axes: str = _DEFAULT_AXES
 ) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a rotation."""
-    _check_axes(axes)
-    return tf.rpy_from_quaternion(tf.normalize(_quaternion(quaternion)))
+    """Return roll, pitch and yaw of a rotation, or its angles about other axes.
+
+    Raises:
+        InvalidParameterError: There are no such axes.
+    """
+    rotation: Rotation = tf.matrix_from_quaternion(tf.normalize(_quaternion(quaternion)))
+    return angles_of(rotation, axes)
 
 
 def quaternion_multiply(quaternion1: Vector, quaternion0: Vector) -> Array:
@@ -103,13 +118,18 @@ def quaternion_from_matrix(matrix: Any) -> Array:
     return -found if found[3] < 0 else found
 
 
+def random_rotation_matrix(rand: Vector | None = None) -> Array:
+    """Return a rotation, all of them alike likely; ``rand`` are three numbers from 0 up to 1."""
+    return quaternion_matrix(random_quaternion(rand))
+
+
 def euler_matrix(ai: float, aj: float, ak: float, axes: str = _DEFAULT_AXES) -> Array:
-    """Return the matrix of a rotation by roll, pitch and yaw."""
+    """Return the matrix of a rotation by roll, pitch and yaw, or by angles about other axes."""
     return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes).tolist())
 
 
 def euler_from_matrix(matrix: Any, axes: str = _DEFAULT_AXES) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a matrix."""
+    """Return roll, pitch and yaw of a matrix, or its angles about other axes."""
     return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
 
 
