@@ -39,7 +39,7 @@ label='unconfigured'))
 
 """
 
-TEXTS = [
+TEXTS: list[tuple[str | list[str], str]] = [
     ("node list", "/ComponentManager\n/fibonacci_action_server\n/lc_talker\n/test\n"),
     ("node list -c", "4\n"),
     (

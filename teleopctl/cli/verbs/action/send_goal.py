@@ -176,7 +176,8 @@ class _Exchange:
         name = self._client.action_name
         graph = self._client.node.graph()
         # Ours is a client of what nobody may serve.
-        if here := {action_type(server) for server in graph.action_servers(name)}:
+        servers = graph.action_servers(name)
+        if here := {kind for server in servers if (kind := action_type(server))}:
             return f"'{name}' has the type {' and '.join(sorted(here))}."
         actions = graph.action_names_and_types()
         served = [action for action, _ in actions if graph.action_servers(action)]
