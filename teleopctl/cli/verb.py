@@ -126,9 +126,11 @@ class Group:
         help: One line for the list of groups.
         verbs: The verbs by name, in the order in which ``--help`` lists them.
         alone: The verb that is meant where none stands behind the noun; "" for its help.
+        leaves_nothing: Whether nothing is left to be tidied up once the function of any of them
+            has returned, such as an open file or a working thread. The process then ends there.
     """
 
-    __slots__ = ("alone", "help", "verbs")
+    __slots__ = ("alone", "help", "leaves_nothing", "verbs")
 
     def __init__(
         self,
@@ -136,10 +138,12 @@ class Group:
         verbs: dict[str, Verb],
         *,
         alone: str = "",
+        leaves_nothing: bool = False,
     ) -> None:
         self.help = help
         self.verbs = verbs
         self.alone = alone
+        self.leaves_nothing = leaves_nothing
 
 
 class Parameter:

@@ -48,6 +48,27 @@ def sample(monkeypatch):
     monkeypatch.delenv("FORCE_COLOR", raising=False)
 
 
+@pytest.mark.parametrize("leaves_nothing", [False, True])
+def test_python_ends_in_order_unless_nothing_is_left_and_all_is_written_either_way(leaves_nothing):
+    script = (
+        "import atexit, sys\n"
+        "from teleopctl import plugins\n"
+        "from teleopctl.cli import main\n"
+        f"from {__name__} import GROUP\n"
+        f"GROUP.leaves_nothing = {leaves_nothing}\n"
+        f"plugins.VERBS.ours['sample'] = '{__name__}:GROUP'\n"
+        "atexit.register(print, 'in order')\n"
+        "print('written', end='.')\n"
+        "sys.argv[1:] = ['sample', 'end', 'status']\n"
+        "main.main()\n"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (process.returncode, process.stderr) == (1, "")
+    assert process.stdout == ("written." if leaves_nothing else "written.in order\n")
+
+
 @pytest.mark.parametrize(
     ("how", "status", "errors"),
     [

@@ -20,6 +20,7 @@ GROUP = Group(
         "list": Verb(f"{__name__}:list_nodes", "List the nodes."),
         "info": Verb(f"{__name__}:node_info", "Show what a node publishes, subscribes and serves."),
     },
+    leaves_nothing=True,
 )
 
 NamesAndTypes = dict[str, list[str]]

@@ -19,4 +19,5 @@ GROUP = Group(
         ),
         "echo": Verb(f"{__name__}.echo:echo", "Print what goes on in an action."),
     },
+    leaves_nothing=True,
 )

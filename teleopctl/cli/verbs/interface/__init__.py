@@ -25,4 +25,5 @@ GROUP = Group(
             examples=("teleopctl interface stubs typings",),
         ),
     },
+    leaves_nothing=True,
 )

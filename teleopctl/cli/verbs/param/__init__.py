@@ -31,4 +31,5 @@ GROUP = Group(
             f"{__name__}.file:restore_parameters", "Set the parameters of nodes from a file."
         ),
     },
+    leaves_nothing=True,
 )

@@ -25,4 +25,5 @@ GROUP = Group(
             examples=("teleopctl service echo /add_two_ints --flow-style",),
         ),
     },
+    leaves_nothing=True,
 )

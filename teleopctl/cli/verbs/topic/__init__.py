@@ -40,4 +40,5 @@ GROUP = Group(
         "type": Verb(f"{__name__}.type_find:topic_type", "Print the type of a topic."),
         "find": Verb(f"{__name__}.type_find:topics_of_type", "List the topics of a type."),
     },
+    leaves_nothing=True,
 )
