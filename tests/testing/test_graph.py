@@ -129,8 +129,12 @@ def test_a_session_without_these_fixtures_imports_nothing_of_teleopctl():
     code += "print([m for m in sys.modules if m.startswith('teleopctl')])"
     process = Process([sys.executable, "-c", code], os.environ, Path.cwd())
     assert process.wait() == 0
-    loaded = {"teleopctl", "teleopctl.lazy", "teleopctl.testing", "teleopctl.testing.pytest_plugin"}
-    assert set(eval(process.stdout)) == loaded
+    ground = {"teleopctl", "teleopctl.lazy", "teleopctl.typed"}
+    assert set(eval(process.stdout)) == {
+        *ground,
+        "teleopctl.testing",
+        "teleopctl.testing.pytest_plugin",
+    }
 
 
 def _children(pid):

@@ -112,7 +112,8 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--keep-going",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
+        default=False,
         help="bring up what can be, and fail at the end; what others claim stays inactive",
     )
     return parser

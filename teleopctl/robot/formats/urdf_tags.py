@@ -86,6 +86,9 @@ def _look(element: etree._Element, lines: dict[str, list[int]]) -> None:
         if to_number((reduction.text or "").strip()) != 1.0:
             _note(lines, f"<mechanical_reduction> has no effect: {_REDUCTION}", reduction)
     children = _CHILDREN.get(tag, "").split()
+    if tag == "geometry" and not any(child.tag in children for child in element):
+        # Whoever reads the shape says that it is none, and of which link.
+        return
     for child in element:
         name = str(child.tag)
         if name in _WITHOUT_EFFECT:

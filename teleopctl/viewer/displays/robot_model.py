@@ -124,8 +124,7 @@ class RobotModel(Display):
             return
         self._description, self._parts = description, parts
         for fault in parts.faults:
-            # Who publishes the robot has told what he repaired in it.
-            if fault not in self._reported and fault not in description.repairs:
+            if fault not in self._reported:
                 self._reported.add(fault)
                 self.stage.node.get_logger().warning(fault)
         self.stopped()
