@@ -12,6 +12,8 @@ import numpy.typing as npt
 from teleopctl.folders import cache_dir
 
 _HEADER_BYTES = 80
+# How finely an ellipsoid is drawn, which URDF has no shape for.
+_SLICES = 24
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -37,3 +39,25 @@ def exported_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]
         unfinished.write_bytes(content)
         unfinished.replace(file)
     return file
+
+
+def unit_ball() -> Path:
+    """Return an STL file of a ball of radius 1 m: scaled, it is an ellipsoid.
+
+    Raises:
+        OSError: The cache cannot be written.
+    """
+    around = np.linspace(0.0, 2.0 * np.pi, _SLICES, endpoint=False)
+    down = np.linspace(0.0, np.pi, _SLICES // 2 + 1)
+    theta, phi = np.meshgrid(down, around, indexing="ij")
+    corners = np.stack(
+        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1
+    )
+    rows, columns = np.meshgrid(np.arange(_SLICES // 2), np.arange(_SLICES), indexing="ij")
+    beside = (columns + 1) % _SLICES
+    first, second = rows * _SLICES + columns, rows * _SLICES + beside
+    third, fourth = first + _SLICES, second + _SLICES
+    upper = np.stack([first, third, second], axis=-1).reshape(-1, 3)
+    lower = np.stack([second, third, fourth], axis=-1).reshape(-1, 3)
+    faces = np.concatenate([upper[_SLICES:], lower[:-_SLICES]])
+    return exported_stl(corners.reshape(-1, 3).astype(np.float32), faces.astype(np.int32))

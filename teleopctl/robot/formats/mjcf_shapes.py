@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from teleopctl.robot.formats.mesh_export import exported_stl
+from teleopctl.robot.formats.mesh_export import exported_stl, unit_ball
 from teleopctl.robot.formats.mjcf import Mjcf
 from teleopctl.robot.formats.places import add_origin, numbers, transform
 from teleopctl.tf import Transform
@@ -20,8 +20,6 @@ _FIRST_HIDDEN_GROUP = 3
 # What MuJoCo gives to a shape that nobody gave a colour: then its material's counts.
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 _READ_BY_ALL = (".stl", ".obj")
-# How finely an ellipsoid is drawn, which URDF has no shape for.
-_SLICES = 24
 
 
 def add_shapes(link: etree._Element, mjcf: Mjcf, body: int) -> list[str]:
@@ -76,8 +74,7 @@ def _shape(mjcf: Mjcf, geom: int) -> _Shape | None:
         case _Kind.mjGEOM_CAPSULE:
             return place, ("capsule", {"radius": numbers(a), "length": numbers(2 * b)})
         case _Kind.mjGEOM_ELLIPSOID:
-            ball = exported_stl(*_unit_ball())
-            return place, ("mesh", {"filename": ball.as_uri(), "scale": numbers(a, b, c)})
+            return place, ("mesh", {"filename": unit_ball().as_uri(), "scale": numbers(a, b, c)})
         case _Kind.mjGEOM_MESH | _Kind.mjGEOM_SDF if m.geom_dataid[geom] >= 0:
             return _mesh(mjcf, int(m.geom_dataid[geom]), place)
         case _:
@@ -121,21 +118,3 @@ def _color(m: Any, geom: int) -> tuple[float, ...]:
     if material >= 0 and np.array_equal(rgba, _UNSET_RGBA):
         rgba = m.mat_rgba[material]
     return tuple(round(float(part), 4) for part in rgba)
-
-
-def _unit_ball() -> tuple[Any, Any]:
-    """A ball of radius 1 m: its corners, (n, 3), and triangles, (m, 3)."""
-    around = np.linspace(0.0, 2.0 * np.pi, _SLICES, endpoint=False)
-    down = np.linspace(0.0, np.pi, _SLICES // 2 + 1)
-    theta, phi = np.meshgrid(down, around, indexing="ij")
-    corners = np.stack(
-        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1
-    )
-    rows, columns = np.meshgrid(np.arange(_SLICES // 2), np.arange(_SLICES), indexing="ij")
-    beside = (columns + 1) % _SLICES
-    first, second = rows * _SLICES + columns, rows * _SLICES + beside
-    third, fourth = first + _SLICES, second + _SLICES
-    upper = np.stack([first, third, second], axis=-1).reshape(-1, 3)
-    lower = np.stack([second, third, fourth], axis=-1).reshape(-1, 3)
-    faces = np.concatenate([upper[_SLICES:], lower[:-_SLICES]])
-    return corners.reshape(-1, 3).astype(np.float32), faces.astype(np.int32)

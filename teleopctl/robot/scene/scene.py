@@ -34,6 +34,7 @@ class SceneShape:
         rgba: Its colour; None for one that nobody gave it.
         friction: Its coefficient of friction; None for the usual one.
         mass: In kilograms; None for that of a body as dense as water, where it is asked for.
+        place: Its file and line, for messages; empty where nobody needs them.
     """
 
     kind: ShapeKind
@@ -44,6 +45,7 @@ class SceneShape:
     rgba: Rgba | None = None
     friction: float | None = None
     mass: float | None = None
+    place: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,7 @@ class SceneJoint:
         damping: N m s/rad or N s/m.
         friction: N m or N.
         sensors: Its ``<sensor>`` elements.
+        place: Its file and line, for messages.
     """
 
     name: str
@@ -117,6 +120,7 @@ class SceneJoint:
     friction: float = 0.0
     # Any: as of `SceneBody`.
     sensors: tuple[Any, ...] = ()
+    place: str = ""
 
 
 @dataclass(frozen=True)

@@ -226,7 +226,13 @@ def _joint(file: SdfFile, element: Any, frames: Frames) -> SceneJoint | None:
     axis = element.find("axis")
     if axis is None:
         return SceneJoint(
-            name, kind, parent, child, place, sensors=tuple(element.findall("sensor"))
+            name,
+            kind,
+            parent,
+            child,
+            place,
+            sensors=tuple(element.findall("sensor")),
+            place=file.place(element),
         )
     file.leave_rest(axis, _AXIS)
     endless = element.get("type") == "continuous"
@@ -246,6 +252,7 @@ def _joint(file: SdfFile, element: Any, frames: Frames) -> SceneJoint | None:
         max(0.0, file.number(axis, "dynamics/damping", 0.0)),
         max(0.0, file.number(axis, "dynamics/friction", 0.0)),
         tuple(element.findall("sensor")),
+        file.place(element),
     )
 
 

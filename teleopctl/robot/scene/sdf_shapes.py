@@ -54,6 +54,7 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         path,
         None if touches else _colour(file, element),
         friction,
+        place=file.place(solid),
     )
 
 

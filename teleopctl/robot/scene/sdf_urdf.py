@@ -3,6 +3,7 @@
 In URDF a link is where the joint is that moves it; in SDF the two may differ. So frames of links
 are those of their joints, as ROS's own reader of SDF has it, and what is in a link keeps its place.
 URDF knows no ball joints: a ball that carries nothing, such as a caster, slides instead of rolling.
+Nor has it ellipsoids, which become meshes; planes and heightmaps are left out, and named.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.formats.mesh_export import unit_ball
 from teleopctl.robot.formats.places import add_origin, numbers
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.scene.scene import SceneBody, SceneJoint, SceneModel, SceneShape
@@ -23,6 +25,7 @@ from teleopctl.robot.scene.sdf import read_sdf
 from teleopctl.robot.xacro_file import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_rpy, rpy_from_quaternion
 
+_NO_FORM = frozenset({"plane", "heightmap"})
 _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 # What URDF asks of a limit that SDF leaves open.
 _ANY_EFFORT, _ANY_SPEED = 1000.0, 100.0
@@ -42,7 +45,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         )
     (model,) = scene.models
     robot = etree.Element("robot", name=model.name or path.stem)
-    for remark in scene.remarks:
+    for remark in (*scene.remarks, *_without_form(model)):
         # Whoever takes the text is to say what it lacks.
         etree.SubElement(robot, REMARK).text = remark
     parents = {joint.parent for joint in model.joints}
@@ -56,12 +59,35 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         _add_link(robot, body, frames[body.name].inverse() @ body.pose)
     _add_world(robot, model, frames)
     for joint in model.joints:
-        rolls = joint.child in casters
+        rolls = joint.kind == "ball" and joint.child in casters
+        if joint.kind == "ball":
+            etree.SubElement(robot, REMARK).text = _of_ball(joint, rolls=rolls)
         _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
     _add_gazebo(robot, model, frames, casters)
     etree.indent(robot)
     text: str = etree.tostring(robot, encoding="unicode")
     return ExpandedXacro(text, scene.files)
+
+
+def _without_form(model: SceneModel) -> list[str]:
+    """A sentence for each shape that URDF has no form for."""
+    return [
+        f"{shape.place}: the {shape.kind} of link '{body.name}' is left out: "
+        "a robot has none, a world may"
+        for body in model.bodies.values()
+        for shape in body.shapes
+        if shape.kind in _NO_FORM
+    ]
+
+
+def _of_ball(joint: SceneJoint, *, rolls: bool) -> str:
+    """What becomes of a ball joint."""
+    became = (
+        f"is a fixed one: '{joint.child}' slides without friction instead of rolling"
+        if rolls
+        else "is a floating one, which is shown and not simulated"
+    )
+    return f"{joint.place}: the ball joint '{joint.name}' {became}"
 
 
 def _add_link(robot: etree._Element, body: SceneBody, place: Transform) -> None:
@@ -94,6 +120,8 @@ def _geometry(shape: SceneShape) -> tuple[str, dict[str, str]] | None:
             return "sphere", {"radius": numbers(a)}
         case "cylinder" | "capsule":
             return shape.kind, {"radius": numbers(a), "length": numbers(b)}
+        case "ellipsoid":
+            return "mesh", {"filename": unit_ball().as_uri(), "scale": numbers(*shape.size)}
         case "mesh" if shape.file is not None:
             return "mesh", {"filename": shape.file.as_uri(), "scale": numbers(*shape.size)}
     return None

@@ -236,6 +236,33 @@ def test_a_robot_of_sdf_is_a_robot_of_urdf(tmp_path: Path) -> None:
     assert np.sum(built.mj_model.body_mass) == pytest.approx(4.0)
 
 
+def test_what_urdf_has_no_form_for_is_made_or_named(tmp_path: Path) -> None:
+    ellipsoid = "<geometry><ellipsoid><radii>0.3 0.2 0.1</radii></ellipsoid></geometry>"
+    body = (
+        f"<link name='base'>{MASS}<collision name='c'>{ellipsoid}</collision>"
+        "\n<visual name='v'><geometry><plane/></geometry></visual></link>"
+        f"<link name='caster'>{MASS}<collision name='c'>{BOX}</collision></link>"
+        "\n<joint name='roll' type='ball'><parent>base</parent><child>caster</child></joint>"
+    )
+    file = tmp_path / "model.sdf"
+    file.write_text(f"<sdf version='1.8'>{model('m', body)}</sdf>")
+    description = RobotDescription.from_urdf(read_model(file).text)
+
+    assert description.repairs == (
+        f"{file}:2: the plane of link 'base' is left out: a robot has none, a world may",
+        f"{file}:3: the ball joint 'roll' is a fixed one: 'caster' slides without friction "
+        "instead of rolling",
+    )
+    m = build_model(description).mj_model
+    mesh = int(m.geom_dataid[m.geom_type == mujoco.mjtGeom.mjGEOM_MESH][0])
+    first, count = int(m.mesh_vertadr[mesh]), int(m.mesh_vertnum[mesh])
+    corners = m.mesh_vert[first : first + count]
+    turned = np.empty_like(corners, dtype=float)
+    for corner, there in zip(corners, turned, strict=True):
+        mujoco.mju_rotVecQuat(there, corner.astype(float), m.mesh_quat[mesh])
+    assert np.abs(turned).max(axis=0) == pytest.approx([0.3, 0.2, 0.1], rel=1e-3)
+
+
 def test_a_world_is_no_robot(tmp_path: Path) -> None:
     file = tmp_path / "world.sdf"
     file.write_text(f"<sdf version='1.8'>{world(ROVER)}</sdf>")
