@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.scene.world_file import (
         World as World,
+        find_world as find_world,
         read_world as read_world,
         read_world_text as read_world_text,
     )
@@ -117,7 +118,7 @@ else:
             "gazebo_colours": "gazebo_colour",
             "scene.scene": "Scene SceneBody SceneInertial SceneJoint SceneLight SceneModel "
             "SceneShape",
-            "scene.world_file": "World read_world read_world_text",
+            "scene.world_file": "World find_world read_world read_world_text",
             "xacro_file": "ExpandedXacro expand_xacro read_xacro",
         },
     )

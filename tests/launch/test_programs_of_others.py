@@ -8,12 +8,14 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl import plugins
-from teleopctl.errors import LaunchError, UsageError
+from teleopctl.errors import InvalidDescriptionError, LaunchError, UsageError
 from teleopctl.launch.evaluation.commands import COMMANDS, find_command, line_with_ours, with_ours
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.frontends import read_launch_file
+from teleopctl.node import get_logger
 from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
+from teleopctl.nodes.gazebo.worlds import world_file
 from teleopctl.packages import find_executable, find_package
 from tests import ROOT
 
@@ -109,8 +111,27 @@ def test_the_words_of_gzserver_are_read_and_none_is_dropped():
         verbosity="DEBUG",
         unserved=("-s libmine.so", "-e dart"),
     )
-    assert not request.has_empty_world
-    assert Request("/opt/worlds/empty.world").has_empty_world
+
+
+def test_the_world_is_the_users_file_else_gazebos_own_else_named(tmp_path, monkeypatch):
+    told = []
+    logger = get_logger("gazebo")
+    monkeypatch.setattr(logger, "info", told.append)
+    monkeypatch.setattr(logger, "warning", told.append)
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "worlds"))
+    file = tmp_path / "worlds" / "empty.sdf"
+    assert world_file(Request(), tmp_path, logger) is None
+    assert world_file(Request("empty.sdf"), tmp_path, logger) is None
+    assert world_file(Request("house.sdf"), tmp_path, logger) is None
+    assert told[0] == "World empty.sdf is Gazebo's own: there is only the ground"
+    assert told[1].startswith("World house.sdf is not found: ")
+    file.parent.mkdir()
+    file.write_text("<sdf version='1.8'><world name='mine'/></sdf>")
+    assert world_file(Request("empty.sdf"), tmp_path, logger) == file
+    text = file.read_text().replace("world", "nothing")
+    with pytest.raises(InvalidDescriptionError, match=r"world\.sdf:1: there is neither"):
+        world_file(Request(world_text=text), tmp_path, logger)
+    assert len(told) == 2
 
 
 @given(

@@ -1,5 +1,7 @@
 """A launch file that was written for Gazebo, on our simulator."""
 
+import re
+
 from teleopctl.testing import eventually, serial_robot
 
 CONTROL = """
@@ -21,6 +23,19 @@ forward:
     joints: [joint1]
     interface_name: position
 """
+WORLD = """
+<sdf version="1.8"><world name="house">
+  <include><uri>model://ground_plane</uri></include>
+  <model name="pillar"><static>true</static><pose>5 0 0.5 0 0 0</pose><link name="stone">
+    <collision name="c"><geometry><box><size>0.2 0.2 1</size></box></geometry></collision>
+  </link></model>
+</world></sdf>
+"""
+BALL = """
+<sdf version="1.8"><model name="ball"><link name="rubber">
+  <collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>
+</link></model></sdf>
+"""
 LAUNCH = """
 import os
 
@@ -39,7 +54,7 @@ def generate_launch_description():
         PythonLaunchDescriptionSource(
             [PathJoinSubstitution([FindPackageShare("ros_gz_sim"), "launch", "gz_sim.launch.py"])]
         ),
-        launch_arguments=[("gz_args", " -r -v 4 --seed 3 x.sdf"), ("on_exit_shutdown", "true")],
+        launch_arguments=[("gz_args", " -r -v 4 --seed 3 house.sdf"), ("on_exit_shutdown", "true")],
     )
     assert os.environ["ROS_DISTRO"] in ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
     window = IncludeLaunchDescription(
@@ -75,6 +90,11 @@ def generate_launch_description():
 """
 
 
+def entities(ros):
+    answer = ros.run("service call /get_entities simulation_interfaces/srv/GetEntities").stdout
+    return set(re.findall(r"'(\w+)'", answer.partition("entities=")[2]))
+
+
 def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     controllers = ros.folder / "controllers.yaml"
     controllers.write_text(CONTROLLERS, encoding="utf-8")
@@ -83,15 +103,16 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
         extra_joints=CONTROL.format(file=controllers),
     )
     (ros.folder / "arm.urdf").write_text(urdf, encoding="utf-8")
+    (ros.folder / "house.sdf").write_text(WORLD, encoding="utf-8")
+    (ros.folder / "ball.sdf").write_text(BALL, encoding="utf-8")
     (ros.folder / "arm.launch.py").write_text(LAUNCH, encoding="utf-8")
 
     system = ros.launch("arm.launch.py")
 
     assert "no bridge is needed for /clock" in system.output
     assert "Passing on /robot_joint_states as /measured" in system.output
-    assert "World x.sdf is not built" in system.output
     assert "where MuJoCo simulates: --seed 3\n" in system.output
-    assert "one world with one robot: -name arm, -allow_renaming, -use_sim true" in system.output
+    assert "where there is one world: -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
     system.wait_for_line("create has ended")
     # The one that the launch file loads, and the one that stands for a plug-in.
@@ -103,14 +124,25 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
         ros.run("param get /controller_manager use_sim_time").stdout == "Boolean value is: True\n"
     )
     assert "joint1" in ros.run("topic echo --once /measured").stdout
-    again = ros.run("run ros_gz_sim create -topic robot_description -name twin")
+    # What is spawned beside the robot is a thing, named and placed as it is asked for.
+    spawned = ros.run("run ros_gz_sim create -file ball.sdf -name toy -x 3 -z 0.1")
+    assert spawned.returncode == 0, spawned.stderr
+    again = ros.run("run ros_gz_sim create -file ball.sdf -name toy")
     assert again.returncode == 1
-    assert "There is a robot already" in again.stderr + again.stdout
+    assert "There is 'toy' already" in again.stderr + again.stdout
+    assert entities(ros) == {"test", "ground_plane", "pillar", "toy"}
+    gone = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=toy")
+    assert gone.returncode == 0, gone.stderr
+    assert entities(ros) == {"test", "ground_plane", "pillar"}
     removed = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm")
     assert "Entity removal successful." in removed.stderr + removed.stdout
     eventually(lambda: "/mujoco_sim" not in ros.run("node list").stdout)
     assert ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm").returncode == 1
+    # What has controllers is the robot, also where a thing was there before it.
+    assert ros.run("run ros_gz_sim create -file ball.sdf -x 3 -z 0.1").returncode == 0
     assert ros.run("run ros_gz_sim create -topic robot_description").returncode == 0
+    system.wait_for_line("'test' is the robot, and 'ball' a thing beside it")
+    assert entities(ros) == {"test", "ground_plane", "pillar", "ball"}
 
     ros.run(f"stop {system.name}")
     assert not system.is_running

@@ -6,7 +6,6 @@ What has no meaning for MuJoCo is not dropped: a request has it by name, for a l
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final, NamedTuple
 
 # Options that are followed by a value. Those of one letter may have it in the same word.
@@ -66,8 +65,6 @@ _SERVER_SERVED: Final = frozenset(("-u", "-v", "--lockstep", "--pause", "--verbo
 _ROS_PLUGINS: Final = tuple(
     f"libgazebo_ros_{name}.so" for name in ("init", "factory", "force_system")
 )
-# Worlds without anything in them but a floor and a light.
-_EMPTY: Final = frozenset({"", "empty", "default"})
 # The levels of gz's -v; any other shows everything.
 _VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
@@ -77,6 +74,7 @@ class Request(NamedTuple):
 
     Attributes:
         world: The file of a world; empty for one with nothing in it.
+        world_text: What stands in that, where there is no file.
         paused: Whether time stands still at first.
         has_server: Whether it is to simulate.
         has_window: Whether it is to show that.
@@ -86,18 +84,13 @@ class Request(NamedTuple):
     """
 
     world: str = ""
+    world_text: str = ""
     paused: bool = False
     has_server: bool = True
     has_window: bool = True
     asks_version: bool = False
     verbosity: str = ""
     unserved: tuple[str, ...] = ()
-
-    @property
-    def has_empty_world(self) -> bool:
-        """Whether there is nothing in the world."""
-        stem = Path(self.world).name.split(".", maxsplit=1)[0]
-        return stem.removesuffix("_world") in _EMPTY
 
 
 def sim_request(words: Sequence[str]) -> Request:

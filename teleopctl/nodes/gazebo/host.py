@@ -1,8 +1,8 @@
 """``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
 
-As with Gazebo there is nothing in the world before somebody spawns it: ``create`` and
-``spawn_entity.py`` set the parameters ``robot_description`` and ``robot_pose``, which succeeds once
-the robot stands in the simulator. What simulates it are programs of ours, which end with this one.
+``create`` and ``spawn_entity.py`` set the parameters of an `Entity`, which succeeds once it stands
+in the simulator. The simulator is there for one robot; what else is spawned are things around it,
+whatever the order in which they come. What simulates are programs of ours, which end with this one.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from collections.abc import Sequence
 from typing import Any
 
 from teleopctl import progress
@@ -30,15 +29,17 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.gazebo.children import Children
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
+from teleopctl.nodes.gazebo.entity import DESCRIPTION, Entity
 from teleopctl.nodes.gazebo.simulation import programs_for
+from teleopctl.nodes.gazebo.things import Things
+from teleopctl.nodes.gazebo.worlds import world_file
 from teleopctl.nodes.only_one import refuse_a_second
 from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
 
 NAME = "gazebo"
-PARAMETER = "robot_description"
-POSE_PARAMETER = "robot_pose"
-_TOPIC = f"/{PARAMETER}"
-_COMMANDED_TOPIC = f"/{NAME}/{PARAMETER}"
+_TOPIC = f"/{DESCRIPTION}"
+# What is simulated, where that is not what ROS has on its topic.
+_OWN_TOPIC = f"/{NAME}/{DESCRIPTION}"
 _SIMULATOR = "mujoco_sim"
 # The end of a child, and what it says of itself, are looked for this often, in seconds.
 _LOOK_EVERY_S = 0.1
@@ -47,88 +48,142 @@ _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's wi
 
 
 class Host(Node):
-    """Starts the simulation of the first robot that is spawned.
+    """Starts the simulation of the robot that is spawned, and puts things around it.
 
     Args:
         request: What the command line wants.
         children: Takes the programs.
+
+    Raises:
+        InvalidDescriptionError: The world cannot be read.
+        RefusedError: Another one runs.
     """
 
     def __init__(self, request: Request, children: Children) -> None:
         super().__init__(NAME)
         self._paused = request.paused
         self._children = children
-        self._has_robot = False
+        self._robot: Entity | None = None
+        self._description: RobotDescription | None = None
+        self._things = Things()
         self._publishers: list[Publisher[Any]] = []
         refuse_a_second(self)
         logger = self.get_logger()
-        if not request.has_empty_world:
-            logger.warning(f"World {request.world} is not built: the robot stands in an empty one")
+        self._world = world_file(request, children.folder, logger)
         if request.unserved:
             logger.warning(WITHOUT_EFFECT.format(", ".join(request.unserved)))
         if request.has_window:
             logger.info(_PAGE)
-        self.declare_parameter(PARAMETER, "")
-        self.declare_parameter(POSE_PARAMETER, [0.0] * 6)
+        for parameter in Entity().as_parameters():
+            self.declare_parameter(parameter.name, parameter.value)
         self.add_on_set_parameters_callback(self._on_set_parameters)
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
         if request.verbosity:
             logger.set_level(LoggingSeverity[request.verbosity])
         progress.tell(progress.READY)
 
+    def destroy_node(self) -> None:
+        """End it, and the node that asks the simulator."""
+        self._things.close()
+        super().destroy_node()
+
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         values = {parameter.name: parameter.value for parameter in parameters}
-        if PARAMETER in values:
-            urdf, pose = str(values[PARAMETER] or ""), values.get(POSE_PARAMETER, ())
-            reason = self._spawn(urdf, pose) if urdf else self._remove()
+        if DESCRIPTION in values:
+            entity = Entity.of_parameters(values)
+            try:
+                reason = self._spawn(entity) if entity.text else self._remove(entity.name)
+            except TeleopctlError as error:
+                reason = f"{error.message} ({error.hint})" if error.hint else error.message
             if reason:
                 self.get_logger().error(reason)
                 return _result(successful=False, reason=reason)
         return _result(successful=True)
 
-    def _spawn(self, urdf: str, pose: Sequence[float]) -> str:
-        """Simulate a robot, and return why that cannot be; empty when it stands there."""
-        if self._has_robot:
-            return "There is a robot already: this simulator takes one"
-        try:
-            description = RobotDescription.from_urdf(urdf)
-            commanded = with_plugin_joints(urdf)
-            topic = _COMMANDED_TOPIC if commanded != urdf else ""
-            programs = programs_for(
-                description,
-                folder=self._children.folder,
-                paused=self._paused,
-                pose=pose,
-                topic=topic,
-            )
-        except TeleopctlError as error:
-            return f"{error.message} ({error.hint})" if error.hint else error.message
-        self._has_robot = True
-        if any(pose) and description.root == "world":
+    def _spawn(self, entity: Entity) -> str:
+        """Put an entity into the world, and return why that cannot be; empty when it stands there.
+
+        Raises:
+            TeleopctlError: It cannot be read.
+        """
+        if self._robot is None:
+            return self._start(entity)
+        assert self._description is not None
+        description = RobotDescription.from_urdf(entity.urdf(self._children.folder))
+        if entity.claim(description) <= self._robot.claim(self._description):
+            return self._things.spawn(entity)
+        first = self._robot
+        self.get_logger().info(
+            f"'{description.name}' is the robot, and '{self._description.name}' a thing beside it: "
+            "the simulation begins anew"
+        )
+        self._end()
+        reason = self._start(entity)
+        if reason:
+            self._end()
+            self._start(first)
+            return reason
+        return self._things.spawn(first)
+
+    def _start(self, robot: Entity) -> str:
+        """Simulate a robot, and return why that cannot be; empty when it stands there.
+
+        Raises:
+            TeleopctlError: It cannot be read, or a file that it names.
+        """
+        urdf = robot.urdf(self._children.folder)
+        description = RobotDescription.from_urdf(urdf)
+        commanded = with_plugin_joints(urdf)
+        is_on_topic = robot.topic.lstrip("/") == DESCRIPTION
+        topic = "" if is_on_topic and commanded == urdf else _OWN_TOPIC
+        programs = programs_for(
+            description,
+            folder=self._children.folder,
+            paused=self._paused,
+            pose=robot.pose,
+            topic=topic,
+            world=self._world,
+        )
+        self._robot, self._description = robot, description
+        if any(robot.pose) and description.root == "world":
             self.get_logger().warning(
                 "The robot stands where its description puts it: its root link is the world"
             )
         if not self.get_publishers_info_by_topic(_TOPIC):
-            # It was read from a file; the programs take it from where ROS has it.
+            # It was read from a file; others take it from where ROS has it.
             self._publish(_TOPIC, urdf)
         if topic:
             self._publish(topic, commanded)
+        if not is_on_topic:
+            for repair in description.repairs:
+                self.get_logger().warning(repair)
         for remark in motion_plugins(description).remarks:
             self.get_logger().info(remark)
         names = ", ".join(program.name for program in programs)
         self.get_logger().info(f"Simulating '{description.name}': {names}")
         self._children.start(programs)
-        return self._wait_for_the_simulator()
+        reason = self._wait_for_the_simulator()
+        things = [] if reason else list(self._things.entities.values())
+        for thing in things:
+            if lost := self._things.spawn(thing):
+                self.get_logger().error(f"'{thing.name}' is there no more: {lost}")
+        return reason
 
-    def _remove(self) -> str:
-        """End the simulation of the robot, and return why that cannot be."""
-        if not self._has_robot:
+    def _remove(self, name: str) -> str:
+        """Take out the robot or a thing, and return why that cannot be."""
+        if self._robot is None or self._description is None:
             return "There is no robot"
+        if name not in ("", self._robot.name, self._description.name):
+            return self._things.delete(name)
+        self._end()
+        return ""
+
+    def _end(self) -> None:
+        """End the simulation."""
         self._children.end()
-        self._has_robot = False
+        self._robot = self._description = None
         while self._publishers:
             self.destroy_publisher(self._publishers.pop())
-        return ""
 
     def _publish(self, topic: str, urdf: str) -> None:
         message = get_message("std_msgs/msg/String")
@@ -188,8 +243,8 @@ def server_of_gz() -> int:
         text = str(asked.declare_parameter("world_sdf_string", "").value)
     if not (file or text):
         raise UsageError("Must specify either 'world_sdf_file' or 'world_sdf_string'")
-    unserved = (*given.program, *(() if file else ("world_sdf_string",)))
-    return _run(Request(file, has_window=False, unserved=unserved))
+    unserved = (*given.program, *(["world_sdf_string"] if file and text else []))
+    return _run(Request(file, "" if file else text, has_window=False, unserved=unserved))
 
 
 def gzclient() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -38,6 +39,7 @@ def programs_for(
     paused: bool,
     pose: Sequence[float] = (),
     topic: str = "",
+    world: Path | None = None,
 ) -> list[Program]:
     """Return what simulates a robot, the simulator first.
 
@@ -47,6 +49,7 @@ def programs_for(
         paused: Whether time is to stand still.
         pose: Where it is to start: x, y, z, roll, pitch, yaw; empty for nowhere in particular.
         topic: Where the description is; empty for ROS's.
+        world: The file of what stands around it; None for nothing.
 
     Raises:
         TeleopctlError: A file of parameters that the description names cannot be read.
@@ -58,6 +61,9 @@ def programs_for(
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
     if pose:
         simulator.append(f"spawn_pose:={[float(value) for value in pose]}")
+    # In quotes, since a path need be nothing else to YAML.
+    around = [] if world is None else [f"world:={json.dumps(str(world))}"]
+    simulator += around
     elsewhere = ["-r", f"/robot_description:={topic}"] if topic else []
     programs = [_program("mujoco_sim", "mujoco_sim", elsewhere, parameters=simulator)]
     if control is not None or plugins.controllers:
@@ -74,7 +80,9 @@ def programs_for(
             words = [*names, "--controller-manager", name, "--param-file", str(file)]
             programs.append(_program(_MANAGER, "spawner", program=words)._replace(ends=True))
     if any(sensor.camera is not None for sensor in sensors):
-        programs.append(_program("camera", "camera", parameters=["use_sim_time:=true"]))
+        programs.append(
+            _program("camera", "camera", elsewhere, parameters=["use_sim_time:=true", *around])
+        )
     return programs
 
 

@@ -1,4 +1,4 @@
-"""Robots into the simulator and out of it.
+"""Robots and things into the simulator and out of it.
 
 ``create`` and ``remove`` of ``ros_gz_sim``, and ``spawn_entity.py`` of ``gazebo_ros``.
 """
@@ -29,7 +29,9 @@ from teleopctl.node import (
     spin_once,
     spin_until_future_complete,
 )
-from teleopctl.nodes.gazebo.host import NAME, PARAMETER, POSE_PARAMETER
+from teleopctl.nodes.gazebo.entity import Entity
+from teleopctl.nodes.gazebo.host import NAME
+from teleopctl.robot import find_world
 from teleopctl.text_file import read_text
 
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
@@ -72,19 +74,19 @@ def create() -> int:
         for name in _NUMBERS:
             value = node.declare_parameter(name, 0.0).value
             setattr(options, name, value or getattr(options, name))
-        urdf = _description(node, options)
-        if urdf is None:
+        entity = _entity(node, options, options.name)
+        if entity is None:
             node.get_logger().error("Must specify either -file, -param, -string or -topic")
             return 255
         _tell_unserved(
             node,
             [
-                *_written(options, "name", "world"),
-                *(["-allow_renaming"] if renames or options.allow_renaming != "false" else []),
+                *_written(options, "world"),
                 *filter(None, [" ".join(unknown)]),
             ],
         )
-        reason = _hand_over(node, urdf, pose=_pose(options))
+        renames = renames or options.allow_renaming != "false"
+        reason = _hand_over(node, entity._replace(renames=renames))
         if reason is None:
             node.get_logger().info("Entity creation successfull.")
             return 0
@@ -119,7 +121,9 @@ def spawn_entity() -> int:
     options.param = options.string = ""
     with _node("spawn_entity") as node:
         node.get_logger().info("Spawn Entity started")
-        urdf = sys.stdin.read() if options.stdin else _description(node, options)
+        if options.stdin:
+            options.string = sys.stdin.read()
+        entity = _entity(node, options, options.entity) or Entity()
         unserved = _written(options, "reference_frame", "robot_namespace", "wait")
         _tell_unserved(node, [*unserved, *(["-b"] if options.b else [])])
         namespace = options.gazebo_namespace.rstrip("/")
@@ -129,7 +133,7 @@ def spawn_entity() -> int:
                 "'-spawn_service_timeout' is deprecated, use '-timeout' instead"
             )
             patience = options.spawn_service_timeout
-        reason = _hand_over(node, urdf or "", namespace, patience, _pose(options))
+        reason = _hand_over(node, entity, namespace, patience)
         if reason is None:
             text = f"SpawnEntity: Successfully spawned entity [{options.entity}]"
             node.get_logger().info(f"Spawn status: {text}")
@@ -145,16 +149,17 @@ def spawn_entity() -> int:
 
 
 def remove() -> int:
-    """Take the robot out as ``ros_gz_sim remove`` does."""
+    """Take the robot or a thing out as ``ros_gz_sim remove`` does."""
     with _node("ros_gz_sim_remove_entity") as node:
         world = node.declare_parameter("world", "").value
         _tell_unserved(node, [f"world {world}"] if world else [])
-        if not node.declare_parameter("entity_name", "").value:
+        name = str(node.declare_parameter("entity_name", "").value)
+        if not name:
             node.get_logger().info(
                 "Entity to remove name is not provided, entity will not be removed."
             )
             return 255
-        reason = _hand_over(node, "")
+        reason = _hand_over(node, Entity(name=name))
         if reason is None:
             node.get_logger().info("Entity removal successful.")
             return 0
@@ -184,16 +189,21 @@ def _node(name: str) -> Any:
         yield node
 
 
-def _description(node: Node, options: argparse.Namespace) -> str | None:
-    """Return the description from where the options say it is; None when they do not."""
+def _entity(node: Node, options: argparse.Namespace, name: str) -> Entity | None:
+    """Return what is to be spawned, from where the options say it is; None when they do not."""
+    there = Entity(name=name, pose=tuple(float(getattr(options, key)) for key in _NUMBERS))
     if options.file:
         node.get_logger().info(f"Loading entity XML from file {options.file}")
-        return read_text(Path(options.file))
+        file = find_world(options.file, Path.cwd())
+        return there._replace(text=read_text(file), file=str(file))
     if options.param:
-        return str(node.declare_parameter(options.param, "").value)
+        return there._replace(text=str(node.declare_parameter(options.param, "").value))
     if options.string:
-        return str(options.string)
-    return _heard(node, options.topic) if options.topic else None
+        return there._replace(text=str(options.string))
+    if options.topic:
+        topic = node.resolve_topic_name(options.topic)
+        return there._replace(text=_heard(node, options.topic), topic=topic)
+    return None
 
 
 def _heard(node: Node, topic: str) -> str:
@@ -213,7 +223,7 @@ def _heard(node: Node, topic: str) -> str:
 def _tell_unserved(node: Node, words: Sequence[str]) -> None:
     if words:
         node.get_logger().warning(
-            f"Without effect here, where there is one world with one robot: {', '.join(words)}"
+            f"Without effect here, where there is one world: {', '.join(words)}"
         )
 
 
@@ -222,26 +232,15 @@ def _written(options: argparse.Namespace, *names: str) -> list[str]:
     return [f"-{name} {value}" for name, value in values if value]
 
 
-def _pose(options: argparse.Namespace) -> list[float]:
-    return [float(getattr(options, name)) for name in _NUMBERS]
-
-
 def _hand_over(
-    node: Node,
-    urdf: str,
-    namespace: str = "",
-    patience_s: float = math.inf,
-    pose: Sequence[float] = (),
+    node: Node, entity: Entity, namespace: str = "", patience_s: float = math.inf
 ) -> str | None:
-    """Hand a description to the simulator, an empty one to take the robot out.
+    """Hand an entity to the simulator, one without a description to take it out.
 
     Returns:
         Why that was refused, or None.
     """
-    parameters = [Parameter(PARAMETER, value=urdf)]
-    if pose:
-        parameters.append(Parameter(POSE_PARAMETER, value=list(pose)))
-    return _set(node, f"{namespace}/{NAME}", parameters, patience_s)
+    return _set(node, f"{namespace}/{NAME}", entity.as_parameters(), patience_s)
 
 
 def _set(

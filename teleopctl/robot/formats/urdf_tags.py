@@ -8,10 +8,11 @@ from __future__ import annotations
 from lxml import etree
 
 from teleopctl.robot.elements import parse, to_number
+from teleopctl.robot.repair import REMARK
 
 # By tag: the tags that may stand in it. Those that have no line hold none.
 _CHILDREN = {
-    "robot": "link joint material gazebo ros2_control transmission mujoco",
+    "robot": f"link joint material gazebo ros2_control transmission mujoco {REMARK}",
     "link": "inertial visual collision",
     "inertial": "origin mass inertia",
     "visual": "origin geometry material",
@@ -45,7 +46,7 @@ _ATTRIBUTES = {
     "dynamics": "damping friction",
     "safety_controller": "soft_lower_limit soft_upper_limit k_position k_velocity",
 }
-_READ_BY_OTHERS = ("gazebo", "ros2_control", "mujoco")
+_READ_BY_OTHERS = ("gazebo", "ros2_control", "mujoco", REMARK)
 _TOLD_LINES = 3
 _REDUCTION = "commands and states are those of joints, not of actuators"
 _WITHOUT_EFFECT = {

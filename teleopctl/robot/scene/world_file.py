@@ -15,12 +15,13 @@ from pathlib import Path
 
 from lxml import etree
 
-from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
+from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import Element, parse
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
 from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
+from teleopctl.robot.scene.sdf_includes import find_file, model_file
 from teleopctl.robot.scene.yaml_world import read_yaml_world
 from teleopctl.robot.xacro_file import expand_xacro
 
@@ -55,6 +56,22 @@ class World:
     def moves(self) -> bool:
         """Whether it is a thing by itself, which moves freely wherever it is put."""
         return self.description is not None and self.description.root != "world"
+
+
+def find_world(uri: str, folder: Path) -> Path:
+    """Return the file that Gazebo would take for a world, or a model, of a name.
+
+    Args:
+        uri: A path, or a URI of one of the kinds that SDF files have.
+        folder: Where relative paths start; then those of Gazebo's variables are looked at.
+
+    Raises:
+        NotFoundError: There is none.
+    """
+    try:
+        return model_file(find_file(uri, folder)).absolute()
+    except NotFoundError as error:
+        raise NotFoundError(f"World {uri} is not found: {error.message}") from error
 
 
 def read_world(path: Path) -> World:

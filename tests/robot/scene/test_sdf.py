@@ -253,7 +253,9 @@ def test_what_urdf_has_no_form_for_is_made_or_named(tmp_path: Path) -> None:
         f"{file}:3: the ball joint 'roll' is a fixed one: 'caster' slides without friction "
         "instead of rolling",
     )
-    m = build_model(description).mj_model
+    built = build_model(description)
+    assert built.warnings == description.repairs, "told once, and nothing besides"
+    m = built.mj_model
     mesh = int(m.geom_dataid[m.geom_type == mujoco.mjtGeom.mjGEOM_MESH][0])
     first, count = int(m.mesh_vertadr[mesh]), int(m.mesh_vertnum[mesh])
     corners = m.mesh_vert[first : first + count]

@@ -22,7 +22,7 @@ VALUES = (
 PLUGINS = ("init", "factory", "force_system")
 DEBUGGERS = {"gdb": "gdb -ex run --args", "valgrind": "valgrind"}
 OTHERS = {
-    "world": ("", "A world; one with more than a floor is not built."),
+    "world": ("", "A world: its file, or its name."),
     "params_file": ("", "A file of parameters."),
     "extra_gazebo_args": ("", "More words for gzserver."),
     "server_required": ("false", "Whether everything ends with the simulator."),

@@ -7,8 +7,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 ARGUMENTS = {
-    "world_sdf_file": ("", "A world; one with more than a floor is not built."),
-    "world_sdf_string": ("", "A world as text, which is not built."),
+    "world_sdf_file": ("", "A world: its file, or its name."),
+    "world_sdf_string": ("", "A world as text."),
     "container_name": ("ros_gz_container", "Where it would be loaded."),
     "create_own_container": ("False", "Whether it would be loaded into one of its own."),
     "use_composition": ("False", "Whether it would be loaded into a container."),
