@@ -114,7 +114,7 @@ def test_the_words_of_gzserver_are_read_and_none_is_dropped():
 
 
 def test_the_world_is_the_users_file_else_gazebos_own_else_named(tmp_path, monkeypatch):
-    told = []
+    told: list[str] = []
     logger = get_logger("gazebo")
     monkeypatch.setattr(logger, "info", told.append)
     monkeypatch.setattr(logger, "warning", told.append)

@@ -36,6 +36,7 @@ class Entity(NamedTuple):
     renames: bool = False
     pose: tuple[float, ...] = NOWHERE
 
+    # Any: a parameter's value is of one of many types.
     @classmethod
     def of_parameters(cls, values: Mapping[str, Any]) -> Entity:
         """Read it from the parameters by which it was handed over."""
