@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import signal
 import site
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -22,12 +22,14 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.running import running
 from teleopctl.sim.gl_backend import choose_backend
 from teleopctl.testing import RosGraph, free_port, pytest_plugin
+from tests.reaper import watch_over
 
 # Fixtures that start processes, and the folders whose tests all do.
 _GRAPHS = {"ros_graph", "ros_graph_without_router", "shared_ros_graph"}
 _OF_PROCESSES = {"system", "interop"}
 
 _FOLDER = pytest.StashKey[Path]()
+_REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 
 # How long examples take tells about the machine's other work, not about what is tested.
 # The same examples each time, so that a change is judged by itself; others are looked for with
@@ -72,8 +74,11 @@ def pytest_configure(config: pytest.Config) -> None:
     # A checkout that is only on the path has no entry points.
     if not config.pluginmanager.hasplugin("teleopctl"):
         config.pluginmanager.register(pytest_plugin, "teleopctl")
-    folder = Path(tempfile.mkdtemp(prefix="teleopctl-tests-"))
+    # A worker inherits TMPDIR, which is to be changed below.
+    place = os.environ.setdefault("TESTS_TMPDIR", tempfile.gettempdir())
+    folder = Path(tempfile.mkdtemp(prefix="teleopctl-tests-", dir=place))
     config.stash[_FOLDER] = folder
+    config.stash[_REAPER] = watch_over(folder)
     # Python finds what is installed for the user alone below the home folder.
     os.environ.setdefault("PYTHONUSERBASE", site.getuserbase())
     for name in ("HOME", "USERPROFILE"):
@@ -87,6 +92,9 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["TELEOPCTL_ROUTER"] = f"tcp/127.0.0.1:{free_port()}"
     os.environ["ROS_DOMAIN_ID"] = "231"
     os.environ["TELEOPCTL_VIEWER"] = "false"
+    # What a program that is killed had in use goes with the folder; a test's own stays for a look.
+    (folder / "tmp").mkdir()
+    os.environ["TMPDIR"] = str(folder / "tmp")
     # What a ROS that was sourced has installed is none of a test's business.
     for name in ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH"):
         os.environ.pop(name, None)
@@ -98,7 +106,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     for records in ("runtime", "runtime_dir/teleopctl"):
         for entry in running(folder / records):
             background.stop(entry.record)
-    shutil.rmtree(folder, ignore_errors=True)
+    config.stash[_REAPER].communicate()
 
 
 @pytest.fixture(autouse=True)

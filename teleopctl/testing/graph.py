@@ -57,7 +57,6 @@ class RosGraph:
         folder: Where its records, its logs and the programs' working directory are.
 
     Attributes:
-        folder: The same.
         port: The router's port on the loopback interface.
         router: The router's endpoint, as ``TELEOPCTL_ROUTER`` has it.
         domain: The ROS domain.
@@ -67,11 +66,16 @@ class RosGraph:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self._folder = folder
         self._processes: list[Process] = []
         self._observer: Observer | None = None
         self._leave: Callable[[], None] | None = None
         self._use_port(free_port())
+
+    @property
+    def folder(self) -> Path:
+        """Where its records are, by which all that runs is found and ended: it stays the same."""
+        return self._folder
 
     def _use_port(self, port: int) -> None:
         self.port = port

@@ -220,6 +220,7 @@ class GraphWatcher:
         # Imported here because a single query does without it.
         import threading
 
+        from teleopctl.wire.listening import ListeningThread
         from teleopctl.wire.refusals import Refusals
 
         self._changed = threading.Condition()
@@ -232,19 +233,14 @@ class GraphWatcher:
         self.refusals = Refusals("a token of the graph", _report)
         domain = domain_id() if domain is None else domain
         self._own_zid = str(session.zid())
-        liveliness = session.liveliness()
         self._subscribers = (
             # What the session declares itself is known when that returns.
-            liveliness.declare_subscriber(
+            session.liveliness().declare_subscriber(
                 liveliness_key(domain, self._own_zid),
                 zenoh.handlers.Callback(self._hear_own, indirect=False),
                 history=True,
             ),
-            _in_daemon_thread(
-                lambda: liveliness.declare_subscriber(
-                    liveliness_key(domain), self._hear, history=True
-                )
-            ),
+            ListeningThread(session, liveliness_key(domain), self._hear),
         )
 
     def snapshot(self) -> Graph:
@@ -344,34 +340,6 @@ class GraphWatcher:
             del named[text]
             if not named:
                 del self._by_name[token.kind, token.name]
-
-
-def _in_daemon_thread(
-    declare: Callable[[], "zenoh.Subscriber[None]"],
-) -> "zenoh.Subscriber[None]":
-    """Declare with a callback that has a thread of its own, which ends with the program.
-
-    That a peer goes is told by the one thread which also ends what an advanced publisher does
-    beside; its `undeclare` waits for that up to 10 s, and holds Python's lock meanwhile. So no
-    Python may run there. The thread that Zenoh starts for a callback inherits from the one that
-    declares whether a program waits for it at its end.
-    """
-    import threading
-
-    declared: list[zenoh.Subscriber[None] | zenoh.ZError] = []
-
-    def run() -> None:
-        try:
-            declared.append(declare())
-        except zenoh.ZError as error:
-            declared.append(error)
-
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    thread.join()
-    if isinstance(declared[0], zenoh.ZError):
-        raise declared[0]
-    return declared[0]
 
 
 def _report(text: str) -> None:

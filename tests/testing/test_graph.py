@@ -139,3 +139,8 @@ def test_a_session_without_these_fixtures_imports_nothing_of_teleopctl():
 
 def _children(pid):
     return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+
+
+def test_a_graph_keeps_the_folder_by_which_all_that_runs_in_it_is_found(tmp_path, monkeypatch):
+    with pytest.raises(AttributeError, match="folder"):
+        monkeypatch.setattr(RosGraph(tmp_path), "folder", tmp_path / "another")

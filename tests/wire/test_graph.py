@@ -261,6 +261,30 @@ def test_that_others_come_is_not_told_on_the_thread_that_ends_what_publishers_do
     watcher.close()
 
 
+def test_a_watcher_that_is_closed_has_left_no_thread(world):
+    """One in Zenoh's code while Python ends is the abort "FATAL: exception not rethrown"."""
+    world.declare(world.open("client"), node())
+    session = world.open("client")
+    before = set(threading.enumerate())
+    for _ in range(10):
+        watcher = GraphWatcher(session, DOMAIN)
+        assert watcher.wait_for(lambda g: g.nodes, LONGEST_WAIT_S)
+        watcher.close()
+        assert set(threading.enumerate()) <= before
+
+
+def test_the_owner_may_close_it_where_it_is_told_of_a_change(world):
+    closed = threading.Event()
+
+    def close():
+        watcher.close()
+        closed.set()
+
+    watcher = GraphWatcher(world.open("client"), DOMAIN, on_change=close)
+    world.declare(world.open("client"), node())
+    assert closed.wait(LONGEST_WAIT_S)
+
+
 def test_what_a_session_declares_itself_is_known_at_once(world):
     session = world.open("client")
     watcher = GraphWatcher(session, DOMAIN)
