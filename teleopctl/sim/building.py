@@ -51,7 +51,7 @@ def simulate(
     control_period_ns: int,
     timestep_ns: int = 0,
     seed: int = 0,
-    gps_origin: Sequence[float] = (0.0, 0.0, 0.0),
+    gps_origin: Sequence[float] = (),
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
     """Build a simulation.
@@ -67,7 +67,7 @@ def simulate(
         timestep_ns: Longest physics step, in nanoseconds; 0 is what the model is made for.
         seed: Of the noise of sensors.
         gps_origin: Where the world's origin is on the earth: latitude and longitude in degrees,
-            metres above the ellipsoid.
+            metres above the ellipsoid; empty for where the world's file says, else (0, 0, 0).
         warn: Takes one sentence for each thing that is not as somebody wrote it.
 
     Raises:
@@ -77,11 +77,12 @@ def simulate(
     description = RobotDescription.from_urdf(urdf)
     plugins = motion_plugins(description)
     movers = [PlanarMove(topic, description.root) for topic in plugins.planar_topics]
-    sensors = make_sensors(description.gazebo.sensors, warn, seed, GeoPoint(*gps_origin))
+    surroundings = read_world(resolve_uri(world)) if world else None
+    place = gps_origin or (surroundings and surroundings.origin) or ()
+    sensors = make_sensors(description.gazebo.sensors, warn, seed, GeoPoint(*place))
     sensors += ground_truth(plugins.truths)
     interfaces = sensor_interfaces(description, sensors, warn, seed)
     measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
-    surroundings = read_world(resolve_uri(world)) if world else None
 
     def extend(spec: mujoco.MjSpec) -> None:
         add_sensors(spec, measuring, warn)

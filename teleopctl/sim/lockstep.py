@@ -61,8 +61,8 @@ class Ports(Protocol):
     def controller_back(self, time_ns: int) -> None:
         """A controller that was lost answers again."""
 
-    def fell_behind(self, seconds: float) -> None:
-        """The real-time factor could not be held; this much wall time was lost."""
+    def fell_behind(self, seconds: float, factor: float) -> None:
+        """This much wall time was lost; ``factor`` was reached in the last second."""
 
     def diverged(self, time_ns: int) -> None:
         """Physics broke down and was set back to its initial state."""
@@ -181,6 +181,11 @@ class LockstepLoop:
         with self._changed:
             return self._paused
 
+    @property
+    def reached_factor(self) -> float:
+        """Simulated seconds in the last second of wall time; 0 while time stands still."""
+        return 0.0 if self.paused else self._pacer.reached.of(self._simulation.time_ns)
+
     def step(self, count: int, timeout_s: float) -> bool:
         """Advance a paused simulation by physics steps, exchanging at the ticks on the way.
 
@@ -213,20 +218,14 @@ class LockstepLoop:
 
     def set_real_time_factor(self, factor: float) -> None:
         """Change the pace; takes effect within one block of steps."""
-
-        def change() -> None:
-            self._pacer.set_factor(factor, self._simulation.time_ns)
-
-        with self._changed:
-            self._requests.append(change)
-            self._changed.notify_all()
+        self.call(lambda: self._pacer.set_factor(factor, self._simulation.time_ns), 0.0)
 
     def restart(self) -> None:
         """Go on from the simulation's start; called on the loop's thread, by a request."""
         now = self._simulation.time_ns
         for beat in (self._clock_beat, self._view_beat):
             beat.restart()
-        self._pacer.anchor(now)
+        self._pacer.resume(now)
         self._command = self._unstamped = None
         self._lost = False
 
@@ -240,7 +239,7 @@ class LockstepLoop:
 
     def run(self) -> None:
         """Step until stopped, or until the end: what is due at that time is still exchanged."""
-        self._pacer.anchor(self._simulation.time_ns)
+        self._pacer.resume(self._simulation.time_ns)
         while self._ready():
             simulation = self._simulation
             if simulation.at_tick and not self._exchange():
@@ -283,7 +282,7 @@ class LockstepLoop:
                 if not (self._paused and at_rest and self._steps_asked == 0):
                     if self._parked and self._steps_asked == 0:
                         self._parked = False
-                        self._pacer.anchor(self._simulation.time_ns)
+                        self._pacer.resume(self._simulation.time_ns)
                         self._changed.notify_all()
                     return True
                 self._parked = True
@@ -380,7 +379,7 @@ class LockstepLoop:
     def _wait_until_due(self, now: int) -> None:
         lag = self._pacer.give_up_lag(now)
         if lag > 0.0 and not self._lost:
-            self._ports.fell_behind(lag)
+            self._ports.fell_behind(lag, self._pacer.reached.of(now))
         with self._changed:
             while (remaining := self._pacer.remaining_s(now)) > 0.0:
                 if self._stopped or self._paused or self._requests:

@@ -21,10 +21,17 @@ from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
+from teleopctl.sim.performance import PerformancePublisher
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.reporting import report_robot
+from teleopctl.sim.sensors.contact import SceneContacts
 from teleopctl.sim.sensors.publishing import SensorPublisher
-from teleopctl.sim.sensors.settings import declare_sensor_settings, numbers_of, sensor_settings
+from teleopctl.sim.sensors.settings import (
+    checked_numbers,
+    declare_sensor_settings,
+    numbers_of,
+    sensor_settings,
+)
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
@@ -129,6 +136,11 @@ class MujocoSim(Node):
         for parameter in parameters:
             if parameter.name == "publish_base_tf" and self._loop is not None:
                 self._ports.show_base(bool(parameter.value))
+            if parameter.name == "gravity" and self._loop is not None:
+                try:
+                    self._set_gravity(checked_numbers(parameter, "x", "y", "z"))
+                except InvalidParameterError as error:
+                    return _SetParametersResult(successful=False, reason=error.message)
             if parameter.name != "real_time_factor":
                 if self._loop is not None and parameter.name in _READ_AT_START:
                     reason = f"'{parameter.name}' is read at the start only"
@@ -141,6 +153,11 @@ class MujocoSim(Node):
             if self._loop is not None:
                 self._loop.set_real_time_factor(float(value))
         return _SetParametersResult(successful=True)
+
+    def _set_gravity(self, gravity: list[float]) -> None:
+        assert self._loop is not None
+        # Not waited for: it may be the loop's thread that sets the parameter.
+        self._loop.call(lambda: self._simulation.set_gravity(gravity), 0.0)
 
     # --- start ----------------------------------------------------------------------------
 
@@ -188,7 +205,14 @@ class MujocoSim(Node):
         states_topic = str(self.get_parameter("joint_states_topic").value)
         ports = TopicPorts(self, simulation, states_topic, robot.interfaces)
         ports.show_base(bool(self.get_parameter("publish_base_tf").value))
-        self._sensors = SensorPublisher(self, simulation, robot.sensors)
+        contacts = SceneContacts(self._number("state_rate"))
+        self._sensors = SensorPublisher(self, simulation, [*robot.sensors, contacts])
+        # Only now is it known what the world says.
+        number = _ParameterDescriptor(dynamic_typing=True)
+        self.declare_parameter("gravity", simulation.gravity, number)
+        gravity = numbers_of(self, "gravity", "x", "y", "z")
+        if gravity != simulation.gravity:
+            simulation.set_gravity(gravity)
         self._loop = LockstepLoop(
             simulation,
             ports,
@@ -200,6 +224,7 @@ class MujocoSim(Node):
             end_ns=round(self._number("end_time") * 1e9) or None,
         )
         self._simulation = simulation
+        PerformancePublisher(self, simulation, self._loop)
         self._commands = self.create_subscription(
             _JointState,
             str(self.get_parameter("joint_commands_topic").value),
@@ -280,6 +305,9 @@ class MujocoSim(Node):
         """Show what has come or gone; called on the loop's thread."""
         self._ports.bodies_changed()
         self._markers.renew(self._simulation.present_model)
+        if self.get_parameter("gravity").value != self._simulation.gravity:
+            # Another world has its own.
+            self.set_parameters([Parameter("gravity", value=self._simulation.gravity)])
         self._on_graph()
 
     # --- services -------------------------------------------------------------------------

@@ -2,10 +2,50 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections import deque
 
 # Further behind than this (seconds of wall time), lost time is given up rather than caught up.
 _GIVE_UP_S = 0.25
+
+# Over how long the factor that is reached is measured, and how often it is looked at for that, in
+# seconds of wall time.
+_MEASURED_S, _LOOK_S = 1.0, 0.05
+
+
+class ReachedFactor:
+    """Simulated seconds in the last second of wall time; may be asked for from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        # Wall time (s) and simulated time (ns), the oldest first; one is older than a second.
+        self._marks: deque[tuple[float, int]] = deque()
+
+    def restart(self) -> None:
+        """Forget what has been, as when time goes on after standing still."""
+        with self._lock:
+            self._marks.clear()
+
+    def note(self, sim_ns: int) -> None:
+        """Take the simulated time of now."""
+        now = time.monotonic()
+        if not self._marks or now >= self._marks[-1][0] + _LOOK_S:
+            with self._lock:
+                self._marks.append((now, sim_ns))
+                while len(self._marks) > 1 and self._marks[1][0] <= now - _MEASURED_S:
+                    self._marks.popleft()
+
+    def of(self, sim_ns: int) -> float:
+        """The factor up to a simulated time that is now; 0 where nothing has been noted."""
+        now = time.monotonic()
+        with self._lock:
+            began_s, began_ns = next(
+                (mark for mark in reversed(self._marks) if mark[0] <= now - _MEASURED_S),
+                self._marks[0] if self._marks else (now, sim_ns),
+            )
+        # Time may have begun anew between the two readings.
+        return max(0.0, sim_ns - began_ns) * 1e-9 / (now - began_s) if now > began_s else 0.0
 
 
 class Pacer:
@@ -13,10 +53,14 @@ class Pacer:
 
     Args:
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
+
+    Attributes:
+        reached: The factor that is reached.
     """
 
     def __init__(self, real_time_factor: float) -> None:
         self._factor = real_time_factor
+        self.reached = ReachedFactor()
         self._wall_s = 0.0
         self._sim_ns = 0
         self.anchor(0)
@@ -36,6 +80,12 @@ class Pacer:
         self._wall_s = time.monotonic()
         self._sim_ns = sim_ns
 
+    def resume(self, sim_ns: int) -> None:
+        """Go on from this simulated time, after standing still or elsewhere."""
+        self.anchor(sim_ns)
+        self.reached.restart()
+        self.reached.note(sim_ns)
+
     def remaining_s(self, sim_ns: int) -> float:
         """Seconds of wall time until a simulated time is due; not positive when it is."""
         if self._factor <= 0.0:
@@ -45,6 +95,7 @@ class Pacer:
 
     def give_up_lag(self, sim_ns: int) -> float:
         """Start anew from here when hopelessly late; returns the seconds given up, or 0."""
+        self.reached.note(sim_ns)
         lag = -self.remaining_s(sim_ns)
         if lag < _GIVE_UP_S:
             return 0.0

@@ -144,10 +144,11 @@ class TopicPorts:
         """Report that a lost controller answers again."""
         self._logger.info(f"The controller answers again at {to_seconds(time_ns):.3f} s")
 
-    def fell_behind(self, seconds: float) -> None:
+    def fell_behind(self, seconds: float, factor: float) -> None:
         """Report that the pace could not be held."""
         self._logger.warning(
-            f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s",
+            f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s; it "
+            f"reached {factor:.2f} in the last second",
             throttle_duration_sec=10.0,
         )
 

@@ -92,7 +92,7 @@ class _Ports:
     def controller_back(self, time_ns: int) -> None:
         """Do nothing: it came back then too."""
 
-    def fell_behind(self, seconds: float) -> None:
+    def fell_behind(self, seconds: float, factor: float) -> None:
         """Do nothing: there is no pace to hold."""
 
     def diverged(self, time_ns: int) -> None:

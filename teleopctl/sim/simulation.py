@@ -353,7 +353,12 @@ class Simulation:
         self._pushes.add(push)
         self._wake()
 
-    def set_gravity(self, gravity: Array) -> None:
+    @property
+    def gravity(self) -> list[float]:
+        """The acceleration of free fall in the world: x, y, z, in m/s²."""
+        return [float(part) for part in self._m.opt.gravity]
+
+    def set_gravity(self, gravity: Array | Sequence[float]) -> None:
         """Set the acceleration of free fall in the world, (3,), in m/s²."""
         self._m.opt.gravity[:] = gravity
         self._wake()

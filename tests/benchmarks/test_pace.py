@@ -34,7 +34,7 @@ class Watch(Silence):
         if time_ns >= SECONDS * 1_000_000_000:
             self.loop.stop()
 
-    def fell_behind(self, seconds: float) -> None:
+    def fell_behind(self, seconds: float, factor: float) -> None:
         self.lost += seconds
 
 

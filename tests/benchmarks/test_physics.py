@@ -63,7 +63,7 @@ class Silence:
     def controller_back(self, time_ns: int) -> None:
         pass
 
-    def fell_behind(self, seconds: float) -> None:
+    def fell_behind(self, seconds: float, factor: float) -> None:
         pass
 
     def diverged(self, time_ns: int) -> None:

@@ -42,7 +42,7 @@ class Recorder:
     def controller_back(self, time_ns: int) -> None:
         self._add("back", time_ns)
 
-    def fell_behind(self, seconds: float) -> None:
+    def fell_behind(self, seconds: float, factor: float) -> None:
         self._add("behind", 0)
 
     def diverged(self, time_ns: int) -> None:

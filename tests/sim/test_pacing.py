@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from teleopctl.sim.pacing import Beat, Pacer
+from teleopctl.sim.pacing import Beat, Pacer, ReachedFactor
 
 
 @pytest.fixture
@@ -34,6 +34,24 @@ def test_small_lags_are_caught_up_and_large_ones_given_up(wall: list[float]) -> 
     wall[0] += 5.0
     assert pacer.give_up_lag(0) == pytest.approx(5.1)
     assert pacer.remaining_s(1_000_000_000) == pytest.approx(1.0)
+
+
+def test_the_factor_that_is_reached_is_that_of_the_last_second(wall: list[float]) -> None:
+    reached = ReachedFactor()
+    assert reached.of(0) == 0.0
+    sim_ns = 0
+    for pace in (2.0, 0.5):
+        for _ in range(20):
+            reached.note(sim_ns)
+            wall[0] += 0.1
+            sim_ns += round(pace * 1e8)
+        assert reached.of(sim_ns) == pytest.approx(pace)
+    wall[0] += 9.0
+    assert reached.of(sim_ns) < 0.01, "it has stood still for 9 s"
+    reached.restart()
+    reached.note(sim_ns)
+    wall[0] += 0.1
+    assert reached.of(sim_ns + 100_000_000) == pytest.approx(1.0)
 
 
 @given(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from teleopctl.interfaces import get_action, get_message, get_service
-from teleopctl.node import ActionClient
+from teleopctl.node import ActionClient, Parameter
 from teleopctl.packages import package_share
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph
 from tests.system.sim_partner import Partner, command, teleop_urdf
@@ -252,3 +253,57 @@ def test_another_world_is_loaded_and_unloaded(caller: Caller) -> None:
     table = next(world for world in known if world.name == "table")
     caller.do("LoadWorld", "load_world", uri=table.world_resource.uri)
     assert caller.names() == ["teleop", "table", "cube"]
+
+
+def test_gravity_is_a_parameter_and_another_world_has_its_own(caller: Caller) -> None:
+    """Of the world: falls by what is set, in words where that makes no sense."""
+    set_ = get_service("rcl_interfaces/srv/SetParameters")
+    client = caller.create_client(set_, "/mujoco_sim/set_parameters")
+    assert client.wait_for_service(LONGEST_WAIT_S)
+
+    def set_gravity(*gravity: float) -> Any:
+        value = Parameter("gravity", value=list(gravity)).to_parameter_msg()
+        return client.call(set_.Request(parameters=[value]), timeout_sec=LONGEST_WAIT_S).results[0]
+
+    def gravity() -> list[float]:
+        get = get_service("rcl_interfaces/srv/GetParameters")
+        asking = caller.create_client(get, "/mujoco_sim/get_parameters")
+        response = asking.call(get.Request(names=["gravity"]), timeout_sec=LONGEST_WAIT_S)
+        return list(response.values[0].double_array_value)
+
+    assert gravity() == [0.0, 0.0, -9.81]
+    caller.spawn(CAN, 2.0)
+    assert set_gravity(0.0, 0.0, -1.62).successful
+    caller.spawn(BOX, 3.0)
+    caller.step(100)
+    fallen = 1.0 - 1.62 * 0.1 * 0.101 / 2.0
+    assert (caller.height("can"), caller.height("box")) == pytest.approx((fallen, fallen))
+    for wrong in ((0.0, 0.0), (0.0, 0.0, float("nan"))):
+        refused = set_gravity(*wrong)
+        assert (refused.successful, "expected x, y and z" in refused.reason) == (False, True)
+    caller.do("LoadWorld", "load_world", resource_string="things: {}\ngravity: [0, 0, -3.7]")
+    assert gravity() == [0.0, 0.0, -3.7]
+    caller.do("LoadWorld", "load_world", uri=str(TABLE))
+    assert gravity() == [0.0, 0.0, -9.81]
+
+
+def test_all_contacts_and_the_pace_are_on_topics_for_those_who_listen(caller: Caller) -> None:
+    touching: list[set[str]] = []
+    paces: queue.SimpleQueue[float] = queue.SimpleQueue()
+
+    def see(message: Any) -> None:
+        pairs = [(one.collision1.name, one.collision2.name) for one in message.contacts]
+        touching.extend({*pair} for pair in pairs)
+
+    contacts = get_message("ros_gz_interfaces/msg/Contacts")
+    caller.create_subscription(contacts, "/mujoco_sim/contacts", see, 10, immediate=True)
+    caller.create_subscription(
+        get_message("gazebo_msgs/msg/PerformanceMetrics"),
+        "/performance_metrics",
+        lambda message: paces.put(message.real_time_factor),
+        10,
+        immediate=True,
+    )
+    while {"cube_collision", "table_collision"} not in touching:  # until it sees who listens
+        caller.step(100)
+    assert paces.get(timeout=LONGEST_WAIT_S) == 0.0, "time stands still"

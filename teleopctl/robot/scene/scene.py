@@ -175,6 +175,8 @@ class Scene:
         models: What stands and lies in it.
         lights: What shines.
         gravity: The acceleration of free fall; None where it says nothing.
+        origin: Where its origin is on the earth: latitude and longitude in degrees, metres above
+            the ellipsoid; None where it says nothing.
         remarks: What is left out, a sentence each with its place in the file.
         files: The files that it was made from, the file itself first.
         is_model: Whether the file is one thing rather than a world.
@@ -187,3 +189,4 @@ class Scene:
     remarks: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
     is_model: bool = False
+    origin: Vector3 | None = None

@@ -27,6 +27,15 @@ _WORLD = frozenset(
     {"model", "include", "light", "gravity", "state", "frame", "physics", "gui", "scene"}
     | {"magnetic_field", "atmosphere", "audio", "wind", "spherical_coordinates", "plugin", "joint"}
 )
+# What <spherical_coordinates> may say: numbers that are read, and what there is but one of here.
+_ON_EARTH: dict[str, str | None] = {
+    "latitude_deg": None,
+    "longitude_deg": None,
+    "elevation": None,
+    "surface_model": "EARTH_WGS84",
+    "world_frame_orientation": "ENU",
+    "heading_deg": "0",
+}
 # Systems of Gazebo's that are here by themselves.
 _SYSTEMS = (
     *("physics", "user-commands", "scene-broadcaster", "sensors", "imu", "contact", "navsat"),
@@ -91,6 +100,7 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
     lights = [_light(file, element) for element in world.findall("light")]
     models = _models(reading, file, world, lights)
     gravity = world.find("gravity")
+    origin = _origin(file, world.find("spherical_coordinates"))
     return Scene(
         world.get("name") or "",
         tuple(_with_states(file, world, models)),
@@ -98,7 +108,30 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
         None if gravity is None else _vector(file, gravity),
         reading.remarks.sentences(),
         tuple(reading.files),
+        origin=origin,
     )
+
+
+def _origin(file: SdfFile, element: Any | None) -> Vector3 | None:
+    """Where the world is on the earth; None where that is not said."""
+    if element is None:
+        return None
+    file.leave_rest(element, _ON_EARTH)
+    for tag, usual in _ON_EARTH.items():
+        said = element.find(tag)
+        text = "" if said is None else (said.text or "").strip()
+        if usual is not None and text and text != usual and not _is_zero(text):
+            file.leave_out(said, f"is taken for {usual}")
+    found = [element.find(tag) for tag in ("latitude_deg", "longitude_deg", "elevation")]
+    north, east, up = (0.0 if one is None else file.numbers(one, 1)[0] for one in found)
+    return north, east, up
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False
 
 
 def _models(

@@ -53,6 +53,11 @@ class World:
     scene: Scene | None = None
 
     @property
+    def origin(self) -> tuple[float, float, float] | None:
+        """Where its origin is on the earth: degrees north and east, metres; None if unsaid."""
+        return None if self.scene is None else self.scene.origin
+
+    @property
     def moves(self) -> bool:
         """Whether it is a thing by itself, which moves freely wherever it is put."""
         return self.description is not None and self.description.root != "world"

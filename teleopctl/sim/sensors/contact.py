@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Collection, Iterator
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,10 +12,8 @@ import numpy.typing as npt
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.interfaces import get_message
+from teleopctl.robot import Sensor as Description
 from teleopctl.sim.sensors.base import Sensor
-
-if TYPE_CHECKING:
-    from teleopctl.robot import Sensor as Description
 
 Array = npt.NDArray[np.float64]
 
@@ -24,6 +22,8 @@ _COLLISION = 5  # ros_gz_interfaces/Entity
 # How Gazebo names the collision shapes of a URDF's links, also of those that it has joined to
 # the link above them.
 _LUMPED = re.compile(r".*_fixed_joint_lump__")
+# What shapes of worlds are called here that have no name of their own.
+_MADE_UP = re.compile(r"(.*/)?shape\d+")
 _NUMBERED = re.compile(r"_collision(_\d+)?$")
 
 
@@ -72,7 +72,7 @@ class Contact(Sensor):
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """List the pairs of shapes that touch."""
         pairs: dict[tuple[int, int], list[_Touch]] = {}
-        for own, other, touch in self._touches(model, data):
+        for own, other, touch in _touches(model, data, self._own_bodies(model)):
             pairs.setdefault((own, other), []).append(touch)
         fill = _classic_state if self.message_type == _CLASSIC else _gz_contact
         states = [
@@ -87,40 +87,65 @@ class Contact(Sensor):
                 for wrench in contact.wrenches:
                     wrench.header = message.header
 
-    def _touches(
-        self, model: mujoco.MjModel, data: mujoco.MjData
-    ) -> Iterator[tuple[int, int, _Touch]]:
-        own_bodies = {model.body(link).id for link in self._links}
-        for number in range(data.ncon):
-            contact = data.contact[number]
-            one, two = (int(geom) for geom in contact.geom)
-            if one < 0 or two < 0 or contact.exclude:
-                continue
-            first = int(model.geom_bodyid[one]) in own_bodies
-            if not first and int(model.geom_bodyid[two]) not in own_bodies:
-                continue
-            # MuJoCo's normal points from the first to the second, and its force acts on the second.
-            sign = -1.0 if first else 1.0
-            wrench = np.zeros(6)
-            mujoco.mj_contactForce(model, data, number, wrench)
-            axes = np.array(contact.frame).reshape(3, 3)
-            touch = _Touch(
-                np.array(contact.pos),
-                sign * axes[0],
-                max(0.0, -float(contact.dist)),
-                sign * (axes.T @ wrench[:3]),
-                sign * (axes.T @ wrench[3:]),
-            )
-            yield (one, two, touch) if first else (two, one, touch)
+    def _own_bodies(self, model: mujoco.MjModel) -> Collection[int]:
+        """The numbers of the bodies whose contacts are listed."""
+        return {model.body(link).id for link in self._links}
+
+
+class SceneContacts(Contact):
+    """All that touches anything, each pair of shapes once.
+
+    Args:
+        rate_hz: How often it is published, in simulated time.
+    """
+
+    topic = "/mujoco_sim/contacts"
+
+    def __init__(self, rate_hz: float) -> None:
+        super().__init__(
+            Description(name="contacts", type="contact", link="world", update_rate=rate_hz)
+        )
+
+    def _own_bodies(self, model: mujoco.MjModel) -> Collection[int]:
+        return range(model.nbody)
+
+
+def _touches(
+    model: mujoco.MjModel, data: mujoco.MjData, own_bodies: Collection[int]
+) -> Iterator[tuple[int, int, _Touch]]:
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        one, two = (int(geom) for geom in contact.geom)
+        if one < 0 or two < 0 or contact.exclude:
+            continue
+        first = int(model.geom_bodyid[one]) in own_bodies
+        if not first and int(model.geom_bodyid[two]) not in own_bodies:
+            continue
+        # MuJoCo's normal points from the first to the second, and its force acts on the second.
+        sign = -1.0 if first else 1.0
+        wrench = np.zeros(6)
+        mujoco.mj_contactForce(model, data, number, wrench)
+        axes = np.array(contact.frame).reshape(3, 3)
+        touch = _Touch(
+            np.array(contact.pos),
+            sign * axes[0],
+            max(0.0, -float(contact.dist)),
+            sign * (axes.T @ wrench[:3]),
+            sign * (axes.T @ wrench[3:]),
+        )
+        yield (one, two, touch) if first else (two, one, touch)
 
 
 def _name(model: mujoco.MjModel, geom: int) -> str:
     """A shape's name, or what Gazebo would call it."""
     body = int(model.geom_bodyid[geom])
     own = model.geom(geom).name
-    if own:
+    if own and not _MADE_UP.fullmatch(own):
         return str(own)
-    number = geom - int(model.body_geomadr[body])
+    first = int(model.body_geomadr[body])
+    number = int(
+        np.count_nonzero(model.geom_contype[first:geom] | model.geom_conaffinity[first:geom])
+    )
     return f"{model.body(body).name}_collision" + (f"_{number}" if number else "")
 
 

@@ -10,7 +10,10 @@ from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.node import Node, Parameter
+
+# Then it is what the world's file says.
+_UNSAID = [0.0] * 3
 
 
 class SensorSettings(TypedDict):
@@ -24,7 +27,7 @@ def declare_sensor_settings(node: Node) -> None:
     """Declare the parameters ``seed`` and ``gps_origin``."""
     at_start = get_message("rcl_interfaces/msg/ParameterDescriptor")(read_only=True)
     node.declare_parameter("seed", 0, at_start)
-    node.declare_parameter("gps_origin", [0.0] * 3, at_start)
+    node.declare_parameter("gps_origin", _UNSAID, at_start)
 
 
 def sensor_settings(node: Node) -> SensorSettings:
@@ -37,7 +40,7 @@ def sensor_settings(node: Node) -> SensorSettings:
     if isinstance(seed, bool) or not isinstance(seed, int):
         raise InvalidParameterError(f"Parameter 'seed' is '{seed}', expected a whole number")
     origin = numbers_of(node, "gps_origin", "latitude", "longitude", "altitude")
-    return SensorSettings(seed=seed, gps_origin=origin)
+    return SensorSettings(seed=seed, gps_origin=() if origin == _UNSAID else origin)
 
 
 def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
@@ -51,9 +54,24 @@ def numbers_of(node: Node, name: str, *parts: str) -> list[float]:
     Raises:
         InvalidParameterError: It is something else.
     """
-    values = node.get_parameter(name).value
-    fits = isinstance(values, Sequence) and len(values) == len(parts)
-    if not fits or not all(map(isfinite, values)):
+    return checked_numbers(node.get_parameter(name), *parts)
+
+
+def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
+    """The same of a parameter that has not been set yet.
+
+    Raises:
+        InvalidParameterError: It is something else.
+    """
+    values = parameter.value
+    fits = not isinstance(values, str) and isinstance(values, Sequence)
+    if not (
+        fits
+        and len(values) == len(parts)
+        and all(isinstance(value, int | float) and isfinite(value) for value in values)
+    ):
         expected = f"{', '.join(parts[:-1])} and {parts[-1]}"
-        raise InvalidParameterError(f"Parameter '{name}' is {values}, expected {expected}")
+        raise InvalidParameterError(
+            f"Parameter '{parameter.name}' is {values}, expected {expected}"
+        )
     return [float(value) for value in values]

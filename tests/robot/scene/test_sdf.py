@@ -270,3 +270,18 @@ def test_a_world_is_no_robot(tmp_path: Path) -> None:
     file.write_text(f"<sdf version='1.8'>{world(ROVER)}</sdf>")
     with pytest.raises(InvalidDescriptionError, match="it is a world with 1 models, and no robot"):
         read_model(file)
+
+
+def test_a_world_has_its_place_on_the_earth(tmp_path: Path) -> None:
+    place = (
+        "<spherical_coordinates><surface_model>EARTH_WGS84</surface_model>"
+        "<latitude_deg>47.4</latitude_deg><longitude_deg>8.5</longitude_deg>"
+        "<elevation>408</elevation>\n<heading_deg>90</heading_deg></spherical_coordinates>"
+    )
+    found = scene(tmp_path, world(place))
+    assert found.origin == (47.4, 8.5, 408.0)
+    (remark,) = found.remarks
+    assert remark.endswith("world.sdf:3: <heading_deg> is taken for 0")
+    assert scene(tmp_path, world()).origin is None
+    with pytest.raises(InvalidDescriptionError, match="<latitude_deg> should be a finite number"):
+        scene(tmp_path, world(place.replace("47.4", "north")))
