@@ -2,17 +2,18 @@
 
 Topics out: ``/clock``, ``/robot_joint_states`` (each control tick), ``/mujoco_sim/joint_states``
 (for viewers, while somebody subscribes), ``/mujoco_sim/free_joint_states`` and ``/tf`` (what moves
-freely, likewise), ``/mujoco_sim/world_markers`` (what the world looks like), and those of the
-description's sensors. In: ``/robot_description`` unless the parameter of that name is given,
-``/robot_joint_commands``. Services: ``~/set_pause``, ``~/step_simulation``, ``~/reset_world``,
-``~/set_free_joint_state``.
+freely, likewise), ``/mujoco_sim/contacts`` (all that touches, likewise), ``/performance_metrics``
+(the real-time factor that is reached, likewise), ``/mujoco_sim/world_markers`` (what the world
+looks like), and those of the description's sensors. In: ``/robot_description`` unless the
+parameter of that name is given, ``/robot_joint_commands``. Services: ``~/set_pause``,
+``~/step_simulation``, ``~/reset_world``, ``~/set_free_joint_state``.
 
 Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_world`),
 ``update_rate`` (Hz of control), ``timestep`` (s of physics, at most; 0 is what an MJCF file says,
-and 1 ms for others), ``real_time_factor`` (0: as
-fast as possible; can be set while running), ``paused``, ``lockstep_timeout`` (s of wall time),
-``state_rate`` (Hz, for viewers), ``end_time`` (s of simulated time, then it ends; 0: never),
-``mass_scale`` and ``friction_scale`` (factors to what is described), ``joint_states_topic``,
+and 1 ms for others), ``real_time_factor`` (0: as fast as possible; can be set while running),
+``gravity`` (m/s²; likewise), ``paused``, ``lockstep_timeout`` (s of wall time), ``state_rate``
+(Hz, for viewers), ``end_time`` (s of simulated time, then it ends; 0: never), ``mass_scale`` and
+``friction_scale`` (factors to what is described), ``joint_states_topic``,
 ``joint_commands_topic``.
 """
 

@@ -303,8 +303,12 @@ class Simulation:
         if self._observed is None:
             self._observed = mujoco.MjData(self._m)
         mujoco.mj_copyData(self._observed, self._m, self._d)
+        asleep = self._m.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
         self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        # What sleeps would touch nothing.
+        self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         mujoco.mj_forward(self._m, self._observed)
+        self._m.opt.enableflags |= asleep
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return self._m, self._observed
 

@@ -1,11 +1,13 @@
 """Contacts, magnetic field, place on the earth and height: judged by mechanics and geodesy."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from teleopctl.interfaces.store import get_message
+from teleopctl.sim.building import simulate
 from teleopctl.sim.sensors.earth import GeoPoint
 from tests.sim.robots import box, control, joint, link
 from tests.sim.test_sensors import Measured, gazebo
@@ -147,3 +149,21 @@ def test_gazebo_classics_plugin_of_forces_is_a_sensor() -> None:
     assert sensor.description.update_rate == 50
     assert read(measured).wrench.force.z == pytest.approx(-0.5 * 9.81, rel=1e-3)
     assert measured.warnings == []
+
+
+def test_an_sdf_world_says_where_on_the_earth_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "field.sdf"
+    file.write_text(
+        "<sdf version='1.9'><world name='field'><spherical_coordinates><latitude_deg>47.4"
+        "</latitude_deg><elevation>408</elevation></spherical_coordinates></world></sdf>"
+    )
+    tags = link("base", "") + gazebo("base", "", "navsat")
+    for said, origin in (((), GeoPoint(47.4, 0.0, 408.0)), ((1.0, 2.0, 3.0), GeoPoint(1, 2, 3))):
+        robot = simulate(
+            f"<robot name='r'>{tags}</robot>",
+            world=str(file),
+            fixed_base=True,
+            control_period_ns=10_000_000,
+            gps_origin=said,
+        )
+        assert robot.sensors[0].origin == origin

@@ -263,12 +263,14 @@ def test_gravity_is_a_parameter_and_another_world_has_its_own(caller: Caller) ->
 
     def set_gravity(*gravity: float) -> Any:
         value = Parameter("gravity", value=list(gravity)).to_parameter_msg()
-        return client.call(set_.Request(parameters=[value]), timeout_sec=LONGEST_WAIT_S).results[0]
+        request = set_.Request(parameters=[value])
+        response: Any = client.call(request, timeout_sec=LONGEST_WAIT_S)
+        return response.results[0]
 
     def gravity() -> list[float]:
         get = get_service("rcl_interfaces/srv/GetParameters")
         asking = caller.create_client(get, "/mujoco_sim/get_parameters")
-        response = asking.call(get.Request(names=["gravity"]), timeout_sec=LONGEST_WAIT_S)
+        response: Any = asking.call(get.Request(names=["gravity"]), timeout_sec=LONGEST_WAIT_S)
         return list(response.values[0].double_array_value)
 
     assert gravity() == [0.0, 0.0, -9.81]
@@ -304,6 +306,7 @@ def test_all_contacts_and_the_pace_are_on_topics_for_those_who_listen(caller: Ca
         10,
         immediate=True,
     )
+    caller.step(3000)  # the cube sleeps
     while {"cube_collision", "table_collision"} not in touching:  # until it sees who listens
         caller.step(100)
     assert paces.get(timeout=LONGEST_WAIT_S) == 0.0, "time stands still"
