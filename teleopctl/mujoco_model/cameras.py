@@ -132,7 +132,7 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
         for sensor in description.gazebo.sensors
         if sensor.type in CAMERA_TYPES
         and sensor.camera is not None
-        and sensor.link in description.links
+        and (sensor.link in description.links or _is_in_world(sensor, description))
     ]
     for sensor in sensors:
         frame, warning = optical_frame(sensor, description)
@@ -147,6 +147,11 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
         topics = camera_topics(sensor, name, alone=len(sensors) == 1)
         cameras[name] = replace(camera, name=name, topics=topics)
     return list(cameras.values()), warnings
+
+
+def _is_in_world(sensor: Sensor, description: RobotDescription) -> bool:
+    """Whether a camera stands beside a robot that moves freely, in its MJCF file."""
+    return description.mjcf is not None and sensor.link == "world"
 
 
 def _camera(sensor: Sensor, frame: str) -> CameraModel:

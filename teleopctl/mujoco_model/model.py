@@ -196,7 +196,7 @@ def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> 
         mj_model=model,
         spec=draft.spec,
         joints=tuple(draft.joints),
-        cameras=(),
+        cameras=tuple(draft.cameras),
         free_bodies=tuple(draft.free_bodies),
         things=draft.things,
         base=draft.base,

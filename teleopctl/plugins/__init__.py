@@ -292,6 +292,8 @@ SENSORS = Kind(
         "imu": f"{_SENSORS}.imu:Imu",
         "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
         "navsat": f"{_SENSORS}.navsat:NavSat",
+        "rangefinder": "teleopctl.sim.mjcf.file_sensors:Rangefinder",
+        "touch": "teleopctl.sim.mjcf.file_sensors:Touch",
     }
     | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
     bases=("teleopctl.sim.sensors.base:Sensor",),

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         JointActuator as JointActuator,
         joint_actuators as joint_actuators,
     )
+    from teleopctl.robot.formats.mjcf_sensors import sensor_tags as sensor_tags
     from teleopctl.robot.formats.mjcf_urdf import ball_turns as ball_turns
     from teleopctl.robot.formats.model_file import (
         ModelKind as ModelKind,
@@ -99,6 +100,7 @@ else:
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
             "formats.mjcf_actuators": "JointActuator joint_actuators",
+            "formats.mjcf_sensors": "sensor_tags",
             "formats.mjcf_urdf": "ball_turns",
             "formats.model_file": "ModelKind model_kind read_model",
             "formats.urdf_tags": "unknown_tags",

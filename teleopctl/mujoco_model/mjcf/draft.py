@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from teleopctl.mujoco_model.base import WORLD, FreeBase, world_frame
+from teleopctl.mujoco_model.cameras import CameraModel, camera_models
 from teleopctl.mujoco_model.drives import add_drives, prepare_drives
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.joints import JointSpec, joint_specs
@@ -21,7 +22,14 @@ from teleopctl.mujoco_model.mjcf.start import Start
 from teleopctl.mujoco_model.surroundings.scene import complete_scene
 from teleopctl.mujoco_model.surroundings.thing import Thing, things_since
 from teleopctl.mujoco_model.surroundings.world import add_world
-from teleopctl.robot import JointActuator, Mjcf, ball_turns, joint_actuators, load_mjcf
+from teleopctl.robot import (
+    JointActuator,
+    Mjcf,
+    ball_turns,
+    joint_actuators,
+    load_mjcf,
+    sensor_tags,
+)
 
 if TYPE_CHECKING:
     from teleopctl.robot import Pose, RobotDescription, World
@@ -36,6 +44,7 @@ class MjcfDraft:
     # Any: a `mujoco.MjSpec`.
     spec: Any
     joints: list[JointSpec]
+    cameras: list[CameraModel]
     free_bodies: list[FreeBody]
     things: tuple[Thing, ...]
     base: FreeBase | None
@@ -62,7 +71,12 @@ def draft_mjcf(
     spec, bare, data = mjcf.spec, mjcf.model, mjcf.start()
     actuators, warnings = joint_actuators(bare)
     joints, complaints = _joints(description, mjcf, actuators)
+    warnings += complaints + sensor_tags(mjcf)[1]
+    # The description has those of the file.
+    cameras, complaints = camera_models(description)
     warnings += complaints
+    frame = world_frame(description, fixed_base=fixed_base)
+    cameras = [replace(c, link=frame) if c.link == WORLD else c for c in cameras]
     base = None
     if mjcf.root != WORLD:
         root = FreeBody(mjcf.root, bare.joint(int(bare.body(mjcf.root).jntadr[0])).name, WORLD)
@@ -90,7 +104,6 @@ def draft_mjcf(
     things = things_since(names, spec, free, prefix="")
     if world is not None:
         before = {body.name for body in spec.worldbody.bodies}
-        frame = world_frame(description, fixed_base=fixed_base)
         moving, complaints = add_world(spec, world, frame)
         things += things_since(before, spec, moving)
         free += moving
@@ -98,7 +111,7 @@ def draft_mjcf(
     complete_scene(spec)
     if extend is not None:
         extend(spec)
-    return MjcfDraft(spec, joints, free, things, base, start, names, warnings)
+    return MjcfDraft(spec, joints, cameras, free, things, base, start, names, warnings)
 
 
 def _joints(

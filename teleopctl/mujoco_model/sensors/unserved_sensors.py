@@ -61,6 +61,8 @@ _BY_KIND |= dict.fromkeys(CAMERA_TYPES, _CAMERA) | {
         f"force_torque/{part}/{axis}/noise" for part in ("force", "torque") for axis in "xyz"
     )
     | {"force_torque/frame", "force_torque/measure_direction"},
+    "touch": words("touch/sensor touch/noise"),
+    "rangefinder": words("rangefinder/sensor rangefinder/noise"),
     "sonar": words("sonar/min sonar/max sonar/radius sonar/noise"),
     "contact": words("contact/collision contact/topic"),
     "magnetometer": words("magnetometer/x/noise magnetometer/y/noise magnetometer/z/noise"),

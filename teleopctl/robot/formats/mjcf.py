@@ -14,6 +14,8 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.formats.places import transform
+from teleopctl.tf import Transform
 
 WORLD = "world"
 
@@ -52,6 +54,20 @@ class Mjcf:
         """The bodies of the robot, parents before children."""
         m = self.model
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
+
+    def place(self, body: int) -> tuple[str, Transform] | None:
+        """Which link, or the world, carries a body, and where in that its frame is.
+
+        None for what moves and is not of the robot.
+        """
+        m = self.model
+        top = int(m.body_rootid[body])
+        if top in self.tops:
+            return str(m.body(body).name), Transform()
+        if m.body_weldid[body] != 0 or m.body_mocapid[top] >= 0:
+            return None
+        data = self.start()
+        return WORLD, transform(data.xpos[body], data.xquat[body])
 
     def start(self) -> Any:
         """A ``mujoco.MjData`` at the start: in the keyframe ``home``, else with all joints at 0."""
@@ -93,6 +109,13 @@ def free_joint(model: Any, body: int) -> int | None:
     return first if has_one else None
 
 
+# Any: MuJoCo's number for it.
+def sensor_type(kind: Any) -> str:
+    """What MJCF calls a type of sensor."""
+    name = str(mujoco.mjtSensor(int(kind)).name).removeprefix("mjSENS_").lower()
+    return name.replace("actfrc", "actuatorfrc")
+
+
 def joints_of(model: Any, body: int) -> range:
     """The numbers of the joints between a body and its parent, in the order in which they act."""
     first = int(model.body_jntadr[body])
@@ -117,6 +140,8 @@ def _name_parts(spec: Any) -> None:
         ("joint", spec.joints),
         ("actuator", spec.actuators),
         ("tendon", spec.tendons),
+        ("camera", spec.cameras),
+        ("sensor", spec.sensors),
     ):
         taken = {element.name for element in elements}
         for element in elements:
@@ -128,8 +153,14 @@ def _name_parts(spec: Any) -> None:
 
 def _names_for(kind: str, element: Any) -> Iterator[str]:
     """What an element without a name may be called: by what it belongs to, else by a number."""
-    owner = {"joint": lambda: element.parent.name, "actuator": lambda: element.target}.get(kind)
+    owner = {
+        "joint": lambda: element.parent.name,
+        "actuator": lambda: element.target,
+        "sensor": lambda: element.objname,
+    }.get(kind)
     name = owner() if owner is not None else ""
+    if kind == "sensor":
+        kind = sensor_type(element.type)
     if name:
         yield f"{name}_{kind}"
     yield from (f"{name or kind}_{number}" for number in range(1, 1_000_000))

@@ -22,6 +22,7 @@ from teleopctl.robot.formats.mjcf_actuators import (
     file_mimics,
     joint_actuators,
 )
+from teleopctl.robot.formats.mjcf_sensors import sensor_tags
 from teleopctl.robot.formats.mjcf_shapes import add_shapes
 from teleopctl.robot.formats.places import add_origin, numbers, transform
 from teleopctl.robot.simulated_hardware import SIMULATOR
@@ -54,6 +55,7 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
     _add_joints(robot, mjcf, actuators)
     if actuators:
         _add_control(robot, mjcf, actuators)
+    robot.extend(sensor_tags(mjcf)[0])
     etree.indent(robot)
     files = dict.fromkeys((mjcf.path, *_included(mjcf.path)))
     return ExpandedXacro(etree.tostring(robot, encoding="unicode"), tuple(files))

@@ -1,7 +1,8 @@
-"""Places of MuJoCo's, and of others, as URDF writes them."""
+"""Places and names of MuJoCo's, and of others, as URDF and ROS write them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from lxml import etree
@@ -21,6 +22,17 @@ def add_origin(element: etree._Element, place: Transform) -> None:
     rpy = rpy_from_quaternion(place.rotation)
     if any(place.translation) or any(rpy):
         etree.SubElement(element, "origin", xyz=numbers(*place.translation), rpy=numbers(*rpy))
+
+
+def pose_text(place: Transform) -> str:
+    """A place as the ``<pose>`` of a sensor has it."""
+    return numbers(*place.translation, *rpy_from_quaternion(place.rotation))
+
+
+def topic_name(name: str) -> str:
+    """A name as a topic may have it: letters, digits and underscores, no digit first."""
+    parts = (re.sub(r"\W", "_", part, flags=re.ASCII) for part in name.split("/") if part)
+    return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
 
 
 def numbers(*values: float) -> str:

@@ -20,7 +20,7 @@ _FRAME_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
 _OPTICAL_FRAME_TAGS = ("camera/optical_frame_id", "optical_frame_id")
 _RAY_TAGS = ("ray", "lidar", "gpu_ray", "gpu_lidar")
 _FORCE_TORQUE = {
-    "frame": ("child", "parent", "sensor"),
+    "frame": ("child", "parent", "sensor", "site"),
     "measure_direction": ("child_to_parent", "parent_to_child"),
 }
 _FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
@@ -77,8 +77,10 @@ class Camera:
 class ForceTorque:
     """How a force-torque sensor tells its wrench.
 
-    ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``. ``measure_direction`` is
-    which of the two links acts on the other: ``child_to_parent`` or ``parent_to_child``.
+    ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``; ``site`` is the sensor's
+    with the torque about its own place, as MuJoCo has it, and not about the joint's.
+    ``measure_direction`` is which of the two links acts on the other: ``child_to_parent`` or
+    ``parent_to_child``.
     """
 
     frame: str = "child"

@@ -7,7 +7,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from teleopctl.errors import InvalidDescriptionError
 from teleopctl.sim.sensors.base import Sensor
 
 
@@ -24,13 +23,11 @@ class ForceTorque(Sensor):
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add the two sensors of MuJoCo at the joint's origin."""
-        body = spec.body(self.description.link)
-        if body is None:
-            raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
-        rotation = np.array([1.0, 0.0, 0.0, 0.0])
-        if self.description.force_torque.frame == "sensor":
-            mujoco.mju_euler2Quat(rotation, np.array(self.description.pose.rpy), "XYZ")
-        site = body.add_site(name=self.name, quat=rotation)
+        site, frame = self.add_site(spec), self.description.force_torque.frame
+        if frame != "site":
+            site.pos = np.zeros(3)
+        if frame not in ("site", "sensor"):
+            site.quat = np.array([1.0, 0.0, 0.0, 0.0])
         for suffix, kind in (
             ("force", mujoco.mjtSensor.mjSENS_FORCE),
             ("torque", mujoco.mjtSensor.mjSENS_TORQUE),

@@ -11,10 +11,12 @@ from teleopctl.sim.sensors.base import Sensor
 
 # Tesla, along x east, y north, z up: what a world of SDF has that says nothing else.
 _FIELD = np.array([5.5645e-6, 22.8758e-6, -42.3884e-6])
+# What MuJoCo has where nobody has said a field, in no unit.
+_UNSAID = mujoco.MjOption().magnetic.copy()
 
 
 class Magnetometer(Sensor):
-    """The field along the sensor's axes, in tesla."""
+    """The field along the sensor's axes, in tesla: that of the model's option, or the earth's."""
 
     message_type = "sensor_msgs/msg/MagneticField"
 
@@ -25,8 +27,9 @@ class Magnetometer(Sensor):
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Turn the field into the sensor's axes."""
-        del model
-        field = data.site(self.name).xmat.reshape(3, 3).T @ _FIELD
+        said = model.opt.magnetic
+        in_world = _FIELD if np.array_equal(said, _UNSAID) else said
+        field = data.site(self.name).xmat.reshape(3, 3).T @ in_world
         for axis, name in enumerate("xyz"):
             noise = self.noise(f"magnetometer/{name}")
             measured = noise.disturb(field[axis : axis + 1], float(data.time))

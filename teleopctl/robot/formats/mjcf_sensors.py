@@ -1,0 +1,222 @@
+"""The sensors of an MJCF file, as the tags that sensors of a robot have.
+
+What ROS has one message for stands in several sensors of MuJoCo's, on one site: a gyro and an
+accelerometer are an IMU, a force and a torque a wrench. Joints and actuators are told as joints.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+from lxml import etree
+
+from teleopctl.robot.formats.mjcf import WORLD, Mjcf, sensor_type
+from teleopctl.robot.formats.mjcf_cameras import camera_tags
+from teleopctl.robot.formats.places import add_origin, numbers, pose_text, topic_name, transform
+from teleopctl.tf import Transform, quaternion_from_rpy
+
+_Kind = mujoco.mjtSensor
+_GYRO, _ACCELEROMETER = int(_Kind.mjSENS_GYRO), int(_Kind.mjSENS_ACCELEROMETER)
+_QUATERNION = int(_Kind.mjSENS_FRAMEQUAT)
+_FORCE, _TORQUE = int(_Kind.mjSENS_FORCE), int(_Kind.mjSENS_TORQUE)
+_MAGNETOMETER, _RANGE = int(_Kind.mjSENS_MAGNETOMETER), int(_Kind.mjSENS_RANGEFINDER)
+_TOUCH = int(_Kind.mjSENS_TOUCH)
+# Joints and their drives have these anyway, and time is on /clock.
+_TOLD_ANYWAY = frozenset(
+    int(getattr(_Kind, f"mjSENS_{name}"))
+    for name in (
+        "JOINTPOS", "JOINTVEL", "JOINTACTFRC", "ACTUATORPOS", "ACTUATORVEL", "ACTUATORFRC",
+        "BALLQUAT", "BALLANGVEL", "CLOCK",
+    )
+)  # fmt: skip
+_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+# By sensor of MuJoCo's: where the tags have its noise.
+_NOISE = {
+    _GYRO: "imu/angular_velocity",
+    _ACCELEROMETER: "imu/linear_acceleration",
+    _FORCE: "force_torque/force",
+    _TORQUE: "force_torque/torque",
+    _MAGNETOMETER: "magnetometer",
+}
+# MuJoCo's rays go along z; sensor_msgs/Range has them along x.
+_Z_FORWARD = Transform(rotation=quaternion_from_rpy(0.0, -math.pi / 2.0, 0.0))
+
+
+def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
+    """The cameras and sensors of a file.
+
+    Returns:
+        The elements of a URDF that they are, links of their frames among them, and a sentence for
+        each thing of theirs that has no effect.
+    """
+    cameras, remarks = camera_tags(mjcf)
+    sensors = _Sensors(mjcf)
+    return [*cameras, *sensors.tags], [*remarks, *sensors.remarks]
+
+
+class _Sensors:
+    """Makes the tags of a file's sensors."""
+
+    def __init__(self, mjcf: Mjcf) -> None:
+        self._mjcf = mjcf
+        self._m = mjcf.model
+        self.tags: list[etree._Element] = []
+        self.remarks: list[str] = []
+        self._frames: dict[tuple[int, str], str] = {}
+        self._links = {self._m.body(body).name for body in range(self._m.nbody)}
+        self._links |= {f"{self._m.joint(n).name}_link" for n in range(self._m.njnt)}
+        self._topics: set[str] = set()
+        self._weak: list[str] = []
+        self._left = [n for n in range(self._m.nsensor) if self._kind(n) not in _TOLD_ANYWAY]
+        self._told_alone = [n for n in range(self._m.nsensor) if n not in self._left]
+        self._add_all()
+
+    # Any: numpy's scalars.
+    def _kind(self, number: int) -> int:
+        return int(self._m.sensor_type[number])
+
+    def _add_all(self) -> None:
+        m = self._m
+        for site in range(m.nsite):
+            own = {
+                self._kind(number): number
+                for number in reversed(self._left)
+                if self._is_on(number, site)
+            }
+            if own.keys() >= {_GYRO, _ACCELEROMETER}:
+                self._add_imu(site, own)
+            if own.keys() >= {_FORCE, _TORQUE}:
+                self._add_wrench(site, own)
+        for number in list(self._left):
+            if int(m.sensor_objtype[number]) != _SITE:
+                continue
+            site, kind = int(m.sensor_objid[number]), self._kind(number)
+            if kind == _MAGNETOMETER:
+                self._add(site, "magnetometer", m.sensor(number).name, [number])
+            elif kind == _TOUCH:
+                self._add_of_file(site, "touch", number)
+            elif kind == _RANGE and m.sensor_dim[number] == 1:
+                self._add_of_file(site, "rangefinder", number, _Z_FORWARD)
+        if self._left:
+            told = ", ".join(
+                f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
+            )
+            self.remarks.append(f"Sensors of the file that no topic tells: {told}")
+        self._weak += [f"noise of '{m.sensor(n).name}'" for n in self._told_alone if self._noise(n)]
+        if self._weak:
+            self.remarks.append(f"Without effect on topics: {', '.join(self._weak)}")
+
+    def _is_on(self, number: int, site: int) -> bool:
+        m = self._m
+        is_of_site = int(m.sensor_objtype[number]) == _SITE and m.sensor_objid[number] == site
+        return bool(is_of_site and m.sensor_refid[number] < 0)
+
+    def _noise(self, number: int) -> float:
+        return float(self._m.sensor_noise[number])
+
+    def _add_imu(self, site: int, own: dict[int, int]) -> None:
+        parts = [own[kind] for kind in (_GYRO, _ACCELEROMETER, _QUATERNION) if kind in own]
+        tag = self._add(site, "imu", self._m.site(site).name, parts)
+        if tag is not None and _QUATERNION not in own:
+            _descend(tag, "imu/enable_orientation").text = "false"
+
+    def _add_wrench(self, site: int, own: dict[int, int]) -> None:
+        name = self._m.site(site).name
+        tag = self._add(site, "force_torque", name, [own[_FORCE], own[_TORQUE]])
+        if tag is not None:
+            _descend(tag, "force_torque/frame").text = "site"
+            _descend(tag, "force_torque/measure_direction").text = "parent_to_child"
+
+    def _add_of_file(
+        self, site: int, kind: str, number: int, turn: Transform | None = None
+    ) -> None:
+        """Add a sensor that MuJoCo reads as the file has it, with its zone and its cutoff."""
+        name = self._m.sensor(number).name
+        tag = self._add(site, kind, name, [number], turn)
+        if tag is not None:
+            _descend(tag, f"{kind}/sensor").text = name
+            if self._noise(number):
+                _add_noise(_descend(tag, kind), self._noise(number))
+
+    def _add(
+        self, site: int, kind: str, name: str, parts: list[int], turn: Transform | None = None
+    ) -> etree._Element | None:
+        """Add a sensor that stands for these of the file; None where nothing has its frame."""
+        m = self._m
+        place = self._mjcf.place(int(m.site_bodyid[site]))
+        if place is None or (place[0] == WORLD and self._mjcf.root != WORLD):
+            return None
+        link = place[0]
+        pose = place[1] @ transform(m.site_pos[site], m.site_quat[site]) @ (turn or Transform())
+        frame = self._frame(site, link, pose, name if turn else m.site(site).name)
+        gazebo = etree.Element("gazebo", reference=link)
+        tag = etree.SubElement(gazebo, "sensor", name=name, type=kind)
+        for child, text in (
+            ("topic", self._topic(name, kind)),
+            ("frame_id", frame),
+            ("pose", pose_text(pose)),
+        ):
+            etree.SubElement(tag, child).text = text
+        periods = [float(m.sensor_interval[number][0]) for number in parts]
+        if max(periods) > 0.0:
+            etree.SubElement(tag, "update_rate").text = numbers(1.0 / max(periods))
+        for number in parts:
+            self._left.remove(number)
+            self._add_noises(tag, number, kind)
+        self.tags.append(gazebo)
+        return tag
+
+    def _add_noises(self, tag: etree._Element, number: int, kind: str) -> None:
+        m, name = self._m, self._m.sensor(number).name
+        path = _NOISE.get(self._kind(number))
+        if self._noise(number) and path is not None:
+            for axis in "xyz":
+                _add_noise(_descend(tag, f"{path}/{axis}"), self._noise(number))
+        of_file = kind in ("touch", "rangefinder")
+        if self._noise(number) and path is None and not of_file:
+            self._weak.append(f"noise of '{name}'")
+        if m.sensor_cutoff[number] > 0.0 and not of_file:
+            self._weak.append(f"cutoff of '{name}'")
+        if m.sensor_delay[number] > 0.0:
+            self._weak.append(f"delay of '{name}'")
+
+    def _frame(self, site: int, link: str, pose: Transform, wanted: str) -> str:
+        """A frame with the axes of a sensor: its link's where they are the same."""
+        if not any((*pose.translation, *pose.rotation[:3])):
+            return link
+        known = self._frames.get((site, wanted))
+        if known is None:
+            known = _free(wanted, "frame", self._links)
+            self._frames[site, wanted] = known
+            self.tags.append(etree.Element("link", name=known))
+            joint = etree.Element("joint", name=f"{link}_to_{known}", type="fixed")
+            add_origin(joint, pose)
+            etree.SubElement(joint, "parent", link=link)
+            etree.SubElement(joint, "child", link=known)
+            self.tags.append(joint)
+        return known
+
+    def _topic(self, name: str, kind: str) -> str:
+        return _free(topic_name(name), kind, self._topics)
+
+
+def _free(name: str, suffix: str, taken: set[str]) -> str:
+    """A name that nobody has yet, which is taken then."""
+    wanted = (name, *(f"{name}_{suffix}{number or ''}" for number in range(len(taken) + 1)))
+    found = next(candidate for candidate in wanted if candidate not in taken)
+    taken.add(found)
+    return found
+
+
+def _descend(tag: etree._Element, path: str) -> etree._Element:
+    """The element at a path, which is there afterwards."""
+    for name in path.split("/"):
+        found = tag.find(name)
+        tag = etree.SubElement(tag, name) if found is None else found
+    return tag
+
+
+def _add_noise(part: etree._Element, deviation: float) -> None:
+    noise = etree.SubElement(part, "noise", type="gaussian")
+    etree.SubElement(noise, "stddev").text = numbers(deviation)
