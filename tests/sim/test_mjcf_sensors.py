@@ -53,6 +53,9 @@ ROBOT = """
     <magnetometer site="chip"/>
     <velocimeter name="speed" site="chip"/>
     <touch name="rolling" site="loose"/>
+    <framepos name="place" objtype="xbody" objname="neck"/>
+    <framelinvel name="motion" objtype="xbody" objname="neck"/>
+    <framepos name="relative" objtype="xbody" objname="neck" reftype="xbody" refname="ball"/>
     <subtreecom name="middle" body="base"/>
   </sensor>
   <actuator><motor name="motor" joint="yaw"/></actuator>
@@ -205,6 +208,14 @@ def test_ranges_forces_of_touch_and_fields_are_those_of_the_file(head: Simulated
     assert xyz(field) == pytest.approx(head.of_file("chip_magnetometer"))
 
 
+def test_where_a_body_is_comes_as_odometry(head: Simulated) -> None:
+    truth = head.read("/neck/odom")
+
+    assert xyz(truth.pose.pose.position) == pytest.approx(head.of_file("place"))
+    assert xyz(truth.twist.twist.linear) == pytest.approx(head.of_file("motion"))
+    assert truth.child_frame_id == "neck"
+
+
 def test_what_becomes_no_topic_is_named(head: Simulated) -> None:
     cameras = [line for line in head.said if line.startswith("Camera")]
     sensors = [line for line in head.said if line not in cameras]
@@ -215,7 +226,7 @@ def test_what_becomes_no_topic_is_named(head: Simulated) -> None:
     ]
     assert sensors == [
         "Sensors of the file that no topic tells: 'lonely' (gyro), 'speed' (velocimeter), "
-        "'rolling' (touch), 'middle' (subtreecom)",
+        "'rolling' (touch), 'relative' (framepos), 'middle' (subtreecom)",
         "Without effect on topics: cutoff of 'wrist_torque'",
     ]
 

@@ -30,7 +30,12 @@ _TOLD_ANYWAY = frozenset(
         "BALLQUAT", "BALLANGVEL", "CLOCK",
     )
 )  # fmt: skip
-_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+_SITE, _BODY = int(mujoco.mjtObj.mjOBJ_SITE), int(mujoco.mjtObj.mjOBJ_XBODY)
+_BODY_AT_CENTRE = int(mujoco.mjtObj.mjOBJ_BODY)
+# What an odometry has of a link in the world.
+_OF_ODOMETRY = frozenset(
+    int(getattr(_Kind, f"mjSENS_FRAME{name}")) for name in ("POS", "QUAT", "LINVEL", "ANGVEL")
+)
 # By sensor of MuJoCo's: where the tags have its noise.
 _NOISE = {
     _GYRO: "imu/angular_velocity",
@@ -98,6 +103,13 @@ class _Sensors:
                 self._add_of_file(site, "touch", number)
             elif kind == _RANGE and m.sensor_dim[number] == 1:
                 self._add_of_file(site, "rangefinder", number, _Z_FORWARD)
+        odometries: dict[str, list[int]] = {}
+        for number in self._left:
+            link = self._link_of_frame(number)
+            if link:
+                odometries.setdefault(link, []).append(number)
+        for link, parts in odometries.items():
+            self._add_odometry(link, parts)
         if self._left:
             told = ", ".join(
                 f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
@@ -166,6 +178,37 @@ class _Sensors:
             self._add_noises(tag, number, kind)
         self.tags.append(gazebo)
         return tag
+
+    def _link_of_frame(self, number: int) -> str:
+        """The link of the robot whose frame a sensor tells in the world, or nothing."""
+        m, of = self._m, int(self._m.sensor_objid[number])
+        kind = int(m.sensor_objtype[number])
+        if self._kind(number) not in _OF_ODOMETRY or m.sensor_refid[number] >= 0:
+            return ""
+        if kind == _SITE:
+            body, place = int(m.site_bodyid[of]), transform(m.site_pos[of], m.site_quat[of])
+        elif kind == _BODY_AT_CENTRE:
+            body, place = of, transform(m.body_ipos[of], m.body_iquat[of])
+        elif kind == _BODY:
+            body, place = of, Transform()
+        else:
+            return ""
+        name = str(m.body(body).name)
+        is_link = name != WORLD and self._mjcf.place(body) == (name, Transform())
+        return name if is_link and place == Transform() else ""
+
+    def _add_odometry(self, link: str, parts: list[int]) -> None:
+        """Add Gazebo classic's plug-in that publishes where a link is."""
+        gazebo = etree.Element("gazebo")
+        plugin = etree.SubElement(
+            gazebo, "plugin", name=f"{link}_odometry", filename="libgazebo_ros_p3d.so"
+        )
+        etree.SubElement(plugin, "body_name").text = link
+        etree.SubElement(plugin, "topic_name").text = f"{topic_name(link)}/odom"
+        self.tags.append(gazebo)
+        for number in parts:
+            self._left.remove(number)
+            self._add_noises(gazebo, number, "odometry")
 
     def _add_noises(self, tag: etree._Element, number: int, kind: str) -> None:
         m, name = self._m, self._m.sensor(number).name
