@@ -36,7 +36,7 @@ def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
         name, body = m.camera(number).name, int(m.cam_bodyid[number])
         place = mjcf.place(body)
         if m.cam_mode[number] != _FIXED:
-            why = "it turns to what it follows, and only fixed ones have a frame"
+            why = "it follows something, and only what is fixed has a frame"
         elif m.cam_projection[number] != _PERSPECTIVE:
             why = "its projection is orthographic, which camera_info cannot say"
         elif place is None:
