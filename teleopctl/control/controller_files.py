@@ -12,7 +12,9 @@ from teleopctl.node import ParameterFile, read_parameter_file
 # Any stands for parameters: one has one of nine types, and files decide which.
 
 # Parameters of the controller manager, below the controller's name, that a file may give.
-_OF_MANAGER = ("type", "fallback_controllers")
+_FROM_FILES = ("type", "fallback_controllers")
+OF_MANAGER = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
+"""Parameters below a controller's name that are the controller manager's own."""
 
 
 def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dict[str, Any]:
@@ -39,7 +41,7 @@ def manager_settings(controller: str, manager: str, files: Sequence[str]) -> dic
             raise InvalidFileError(f"Controller parameter file : {file} does not exist")
         values.update(_values(read_parameter_file(Path(file)), controller, manager))
     settings: dict[str, Any] = {"params_file": [str(Path(file).resolve()) for file in files]}
-    settings.update((name, values[name]) for name in _OF_MANAGER if values.get(name))
+    settings.update((name, values[name]) for name in _FROM_FILES if values.get(name))
     return settings
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from teleopctl import progress
+from teleopctl.control.controller_files import OF_MANAGER
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
@@ -108,6 +109,7 @@ class ControllerManagerNode:
             allow_undeclared_parameters=True,
             automatically_declare_parameters_from_overrides=True,
         )
+        self._hand_down(node)
         self._executor.add_node(node)
         assert self._description is not None
         return ControllerInterfaceParams(
@@ -124,6 +126,28 @@ class ControllerManagerNode:
             publish_queue=self._publish_queue,
             now_ns=self._now_ns,
         )
+
+    def _hand_down(self, node: Node) -> None:
+        """Give a controller what files say of it among the manager's parameters.
+
+        It belongs into a section of the controller's, which wins; ROS 2 reads nothing else.
+        """
+        name = node.get_name()
+        below = self._node.get_parameters_by_prefix(name)
+        handed = [
+            key
+            for key in below
+            if key not in OF_MANAGER
+            and not key.startswith(f"{name}.")
+            and not node.has_parameter(key)
+        ]
+        for key in handed:
+            node.declare_parameter(key, below[key].value)
+        if handed:
+            self._logger.warning(
+                f"Controller '{name}' takes {', '.join(handed)} from the controller manager's "
+                f"parameters: ROS 2 reads them in a section '{name}' only"
+            )
 
     def _now_ns(self) -> int:
         return self._cycle.time_ns if self._lockstep else time.time_ns()

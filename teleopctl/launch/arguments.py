@@ -26,6 +26,8 @@ _COSTLY = frozenset(
         "robot",
         "robot-arguments",
         "robot-controllers",
+        "robot-is-controlled",
+        "robot-namespace",
         "simulated-robot",
         "with-plugins",
         "xacro",

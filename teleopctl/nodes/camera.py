@@ -97,10 +97,10 @@ class Camera(Node):
             self._start(given)
             progress.tell(progress.READY)
         else:
-            progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
-            self.create_subscription(
+            description = self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
+            progress.tell(progress.WAITING, description.topic_name)
 
     # --- parameters -----------------------------------------------------------------------
 

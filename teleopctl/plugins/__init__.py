@@ -261,8 +261,10 @@ _SUBSTITUTIONS = {
     "substitutions": "all and anon any command dirname env equals eval exec-in-pkg file-content "
     "filename find-exec find-pkg-prefix find-pkg-share for-var if index launch_log_dir log_dir not "
     "not-equals optenv or param path-join string-join var",
-    "own_substitutions": "file-controllers file-param first-file node-exists world-file",
-    "robots": "robot robot-arguments robot-controllers simulated-robot with-plugins xacro",
+    "own_substitutions": "file-controllers file-namespace file-param first-file node-exists "
+    "world-file",
+    "robots": "robot robot-arguments simulated-robot xacro",
+    "robots_controllers": "robot-controllers robot-is-controlled robot-namespace with-plugins",
 }
 
 LAUNCH_SUBSTITUTIONS = Kind(

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.any_robot import (
         controllers_for as controllers_for,
         described_controllers as described_controllers,
+        described_namespace as described_namespace,
         with_mesh_paths as with_mesh_paths,
         xacro_arguments as xacro_arguments,
     )
@@ -96,7 +97,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "any_robot": "controllers_for described_controllers with_mesh_paths xacro_arguments",
+            "any_robot": "controllers_for described_controllers described_namespace "
+            "with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
             "formats.mjcf_actuators": "JointActuator joint_actuators",

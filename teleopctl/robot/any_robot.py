@@ -82,6 +82,18 @@ def described_controllers(description: RobotDescription) -> list[str]:
     ]
 
 
+def described_namespace(description: RobotDescription) -> str:
+    """Return the namespace of the controller manager that a description names, ``/arm`` say.
+
+    It stands at Gazebo's plug-in of ros2_control; empty where that is not, or the root's.
+    """
+    for plugin in description.gazebo.plugins:
+        if "ros2_control" in plugin.filename:
+            namespace = plugin.parameter("ros/namespace").strip().strip("/")
+            return f"/{namespace}" if namespace else ""
+    return ""
+
+
 # Any: parameters as they stand in YAML.
 def controllers_for(
     description: RobotDescription, plugins: MotionPlugins | None = None

@@ -76,11 +76,12 @@ class MujocoSim(Node):
             for repair in RobotDescription.from_urdf(given).repairs:
                 self.get_logger().warning(repair)
         else:
-            self.get_logger().info(f"Waiting for the robot description on {_DESCRIPTION_TOPIC}")
-            progress.tell(progress.WAITING, _DESCRIPTION_TOPIC)
             self._description = self.create_subscription(
                 _String, _DESCRIPTION_TOPIC, self._on_description, qos_profile_latched
             )
+            topic = self._description.topic_name
+            self.get_logger().info(f"Waiting for the robot description on {topic}")
+            progress.tell(progress.WAITING, topic)
 
     # --- parameters -----------------------------------------------------------------------
 

@@ -32,6 +32,33 @@ def test_a_robot_without_controllers_of_its_own_is_moved_by_those_that_are_made_
     assert positions(ros) == pytest.approx([0.5, -0.3], abs=0.01)
 
 
+def test_controllers_below_a_namespace_with_variables_and_all_in_the_managers_section(ros):
+    (ros.folder / "arm.xacro").write_text(
+        '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:arg name="prefix" default="a_"/><link name="world"/><link name="tip"/>'
+        '<joint name="$(arg prefix)pan" type="revolute"><parent link="world"/><child link="tip"/>'
+        '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint></robot>'
+    )
+    (ros.folder / "controllers.yaml").write_text(
+        "/left:\n  controller_manager:\n    ros__parameters:\n      states:\n"
+        "        type: joint_state_broadcaster/JointStateBroadcaster\n      by_position:\n"
+        "        type: forward_command_controller/ForwardCommandController\n"
+        "        joints: [$(var prefix)pan]\n        interface_name: position\n"
+    )
+    launched = ros.run(
+        "launch -d sim.yaml model:=arm.xacro controllers_file:=controllers.yaml camera:=false"
+    )
+    assert launched.returncode == 0, launched.stdout + launched.stderr
+    ros.run(
+        "topic pub --once /left/by_position/commands std_msgs/msg/Float64MultiArray '{data: [0.5]}'"
+    )
+    states = "topic echo --once --csv /left/joint_states --field position"
+    eventually(lambda: ros.run(states).stdout.startswith("0.5"))
+    log = ros.run("logs sim").stdout
+    assert "takes joints, interface_name from the controller manager's parameters" in log
+    assert "Controllers run in /left, as " in log
+
+
 def test_the_commands_of_the_page_work_in_their_order(ros):
     moved = False
     for language, text in BLOCK.findall(text_of(PAGE)):

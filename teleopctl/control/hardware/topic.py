@@ -14,6 +14,7 @@ from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.hardware.joint_state_exchange import FIELDS, exchange_of
 from teleopctl.control.lifecycle import ReturnType
+from teleopctl.errors import HardwareError
 
 STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
@@ -80,6 +81,32 @@ class JointStateTopicSystem(HardwareComponentInterface):
         """Leave both topics."""
         self.on_deactivate()
         self.on_cleanup()
+
+    def prepare_command_mode_switch(
+        self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
+    ) -> None:
+        """Refuse to command a joint in two ways by two controllers.
+
+        One controller may own several interfaces of a joint, a trajectory's position and velocity
+        say; two that want different things of it would fight.
+
+        Raises:
+            HardwareError: A joint is commanded otherwise already.
+        """
+        for name in start_interfaces:
+            wanted = self.command_interfaces[name]
+            for other in self.command_interfaces.values():
+                if (
+                    other.prefix_name == wanted.prefix_name
+                    and other.owner is not None
+                    and other.name != name
+                    and other.name not in stop_interfaces
+                    and {wanted.interface_name, other.interface_name} <= set(FIELDS)
+                ):
+                    raise HardwareError(
+                        f"'{name}' cannot be commanded while '{other.owner}' commands "
+                        f"'{other.name}': deactivate that one in the same request"
+                    )
 
     def perform_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]

@@ -196,6 +196,14 @@ class LaunchContext:
             self._robots[key] = _read_robot(file, mappings)
         return self._robots[key]
 
+    def files_of_robot(self, file: Path, mappings: Mapping[str, str]) -> tuple[Path, ...]:
+        """Return the files that a robot description is made from.
+
+        Raises:
+            TeleopctlError: As `robot_description`.
+        """
+        return self._expanded(file, mappings).files
+
     def node_is_running(self, name: str) -> bool:
         """Ask the live graph, once for the whole launch, whether a node of that name is there."""
         if self._live_nodes is None:

@@ -2,9 +2,10 @@
 
 ``$(node-exists /name)`` asks the live graph, ``$(first-file A B …)`` is the first of some files
 that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
-``$(file-controllers FILE)`` the controllers that it configures, and ``$(world-file FILE)`` is the
-path of a file of what stands around a robot, which has been looked through. Those about robots are
-in `robots`; the names stand in `teleopctl.plugins`.
+``$(file-controllers FILE [NAMESPACE])`` the controllers that it configures,
+``$(file-namespace FILE)`` the namespace in which it has its controller manager, and
+``$(world-file FILE)`` is the path of a file of what stands around a robot, which has been looked
+through. Those about robots are in `robots`; the names stand in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 # How the type of a controller ends among the manager's parameters: NAME.type.
 _TYPE = ".type"
+_MANAGER = "/controller_manager"
 
 
 def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
@@ -36,7 +38,7 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
     raise LaunchError(f"there is no file {' nor '.join(arguments)}")
 
 
-def _parameter_file(file: str) -> ParameterFile:
+def parameters_in(file: str) -> ParameterFile:
     """Read a parameter file, whose mistakes are its own and not the launch file's."""
     from teleopctl.node import read_parameter_file
 
@@ -50,7 +52,7 @@ def _parameter_file(file: str) -> ParameterFile:
 
 def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     file, node, name = arguments[:3]
-    parameters = _parameter_file(file).for_node(f"/{node.lstrip('/')}")
+    parameters = parameters_in(file).for_node(f"/{node.lstrip('/')}")
     if name in parameters:
         return str(parameters[name])
     if len(arguments) > 3:
@@ -65,17 +67,32 @@ def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
     ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
     moves.
     """
-    file = _parameter_file(arguments[0])
+    file = parameters_in(arguments[0])
+    namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
     types = {
         name.removesuffix(_TYPE): str(value)
-        for name, value in file.for_node("/controller_manager").items()
+        for name, value in file.for_node(f"{namespace}{_MANAGER}").items()
         if name.endswith(_TYPE)
     }
     for section, parameters in file.sections:
-        name = section.removeprefix("/")
-        if "type" in parameters and not set(name) & set("*/"):
-            types.setdefault(name, str(parameters["type"]))
+        name = section.rpartition("/")[2]
+        own = file.for_node(f"{namespace}/{name}")
+        if "type" in parameters and "*" not in name and "type" in own:
+            types.setdefault(name, str(own["type"]))
     return " ".join(sorted(types, key=lambda name: not types[name].endswith("Broadcaster")))
+
+
+def namespaces_of_managers(file: ParameterFile) -> list[str]:
+    """Return the namespaces in which a file names a controller manager; empty for the root's.
+
+    Sections with wildcards, which suit any, are not among them.
+    """
+    managers = (section for section, _ in file.sections if section.endswith(_MANAGER))
+    return list(dict.fromkeys(m.removesuffix(_MANAGER) for m in managers if "*" not in m))
+
+
+def _file_namespace(arguments: Sequence[str], _: LaunchContext) -> str:
+    return next(iter(namespaces_of_managers(parameters_in(arguments[0]))), "")
 
 
 def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
@@ -95,7 +112,8 @@ def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
         raise
 
 
-FILE_CONTROLLERS = Substitution(_file_controllers, 1, 1)
+FILE_CONTROLLERS = Substitution(_file_controllers, 1, 2)
+FILE_NAMESPACE = Substitution(_file_namespace, 1, 1)
 FILE_PARAM = Substitution(_file_parameter, 3, 4)
 FIRST_FILE = Substitution(_first_file, 1, None)
 NODE_EXISTS = Substitution(_node_exists, 1, 1)

@@ -22,8 +22,12 @@ from teleopctl.nodes.spawning.command_line import Request, read_command_line
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
 
-# In the controller manager's refusal where another controller has the interface.
-_CLAIMED = "is currently claimed by another controller"
+# In the controller manager's refusal where another controller has the interface, or commands the
+# joint in another way.
+_CLAIMED = (
+    "is currently claimed by another controller",
+    "prepare command mode switch was rejected",
+)
 
 
 class SpawnError(Exception):
@@ -98,7 +102,7 @@ class Spawner:
         refusal = self._switch([request.name])
         if not refusal:
             self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
-        elif self._options.keep_going and _CLAIMED in refusal:
+        elif self._options.keep_going and any(reason in refusal for reason in _CLAIMED):
             self._logger.warning(f"Controller {request.name} stays inactive")
         else:
             self._fail(f"Failed to activate controller : {request.name}", fatal=False, why=refusal)

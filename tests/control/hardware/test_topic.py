@@ -176,6 +176,27 @@ def test_a_joint_is_commanded_in_one_way_at_a_time():
     assert answer() == {"effort": 2.0}
 
 
+def test_a_joint_is_not_commanded_in_two_ways_by_two_controllers():
+    simulator = Simulator(commands=("position", "velocity"))
+    both = {"joint": "joint1", "interface_names": ["position", "velocity"]}
+    for name, kind, parameters in (
+        ("by_position", FORWARD, {"joints": ["joint1"], "interface_name": "position"}),
+        ("by_velocity", FORWARD, {"joints": ["joint1"], "interface_name": "velocity"}),
+        ("by_both", "forward_command_controller/MultiInterfaceForwardCommandController", both),
+    ):
+        simulator.load_controller(name, kind, parameters)
+        assert simulator.manager.configure_controller(name)
+
+    def switch(start, stop=()):
+        return switch_controller(simulator.manager, SwitchRequest([start], stop))[0]
+
+    assert switch("by_position")
+    assert not switch("by_velocity")
+    assert [spec.name for spec in simulator.manager.active_controllers] == ["by_position"]
+    assert switch("by_velocity", ["by_position"])
+    assert switch("by_both", ["by_velocity"]), "one controller may have both"
+
+
 def test_a_position_counts_as_known_only_once_it_was_measured():
     simulator = Simulator(initial=(1.1, 2.1, 3.1))
     states = simulator.resources.state_interfaces.values()

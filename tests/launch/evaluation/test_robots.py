@@ -9,6 +9,7 @@ import yaml
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import evaluate
+from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.frontends.yaml.parser import parse_file
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest
@@ -118,10 +119,80 @@ def test_the_controllers_of_plugins_come_behind_those_of_the_file(evaluated, tmp
     assert evaluated(f"$(file-controllers {done.shown})").shown == "d"
 
 
+PREFIXED = """# of $(nobody)
+arm:
+  ros__parameters: {joints: [$(var joint), $(var tool)]}
+"""
+
+
+def test_variables_of_the_controllers_file_are_arguments_of_the_launch_and_of_the_robot(
+    evaluated, tmp_path
+):
+    (tmp_path / "c.yaml").write_text(PREFIXED)
+    value = f"$(with-plugins FILE sim {tmp_path}/c.yaml)"
+    done = evaluated(value, tool="hook")
+    joints = yaml.safe_load(Path(done.shown).read_text())["arm"]["ros__parameters"]["joints"]
+    assert joints == ["pan", "hook"], "by default of the description, and as given"
+    assert done.plan.warnings == []
+    done = evaluated(value, tool="hook", joint="tilt")
+    assert "[tilt, hook]" in Path(done.shown).read_text()
+
+
+def test_a_variable_of_the_controllers_file_without_a_value_is_named_with_its_line(
+    evaluated, tmp_path
+):
+    (tmp_path / "c.yaml").write_text(PREFIXED)
+    with pytest.raises(TeleopctlError, match=r"\$\(var tool\): neither") as caught:
+        evaluated(f"$(with-plugins FILE sim {tmp_path}/c.yaml)")
+    assert caught.value.place == f"{tmp_path}/c.yaml:3"
+    assert caught.value.hint == "Give it behind the launch file: tool:=VALUE"
+
+
+@pytest.mark.parametrize(
+    ("plug_in", "sections", "namespace"),
+    [
+        ("", "controller_manager", ""),
+        ("", "/left/controller_manager", "/left"),
+        ("left", "/left/controller_manager", "/left"),
+        ("/left", "/**/controller_manager", "/left"),
+        ("left", "/**", "/left"),
+        ("left", "controller_manager", ""),
+        ("left", "/right/controller_manager", "/right"),
+    ],
+)
+def test_controllers_run_where_the_plugin_says_and_the_file_has_something_for(
+    evaluated, tmp_path, plug_in, sections, namespace
+):
+    (tmp_path / "c.yaml").write_text(
+        f"{sections}: {{ros__parameters: {{arm: {{type: x/Y}}}}}}\n"
+        f"{sections.removesuffix('controller_manager').rstrip('/*')}/own:"
+        " {ros__parameters: {type: x/Z}}\n"
+    )
+    more = (
+        '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so">'
+        f"<ros><namespace>{plug_in}</namespace></ros></plugin></gazebo>"
+    )
+    done = evaluated(f"$(robot-namespace FILE sim {tmp_path}/c.yaml)", more=more)
+    assert done.shown == namespace
+    assert bool(done.said) == bool(plug_in or namespace), "what is not plain is said"
+    listed = evaluated(f"$(file-controllers {tmp_path}/c.yaml '{namespace}')").shown.split()
+    assert listed == (["arm", "own"] if "**" not in sections else ["arm"])
+
+
+def test_a_robot_of_which_nothing_moves_comes_up_without_controllers(tmp_path):
+    (tmp_path / "box.urdf").write_text('<robot name="box"><link name="base"/></robot>')
+    file = builtin_file("sim.yaml")
+    arguments = {"model": str(tmp_path / "box.urdf"), "camera": "false", "viewer": "false"}
+    plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
+    names = [process.name.rpartition("-")[0] for process in plan.start.processes]
+    assert names == ["mujoco_sim", "robot_state_publisher"]
+    assert sum("Nothing to control" in text for _, _, text in plan.start.messages) == 1
+
+
 def test_where_none_are_named_they_are_the_launch_files_or_made_for_the_joints(evaluated):
     assert evaluated("$(robot-controllers FILE sim other.yaml)").shown == "other.yaml"
     done = evaluated("$(robot-controllers FILE sim '')")
     parameters = yaml.safe_load(Path(done.shown).read_text())
-    trajectory = parameters["joint_trajectory_controller"]["ros__parameters"]
+    trajectory = parameters["/**/joint_trajectory_controller"]["ros__parameters"]
     assert trajectory["joints"] == ["pan"]
     assert done.said == [f"No controllers_file is given or described: those of {done.shown}"]

@@ -1,0 +1,213 @@
+"""Substitutions about the controllers of any robot.
+
+``$(robot-controllers FILE HARDWARE OTHERWISE)`` is the file of a robot's controllers' parameters,
+``$(with-plugins FILE HARDWARE CONTROLLERS)`` that file with what its substitutions stand for and
+with the controllers that stand for Gazebo's plug-ins. ``$(robot-namespace FILE HARDWARE
+CONTROLLERS)`` is the namespace in which they run, and ``$(robot-is-controlled FILE HARDWARE)`` is
+whether there is anything to control. Their names stand in `teleopctl.plugins`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import LaunchError, TeleopctlError
+from teleopctl.launch.evaluation.context import LaunchContext
+from teleopctl.launch.evaluation.own_substitutions import namespaces_of_managers, parameters_in
+from teleopctl.launch.evaluation.robots import AS_DESCRIBED, file_and_mappings, with_hardware
+from teleopctl.launch.evaluation.substitution import Substitution, render
+from teleopctl.launch.model.template import Call, Template, TemplateError, parse
+from teleopctl.packages import resolve_uri
+
+if TYPE_CHECKING:
+    from teleopctl.robot import MotionPlugins, RobotDescription
+
+_NO_FILE = "its <parameters> {} is no file"
+_COMMENT_LINE = re.compile(r"^[ \t]*#.*", re.MULTILINE)
+
+
+def _say(context: LaunchContext, *sentences: str) -> None:
+    if context.launch is not None:
+        for sentence in sentences:
+            context.launch.say("INFO", sentence, "launch")
+
+
+def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
+    """The file that the description names, else the last argument, else a file made for it."""
+    from teleopctl.robot import described_controllers
+
+    *robot, otherwise = words
+    description, plugins = _described(robot, context)
+    named = described_controllers(description)
+    if not named:
+        return otherwise or str(_made_for(description, plugins, context))
+    for path in named:
+        if not resolve_uri(path).is_file():
+            raise LaunchError(f"{robot[0]}: <plugin> of ros2_control: {_NO_FILE.format(path)}")
+    others = f"; not read: {', '.join(named[1:])}" if named[1:] else ""
+    _say(context, f"Controllers of the description: {named[0]}{others}")
+    return str(resolve_uri(named[0]).absolute())
+
+
+def _described(
+    words: Sequence[str], context: LaunchContext
+) -> tuple[RobotDescription, MotionPlugins]:
+    """Return a description with the hardware that is wanted, and what its plug-ins become."""
+    from teleopctl.robot import MotionPlugins, RobotDescription, motion_plugins
+
+    text, _ = with_hardware(words, context)
+    description = RobotDescription.from_urdf(text)
+    as_described = words[1] == AS_DESCRIBED
+    return description, MotionPlugins() if as_described else motion_plugins(description)
+
+
+def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
+    """The controllers' file, or one with the values of its variables and what plug-ins add."""
+    import yaml
+
+    *robot, controllers_file = words
+    _, plugins = _described(robot, context)
+    _say(context, *plugins.remarks)
+    path = resolve_uri(controllers_file)
+    if not path.is_file():
+        return controllers_file  # who reads it says so
+    text = path.read_text(encoding="utf-8")
+    more, name = "", "controllers_with_values.yaml"
+    if plugins.controllers:
+        parameters = yaml.safe_dump(plugins.as_parameters(), sort_keys=False)
+        more, name = (
+            f"\n# Gazebo's plug-ins of the description.\n{parameters}",
+            "controllers_with_plugins.yaml",
+        )
+    filled = _filled(text, path.absolute(), robot, context)
+    if not more and filled == text:
+        return controllers_file
+    file = context.log_directory / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(filled + more, encoding="utf-8")
+    return str(file)
+
+
+def _filled(text: str, path: Path, robot: Sequence[str], context: LaunchContext) -> str:
+    """Return what a parameter file says once its substitutions have their values.
+
+    ROS 2 evaluates them where the launch file says ``allow_substs``; here they are launch
+    arguments, and arguments of the robot description with the values that it is expanded with.
+
+    Raises:
+        LaunchError: A variable has no value, or a substitution is wrong.
+    """
+    if "$(" not in text:
+        return text
+    text = _COMMENT_LINE.sub("", text)  # which leaves the numbers of the lines
+    try:
+        template = parse(text)
+        used = list(_variables(template))
+        described = _arguments_of_robot(robot, context) if used else {}
+        context.declared.update(name for name, _ in used if name in context.arguments)
+        values = {**described, **context.scope.variables}
+        missing = {n: call for n, call in used if n not in values and len(call.arguments) == 1}
+        if missing:
+            raise _without_value(missing, text, path)
+        with context.scoped():
+            context.scope.variables.update(values)
+            return render(template, context)
+    except (TemplateError, TeleopctlError) as error:
+        if isinstance(error, TeleopctlError) and error.place is not None:
+            raise
+        hint = error.hint if isinstance(error, TeleopctlError) else None
+        raise LaunchError(str(error), hint=hint).at(str(path)) from error
+
+
+def _variables(template: Template) -> Iterator[tuple[str, Call]]:
+    """Yield the variables of a text, with where they stand."""
+    for part in template.parts:
+        if isinstance(part, Call):
+            if (name := Template((part,), part.source).variable) is not None:
+                yield name, part
+            for argument in part.arguments:
+                yield from _variables(argument.template)
+
+
+def _without_value(missing: Mapping[str, Call], text: str, path: Path) -> LaunchError:
+    calls = list(missing.values())
+    line = text.count("\n", 0, text.index(calls[0].source)) + 1
+    return LaunchError(
+        f"{', '.join(call.source for call in calls)}: neither a launch argument nor an argument "
+        "of the robot description has that name",
+        hint=f"Give it behind the launch file: {' '.join(f'{name}:=VALUE' for name in missing)}",
+    ).at(f"{path}:{line}")
+
+
+def _arguments_of_robot(words: Sequence[str], context: LaunchContext) -> Mapping[str, str]:
+    """The arguments of a description and their values, where these are plain."""
+    from teleopctl.robot import xacro_arguments
+
+    file, hardware, *more = words
+    path, mappings = file_and_mappings(
+        [file, *more] if hardware == AS_DESCRIBED else [file, f"hardware:={hardware}", *more]
+    )
+    given = {**context.given_to_robot(path, mappings), **mappings}
+    taken = xacro_arguments(context.files_of_robot(path, given))
+    plain = {name: value for name, value in taken.items() if value is not None and "$" not in value}
+    return {**plain, **{name: given[name] for name in given if name in taken}}
+
+
+def _robot_namespace(words: Sequence[str], context: LaunchContext) -> str:
+    """Gazebo's plug-in says where its controller manager is, and the file what it is called.
+
+    The file counts where it has nothing for the plug-in's.
+    """
+    from teleopctl.robot import described_namespace
+
+    *robot, controllers_file = words
+    file = parameters_in(controllers_file)
+    described = ""
+    if "<namespace>" in with_hardware(robot, context)[0]:
+        described = described_namespace(_described(robot, context)[0])
+    in_file = namespaces_of_managers(file)
+    if described and (not in_file or file.for_node(f"{described}/controller_manager")):
+        _say(context, f"Controllers run in {described}, as <plugin> of ros2_control has it")
+        return described
+    found, *others = in_file or [""]
+    because = f"as {controllers_file} has it" + (f"; not in {', '.join(others)}" if others else "")
+    if described:
+        because = f"not in {described} of <plugin>, for which {controllers_file} has nothing"
+    if found or described or others:
+        _say(context, f"Controllers run in {found or '/'}, {because}")
+    return found
+
+
+def _robot_is_controlled(words: Sequence[str], context: LaunchContext) -> str:
+    if words[1] == AS_DESCRIBED or _described(words, context)[0].ros2_control:
+        return "true"
+    _say(context, f"Nothing to control: no joint of {words[0]} moves, and it has no <ros2_control>")
+    return "false"
+
+
+def _made_for(
+    description: RobotDescription, plugins: MotionPlugins, context: LaunchContext
+) -> Path:
+    """Write parameters of controllers that move every joint that can be commanded."""
+    import yaml
+
+    from teleopctl.robot import controllers_for
+
+    file = context.log_directory / "controllers.yaml"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    # In whatever namespace they run.
+    sections = {f"/**/{n}": values for n, values in controllers_for(description, plugins).items()}
+    text = yaml.safe_dump(sections, sort_keys=False)
+    file.write_text(text, encoding="utf-8")
+    if description.ros2_control:
+        _say(context, f"No controllers_file is given or described: those of {file}")
+    return file
+
+
+ROBOT_CONTROLLERS = Substitution(_robot_controllers, 3, None)
+ROBOT_IS_CONTROLLED = Substitution(_robot_is_controlled, 2, None)
+ROBOT_NAMESPACE = Substitution(_robot_namespace, 3, None)
+WITH_PLUGINS = Substitution(_with_plugins, 3, None)
