@@ -12,8 +12,8 @@ from tests.test_docs import BLOCK, FILE_NAME, text_of
 PAGE = ROOT / "docs" / "own_robot.md"
 
 
-def positions(ros):
-    text = ros.run("topic echo --once --csv /joint_states --field position").stdout
+def positions(ros, topic="/joint_states"):
+    text = ros.run(f"topic echo --once --csv {topic} --field position").stdout
     return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
 
 
@@ -52,8 +52,7 @@ def test_controllers_below_a_namespace_with_variables_and_all_in_the_managers_se
     ros.run(
         "topic pub --once /left/by_position/commands std_msgs/msg/Float64MultiArray '{data: [0.5]}'"
     )
-    states = "topic echo --once --csv /left/joint_states --field position"
-    eventually(lambda: ros.run(states).stdout.startswith("0.5"))
+    eventually(lambda: positions(ros, "/left/joint_states") == [pytest.approx(0.5, abs=0.01)])
     log = ros.run("logs sim").stdout
     assert "takes joints, interface_name from the controller manager's parameters" in log
     assert "Controllers run in /left, as " in log
