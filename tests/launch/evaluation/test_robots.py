@@ -182,6 +182,7 @@ def test_controllers_run_where_the_plugin_says_and_the_file_has_something_for(
 def test_a_robot_of_which_nothing_moves_comes_up_without_controllers(tmp_path):
     (tmp_path / "box.urdf").write_text('<robot name="box"><link name="base"/></robot>')
     file = builtin_file("sim.yaml")
+    assert file is not None
     arguments = {"model": str(tmp_path / "box.urdf"), "camera": "false", "viewer": "false"}
     plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
     names = [process.name.rpartition("-")[0] for process in plan.start.processes]
