@@ -17,6 +17,7 @@ from teleopctl.typed import TYPE_CHECKING, ClassVar, Literal
 
 if TYPE_CHECKING:
     import zenoh
+    from zenoh import LivelinessToken
 
     from teleopctl.node.values.library_logging import LibraryLogs
     from teleopctl.wire import Graph, GraphWatcher
@@ -151,6 +152,16 @@ class Context:
             # What came while the watcher was made has told nobody.
             self._tell_graph_change()
         return self._watcher
+
+    def announce(self, text: str) -> LivelinessToken:
+        """Show something of this process to the graph, by its token."""
+        return self.session.liveliness().declare_token(text)
+
+    def withdraw(self, token: LivelinessToken, text: str) -> None:
+        """Take a token back; who asks the graph in this process does not see it from now on."""
+        token.undeclare()
+        if self._watcher is not None:
+            self._watcher.withdrawn(text)
 
     def _watch(self) -> GraphWatcher:
         """Return a watcher that has heard of everything that is there already."""

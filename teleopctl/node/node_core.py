@@ -80,6 +80,7 @@ class NodeCore(GraphView):
         self._context.add_node_logger(self._logger.name)
         self.entity_id = self._context.next_id()
         self._token: zenoh.LivelinessToken | None = None
+        self._token_text = ""
         self._graph_callbacks: list[Callable[[], None]] = []
 
     def _arguments_of(
@@ -92,23 +93,23 @@ class NodeCore(GraphView):
 
     def _announce(self) -> None:
         """Show the node to the graph."""
-        session = self._context.session
         token = NodeToken(
             domain=self._context.domain_id,
-            zid=str(session.zid()),
+            zid=str(self._context.session.zid()),
             nid=self.entity_id,
             enclave=self.enclave,
             namespace=self._namespace,
             node=self._name,
         )
-        self._token = session.liveliness().declare_token(format_token(token))
+        self._token_text = format_token(token)
+        self._token = self._context.announce(self._token_text)
 
     def _withdraw(self) -> None:
         """Take the node out of the graph. Idempotent."""
         self._context.remove_node_logger(self._logger.name)
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:
-            token.undeclare()
+            self._context.withdraw(token, self._token_text)
 
     @property
     def executor(self) -> Scheduler | None:

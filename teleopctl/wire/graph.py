@@ -19,6 +19,10 @@ MOST_TOKENS = 100_000
 
 _LONGEST_REPORTED = 200
 
+# The router may tell a session of its own tokens as well, some of which have gone meanwhile. So
+# many of the last that went are not taken back.
+_MOST_GONE = 256
+
 # What an action is in the graph: its feedback, a topic of the server's and of each client's.
 _FEEDBACK_TOPIC = "/_action/feedback"
 _FEEDBACK_TYPE = "_FeedbackMessage"
@@ -219,6 +223,7 @@ class GraphWatcher:
     ) -> None:
         # Imported here because a single query does without it.
         import threading
+        from collections import deque
 
         from teleopctl.wire.listening import ListeningThread
         from teleopctl.wire.refusals import Refusals
@@ -233,6 +238,7 @@ class GraphWatcher:
         self.refusals = Refusals("a token of the graph", _report)
         domain = domain_id() if domain is None else domain
         self._own_zid = str(session.zid())
+        self._own_gone: deque[str] = deque(maxlen=_MOST_GONE)
         self._subscribers = (
             # What the session declares itself is known when that returns.
             session.liveliness().declare_subscriber(
@@ -277,6 +283,18 @@ class GraphWatcher:
             )
             return not self._closed and bool(satisfied)
 
+    def withdrawn(self, text: str) -> None:
+        """Know at once that the session has taken one of its own tokens back.
+
+        Zenoh tells of it a moment later where the router has told the session of that token.
+        """
+        with self._changed:
+            self._own_gone.append(text)
+            if text not in self._tokens:
+                return
+            self._remove(text, self._tokens[text])
+        self._tell()
+
     def close(self) -> None:
         """Stop following; whoever waits returns. Closing twice does no harm."""
         with self._changed:
@@ -315,15 +333,26 @@ class GraphWatcher:
             return
         with self._changed:
             if sample.kind == zenoh.SampleKind.PUT:
+                # No token is declared twice: a session numbers what it declares.
+                if text in self._own_gone:
+                    return
                 self._tokens[text] = token
                 if isinstance(token, EndpointToken):
                     self._by_name.setdefault((token.kind, token.name), {})[text] = token
+                self._graph = None
+                self._changed.notify_all()
             else:
-                self._forget(text)
-                if isinstance(token, NodeToken):
-                    self._drop_endpoints(token)
-            self._graph = None
-            self._changed.notify_all()
+                self._remove(text, token)
+        self._tell()
+
+    def _remove(self, text: str, token: NodeToken | EndpointToken) -> None:
+        self._forget(text)
+        if isinstance(token, NodeToken):
+            self._drop_endpoints(token)
+        self._graph = None
+        self._changed.notify_all()
+
+    def _tell(self) -> None:
         if self._on_change is not None:
             self._on_change()
 

@@ -285,13 +285,20 @@ def test_the_owner_may_close_it_where_it_is_told_of_a_change(world):
     assert closed.wait(LONGEST_WAIT_S)
 
 
-def test_what_a_session_declares_itself_is_known_at_once(world):
+def test_what_a_session_declares_itself_and_takes_back_is_known_at_once(world):
     session = world.open("client")
     watcher = GraphWatcher(session, DOMAIN)
-    token = world.declare(session, node(zid=str(session.zid())))
+    own = node(zid=str(session.zid()))
+    token = world.declare(session, own)
     assert len(watcher.snapshot().nodes) == 1
     token.undeclare()
+    watcher.withdrawn(format_token(own))
     assert watcher.snapshot().nodes == ()
+    # The router tells of it late, and of what comes behind it.
+    other = world.declare(world.open("client"), node("other"))
+    assert watcher.wait_for(lambda graph: graph.find_node("/other"), LONGEST_WAIT_S)
+    assert watcher.snapshot().node_names() == ["/other"]
+    other.undeclare()
     watcher.close()
 
 

@@ -8,7 +8,7 @@ from teleopctl.interfaces import type_hash
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile
-from teleopctl.typed import TYPE_CHECKING, Any, Self
+from teleopctl.typed import TYPE_CHECKING, Self
 from teleopctl.wire import EndpointToken, EntityKind, format_token, gid, topic_key
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Endpoint(abc.ABC):
 
     def _announce(self) -> None:
         """Show the endpoint to the graph."""
-        self._token = self.node.context.session.liveliness().declare_token(self._token_text)
+        self._token = self.node.context.announce(self._token_text)
 
     def _check_alive(self) -> None:
         if self._destroyed:
@@ -113,7 +113,7 @@ class Endpoint(abc.ABC):
         token, self._token = self._token, None
         if self.node.context.session_is_open:
             if token is not None:
-                _undeclare(token)
+                self.node.context.withdraw(token, self._token_text)
             self._close()
 
     @abc.abstractmethod
@@ -125,7 +125,3 @@ class Endpoint(abc.ABC):
 
     def __exit__(self, *_: object) -> None:
         self.destroy()
-
-
-def _undeclare(declared: Any) -> None:
-    declared.undeclare()
