@@ -134,9 +134,13 @@ def read_parameters(bag: Bag, node: str) -> dict[str, object]:
 def _read(bag: Bag, states_topic: str, commands_topic: str) -> _Found:
     joint_state, string = get_message(_JOINT_STATE), get_message(_STRING)
     found = _Found()
-    for message in bag.messages((states_topic, commands_topic, DESCRIPTION_TOPIC)):
+    # A robot in a namespace is described there.
+    described = [
+        topic.name for topic, _ in bag.metadata.topics if topic.name.endswith(DESCRIPTION_TOPIC)
+    ]
+    for message in bag.messages((states_topic, commands_topic, *described)):
         try:
-            if message.topic == DESCRIPTION_TOPIC:
+            if message.topic in described:
                 # The simulator keeps the first one.
                 found.robot_description = (
                     found.robot_description or deserialize(message.data, string).data

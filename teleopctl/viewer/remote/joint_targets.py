@@ -111,7 +111,7 @@ class JointTargets:
 
     def _others(self) -> tuple[str, ...]:
         own = self._node.get_fully_qualified_name()
-        publishers = self._node.graph().publishers(STATES_TOPIC)
+        publishers = self._node.graph().publishers(self._node.resolve_topic_name(STATES_TOPIC))
         return tuple(sorted({token.full_name for token in publishers} - {own}))
 
     def _choose(self) -> None:

@@ -15,13 +15,14 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 PERIOD_NS = 10_000_000
 
 
-def write(folder, states_ns, commands_ns=(), description="<robot/>"):
+def write(folder, states_ns, commands_ns=(), description="<robot/>", namespace=""):
+    described = f"{namespace}/robot_description"
     with BagWriter(folder) as writer:
-        writer.add_topic(topic("/robot_description", qos=LATCHED))
+        writer.add_topic(topic(described, qos=LATCHED))
         for name in ("/robot_joint_states", "/robot_joint_commands"):
             writer.add_topic(topic(name, JOINT_STATE))
         if description:
-            writer.write(message("/robot_description", 0, data=description))
+            writer.write(message(described, 0, data=description))
         for name, times_ns in (
             ("/robot_joint_states", states_ns),
             ("/robot_joint_commands", commands_ns),
@@ -64,6 +65,11 @@ def test_states_and_their_answers_are_found_by_their_stamps(tmp_path):
 def test_what_is_no_whole_session_is_told(tmp_path, states_ns, why):
     with write(tmp_path / "bag", states_ns) as bag, pytest.raises(InvalidFileError, match=why):
         read_session(bag)
+
+
+def test_a_robot_in_a_namespace_is_found(tmp_path):
+    with write(tmp_path / "bag", [0, PERIOD_NS], namespace="/left") as bag:
+        assert read_session(bag).robot_description == "<robot/>"
 
 
 def test_a_bag_without_a_robot_is_told(tmp_path):
