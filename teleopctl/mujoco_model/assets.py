@@ -39,6 +39,8 @@ def resolve_meshes(
     complained: set[str] = set()
     for mesh in list(spec.meshes):
         uri: str = mesh.file
+        if not uri:
+            continue  # it has its corners
         reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
         if reason is None:
             if not try_each and (count := _cut(spec, mesh, (folder or Path()) / resolve_uri(uri))):

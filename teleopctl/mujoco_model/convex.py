@@ -3,6 +3,8 @@
 MuJoCo lets a mesh touch as its convex hull, so that nothing goes into a ring or between two fingers
 of one part. Where CoACD is installed (the extra ``decomposition``) such meshes are cut into
 pieces. That takes a second or more for each, once: they are kept in the user's cache folder.
+What stands and has few triangles, such as walls, needs no such cut: it touches with a slab below
+each triangle.
 """
 
 from __future__ import annotations
@@ -37,6 +39,9 @@ _SETTINGS = {
     "seed": 0,
 }
 _EDITION = b"1"
+# The most triangles of which each becomes a shape, and the thickest slab below one, in metres.
+_MOST_SLABS = 256
+_SLAB_M = 0.05
 
 # Corners, (n, 3), in metres, and triangles as numbers of corners, (m, 3).
 Piece = tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]
@@ -82,6 +87,33 @@ def convex_pieces(path: Path) -> list[Piece]:
     except OSError:
         pass  # it is cut anew the next time
     return pieces
+
+
+def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
+    """The surface of a hollow mesh as convex pieces, each a slab below one triangle.
+
+    Args:
+        path: The mesh file.
+        scale: The mesh's, along x, y and z.
+
+    Returns:
+        Six corners of each slab, (6, 3), in metres; none where the mesh is too large, is not
+        closed, or its hull is as good.
+    """
+    mesh = _trimesh(path)
+    if mesh is None or not 0 < len(mesh.faces) <= _MOST_SLABS:
+        return []
+    mesh.apply_transform(np.diag([*scale, 1.0]))
+    if not mesh.is_watertight or hull_ratio(path) <= HOLLOW:
+        return []
+    # Half as thick as the mesh is on average, so that no slab comes out on the other side.
+    depth = min(abs(mesh.volume) / mesh.area, _SLAB_M)
+    inwards = -np.sign(mesh.volume) * mesh.face_normals[:, None, :]
+    outer = mesh.triangles
+    # Narrower below: at sharp edges a slab would stand out as well.
+    middle = outer.mean(axis=1, keepdims=True)
+    inner = (outer + middle) / 2.0 + depth * inwards
+    return list(np.concatenate([outer, inner], axis=1)[mesh.area_faces > 0.0])
 
 
 # Any stands for MuJoCo's elements, which have no types.

@@ -10,6 +10,7 @@ import numpy as np
 
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.contacts import give_friction
+from teleopctl.mujoco_model.convex import HOLLOW, can_decompose, hull_ratio, slabs
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.urdf_import import (
     COLLISION_GROUP,
@@ -84,6 +85,7 @@ class _Builder:
         self.warnings: list[str] = []
         self._friction = float(self.spec.default.geom.friction[0])
         self._assets: dict[tuple[object, ...], str] = {}
+        self._parts: dict[tuple[object, ...], list[str]] = {}
         # Bodies whose mass is that of their shapes.
         self.weighed_by_shape: set[str] = set()
 
@@ -187,9 +189,11 @@ class _Builder:
                     f"A {shape.kind} of '{body.name}' is left out: only what stands has one"
                 )
                 continue
-            self._add_shape(body, shape, frame)
+            slabs = self._slabs(shape) if still and shape.touches else []
+            for asset in slabs or [""]:
+                self._add_shape(body, shape, frame, asset)
 
-    def _add_shape(self, body: Any, shape: SceneShape, frame: Transform) -> None:
+    def _add_shape(self, body: Any, shape: SceneShape, frame: Transform, asset: str = "") -> None:
         place, quat = _place(frame @ shape.pose)
         geom = body.add_geom(type=_KINDS[shape.kind], pos=place, quat=quat)
         a, b, c = shape.size
@@ -201,7 +205,7 @@ class _Builder:
             case "plane":
                 geom.size = [a / 2, b / 2, 0.05]
             case "mesh":
-                geom.meshname = self._mesh(shape)
+                geom.meshname = asset or self._mesh(shape)
             case "heightmap":
                 geom.hfieldname = self._heightmap(shape)
             case _:
@@ -225,6 +229,25 @@ class _Builder:
             self._assets[key] = f"mesh{len(self._assets)}"
             self.spec.add_mesh(name=self._assets[key], file=str(shape.file), scale=list(shape.size))
         return self._assets[key]
+
+    def _slabs(self, shape: SceneShape) -> list[str]:
+        """The meshes that stand for a hollow one; none where that may be one shape."""
+        if shape.kind != "mesh" or shape.file is None:
+            return []
+        key = ("slabs", shape.file, shape.size)
+        if key not in self._parts:
+            number = len(self._parts)
+            names = []
+            for corners in slabs(shape.file, shape.size):
+                names.append(f"slab{number}_{len(names)}")
+                self.spec.add_mesh(name=names[-1], uservert=corners.ravel().tolist())
+            self._parts[key] = names
+            if not (names or can_decompose()) and (ratio := hull_ratio(shape.file)) > HOLLOW:
+                self.warnings.append(
+                    f"Mesh '{shape.file}' touches as its convex hull, which has {ratio:.1f} times "
+                    "its volume: `pip install 'teleopctl[decomposition]'` cures that"
+                )
+        return self._parts[key]
 
     def _heightmap(self, shape: SceneShape) -> str:
         key = ("heightmap", shape.file, shape.size)

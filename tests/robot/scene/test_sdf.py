@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model import RobotModel, build_model
@@ -195,6 +196,36 @@ def test_a_file_that_includes_itself_ends(tmp_path: Path) -> None:
     (tmp_path / "loop.sdf").write_text(f"<sdf version='1.9'>{inner}</sdf>")
     with pytest.raises(InvalidDescriptionError, match="files include one another"):
         scene(tmp_path, world("<include><uri>loop.sdf</uri></include>"))
+
+
+def test_what_stands_is_hollow_where_its_mesh_is(tmp_path: Path) -> None:
+    trimesh.creation.annulus(r_min=4.0, r_max=5.0, height=4.0, sections=8).export(
+        tmp_path / "ring.stl"
+    )
+    ring = (
+        "<collision name='c'><geometry><mesh><uri>ring.stl</uri><scale>0.1 0.1 0.1</scale></mesh>"
+        "</geometry><surface><friction><ode><mu>0.3</mu></ode></friction></surface></collision>"
+    )
+    ball = (
+        f"<link name='l'>{MASS}<collision name='c'><geometry><sphere><radius>0.1</radius></sphere>"
+        "</geometry></collision></link>"
+    )
+    built = simulated(
+        tmp_path,
+        world(
+            model("ring", f"<link name='l'>{ring}</link>", "3 0 0.2 0 0 0", "<static>1</static>"),
+            model("within", ball, "3 0 0.1 0 0 0"),
+            model("above", ball, "3.45 0 0.501 0 0 0"),
+        ),
+    )
+    assert built.warnings == ()
+    m = built.mj_model
+    data = mujoco.MjData(m)
+    mujoco.mj_step(m, data, 500)
+    assert data.body("within").xpos == pytest.approx([3.0, 0.0, 0.1], abs=1e-3)
+    assert data.body("above").xpos[2] == pytest.approx(0.5, abs=2e-3)
+    slabs = [geom for geom in range(m.ngeom) if m.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH]
+    assert {m.geom_friction[geom][0] for geom in slabs} == {0.3}
 
 
 ROVER = model(
