@@ -78,6 +78,7 @@ def generate_launch_description():
         window,
         Node(package="ros_gz_bridge", executable="parameter_bridge",
              arguments=["/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock",
+                        "/go@geometry_msgs/msg/TwistStamped]gz.msgs.Twist",
                         "/robot_joint_states@sensor_msgs/msg/JointState[gz.msgs.Model"],
              remappings=[("/robot_joint_states", "/measured")], output="screen"),
         Node(package="robot_state_publisher", executable="robot_state_publisher",
@@ -124,6 +125,11 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
         ros.run("param get /controller_manager use_sim_time").stdout == "Boolean value is: True\n"
     )
     assert "joint1" in ros.run("topic echo --once /measured").stdout
+    stamped = "geometry_msgs/msg/TwistStamped"
+    pilot = ros.spawn(["topic", "pub", "/go", stamped, "{twist: {linear: {x: 2}}}"])
+    assert "x: 2.0" in ros.run("topic echo --once /go geometry_msgs/msg/Twist").stdout
+    pilot.interrupt()
+    pilot.wait()
     # What is spawned beside the robot is a thing, named and placed as it is asked for.
     spawned = ros.run("run ros_gz_sim create -file ball.sdf -name toy -x 3 -z 0.1")
     assert spawned.returncode == 0, spawned.stderr

@@ -2,7 +2,8 @@
 
 Gazebo has messages of its own, which these programs of ROS 2 translate. The simulator here speaks
 ROS 2 itself, so that a topic with one name on both sides needs no bridge. One that has another name
-in ROS, by the file or by a remapping, is passed on under it.
+in ROS, by the file or by a remapping, is passed on under it. Gazebo has one type for velocities
+with a stamp and without: its bases, and so the simulator's, take those without.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import deserialize, get_message, serialize
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -25,6 +27,7 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.gazebo.bridge_config import Bridge, read_file, read_words
 
+_TWIST, _STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 _IMAGE = "sensor_msgs/msg/Image"
 # As deep as the real ones' queues.
 _DEPTH = 10
@@ -97,7 +100,7 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
     for bridge in bridges:
         ros = node.resolve_topic_name(bridge.ros_topic)
         gz = f"/{bridge.gz_topic.lstrip('/')}"
-        if ros == gz:
+        if ros == gz and bridge.ros_type != _STAMPED:
             same.append(gz)
             continue
         try:
@@ -105,13 +108,16 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
         except TeleopctlError as error:
             node.get_logger().warning(f"Topic {ros} is not passed on: {error.message}")
             continue
-        in_ros, in_gazebo = _Side(node, bridge.ros_topic, message), _Side(simulators, gz, message)
+        stamps = bridge.ros_type == _STAMPED
+        in_gazebo = _Side(simulators, gz, get_message(_TWIST) if stamps else message)
+        in_ros = _Side(node, bridge.ros_topic, message)
+        without = " without stamps" if stamps else ""
         if bridge.direction != "ROS_TO_GZ":
-            node.get_logger().info(f"Passing on {gz} as {ros}")
-            in_gazebo.pass_to(in_ros)
+            node.get_logger().info(f"Passing on {gz}{without} as {ros}")
+            in_gazebo.pass_to(in_ros, partial(_with_stamp, node) if stamps else None)
         if bridge.direction != "GZ_TO_ROS":
-            node.get_logger().info(f"Passing on {ros} as {gz}")
-            in_ros.pass_to(in_gazebo)
+            node.get_logger().info(f"Passing on {ros} as {gz}{without}")
+            in_ros.pass_to(in_gazebo, _without_stamp if stamps else None)
     if same or not bridges:
         told = ", ".join(same) or "its topics"
         node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {told}")
@@ -129,18 +135,30 @@ class _Side:
         self._message = message
         self._echoes: deque[bytes] = deque(maxlen=_DEPTH)
 
-    def pass_to(self, other: _Side) -> None:
-        """Publish there what is heard here."""
+    def pass_to(self, other: _Side, change: Callable[[bytes], bytes] | None = None) -> None:
+        """Publish there what is heard here, perhaps changed into a message of another type."""
         publisher = other._node.create_publisher(other._message, other._topic, _DEPTH)
 
         def pass_on(data: bytes) -> None:
             if data in self._echoes:
                 self._echoes.remove(data)
                 return
+            if change is not None:
+                data = change(data)
             other._echoes.append(data)
             publisher.publish(data)
 
         self._node.create_subscription(self._message, self._topic, pass_on, _DEPTH, raw=True)
+
+
+def _with_stamp(node: Node, data: bytes) -> bytes:
+    message = get_message(_STAMPED)(twist=deserialize(data, get_message(_TWIST)))
+    message.header.stamp = node.get_clock().now().to_msg()
+    return bytes(serialize(message))
+
+
+def _without_stamp(data: bytes) -> bytes:
+    return bytes(serialize(deserialize(data, get_message(_STAMPED)).twist))
 
 
 def _spin(node: Node, simulators: Node) -> None:
