@@ -237,7 +237,7 @@ class _Builder:
         key = ("slabs", shape.file, shape.size)
         if key not in self._parts:
             number = len(self._parts)
-            names = []
+            names: list[str] = []
             for corners in slabs(shape.file, shape.size):
                 names.append(f"slab{number}_{len(names)}")
                 self.spec.add_mesh(name=names[-1], uservert=corners.ravel().tolist())
