@@ -43,7 +43,7 @@ def _reap(folder: str, tester: int) -> None:
                 left.append(process)
         if not left:
             break
-        psutil.wait_procs(left, timeout=2.0)
+        psutil.wait_procs(left, timeout=0.2)
     shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import _thread
 import atexit
+import contextlib
 import itertools
 import sys
 import threading
+import time
 from collections.abc import Callable, Sequence
 
 from teleopctl.node.values import signals
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
 # Bound of the first look at the graph, which takes about a millisecond.
 _FIRST_LOOK_S = 1.0
+
+# Without a session publishing raises and spinning ends; a thread that does neither may go on.
+_LONGEST_LEAVE_S = 0.1
 
 
 class Context:
@@ -106,7 +111,7 @@ class Context:
             self._initialized = True
             self._running = True
         # A session that only goes with the interpreter may wait for threads that no longer run.
-        atexit.register(self._release)
+        atexit.register(self._end_with_program)
         every = signals.SignalHandlerOptions.ALL
         signals.heed(self, every if signal_handler_options is None else signal_handler_options)
 
@@ -293,9 +298,23 @@ class Context:
         self._release()
         signals.forget(self)
 
+    def _end_with_program(self) -> None:
+        """End the context of a program that did not, and let its daemon threads leave Zenoh.
+
+        Up to version 3.13 Python unwinds a thread that wants its lock while the program ends. Out
+        of Zenoh's code that is the abort "FATAL: exception not rethrown".
+        """
+        self.try_shutdown()
+        deadline = time.monotonic() + _LONGEST_LEAVE_S
+        for thread in threading.enumerate():
+            if thread.daemon and thread is not threading.current_thread():
+                # Python knows threads of Zenoh's that it cannot wait for.
+                with contextlib.suppress(AssertionError, RuntimeError):
+                    thread.join(max(0.0, deadline - time.monotonic()))
+
     def _release(self) -> None:
         """Leave the graph and close the session."""
-        atexit.unregister(self._release)
+        atexit.unregister(self._end_with_program)
         with self._lock:
             self._initialized = False
             session, self._session = self._session, None
