@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -54,6 +54,7 @@ class RobotModel:
         warnings: What had to be repaired or left out, one sentence each.
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
         start: How a robot of an MJCF file starts; None for one of a URDF.
+        keyframes: The states that an MJCF file names.
     """
 
     name: str
@@ -69,6 +70,7 @@ class RobotModel:
     warnings: tuple[str, ...]
     excluded: tuple[tuple[str, str], ...]
     start: Start | None = None
+    keyframes: Mapping[str, Start] = field(default_factory=dict)
 
     def rotors(self) -> dict[str, float]:
         """Inertias of rotors that nobody has said, by joint, in kg m² or kg.
@@ -87,17 +89,19 @@ class RobotModel:
         return round(float(self.mj_model.opt.timestep) * 1e9)
 
     # Any stands for MuJoCo's types, which have no static ones.
-    def put_at_start(self, model: Any, data: Any) -> None:
+    def put_at_start(self, model: Any, data: Any, keyframe: str = "") -> None:
         """Put a simulation where it begins.
 
         Args:
             model: Its ``mujoco.MjModel``, which may be a copy.
             data: Its ``mujoco.MjData``, just reset.
+            keyframe: Where else it is to begin.
         """
-        if self.start is None:
+        start = self.keyframes.get(keyframe, self.start)
+        if start is None:
             data.qpos[:] = initial_positions(model, self.joints)
         else:
-            self.start.apply(model, data)
+            start.apply(model, data)
 
     def camera(self, name: str) -> CameraModel:
         """The camera of a name, or the first one for an empty name.
@@ -205,6 +209,7 @@ def _build_mjcf(description: RobotDescription, draft: MjcfDraft, frame: str) -> 
         warnings=tuple(draft.warnings),
         excluded=(),
         start=draft.start,
+        keyframes=draft.keyframes,
     )
 
 

@@ -6,7 +6,7 @@ freely, likewise), ``/mujoco_sim/contacts`` (all that touches, likewise), ``/per
 (the real-time factor that is reached, likewise), ``/mujoco_sim/world_markers`` (what the world
 looks like), and those of the description's sensors. In: ``/robot_description`` unless the
 parameter of that name is given, ``/robot_joint_commands``. Services: ``~/set_pause``,
-``~/step_simulation``, ``~/reset_world``, ``~/set_free_joint_state``.
+``~/step_simulation``, ``~/reset_world``, ``~/save_world``, ``~/set_free_joint_state``.
 
 Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_world`),
 ``update_rate`` (Hz of control), ``timestep`` (s of physics, at most; 0 is what an MJCF file says,

@@ -6,7 +6,7 @@ they are switched between positions, velocities and efforts, and led from period
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -152,6 +152,18 @@ class Drives:
             setattr(moved, name, getattr(self, name))
         moved._apply_modes()
         return moved
+
+    def save(self) -> dict[str, Array]:
+        """What the drives remember, by name."""
+        return {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
+
+    def restore(self, saved: Mapping[str, Array]) -> None:
+        """Remember what `save` returned."""
+        for name in _STATE:
+            setattr(self, name, np.array(saved[f"drives{name}"]))
+        self._mode = self._mode.astype(int)
+        self.settled = False
+        self._apply_modes()
 
     def apply(
         self,

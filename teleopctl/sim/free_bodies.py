@@ -1,8 +1,9 @@
-"""Where the free bodies of a simulation are, and how they are put elsewhere."""
+"""Where links are; where free bodies are, and how they are put elsewhere."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -13,6 +14,21 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import FreeBody
 
 Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinkPose:
+    """Where a link's frame is in the world.
+
+    Attributes:
+        position: Of its origin, (3,), in metres.
+        quaternion: Its rotation, (4,), w x y z.
+        rotation: The same as a matrix, (3, 3).
+    """
+
+    position: Array
+    quaternion: Array
+    rotation: Array
 
 
 class FreeBodies:

@@ -9,7 +9,7 @@ import mujoco
 
 from teleopctl import progress
 from teleopctl.errors import InvalidParameterError
-from teleopctl.interfaces import get_message, get_service, to_nanoseconds
+from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (
     Node,
     Parameter,
@@ -20,7 +20,6 @@ from teleopctl.sim.building import simulate
 from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import Command, LockstepLoop
-from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.performance import PerformancePublisher
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.reporting import report_robot
@@ -32,6 +31,7 @@ from teleopctl.sim.sensors.settings import (
     numbers_of,
     sensor_settings,
 )
+from teleopctl.sim.state.services import MujocoServices
 from teleopctl.sim.world_markers import WorldMarkers
 from teleopctl.wire import EntityKind
 
@@ -40,10 +40,6 @@ _Twist = get_message("geometry_msgs/msg/Twist")
 _JointState = get_message("sensor_msgs/msg/JointState")
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
-_SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
-_StepSimulation = get_service("mujoco_ros2_control_msgs/srv/StepSimulation")
-_ResetWorld = get_service("mujoco_ros2_control_msgs/srv/ResetWorld")
-_SetFreeJointState = get_service("mujoco_ros2_control_msgs/srv/SetFreeJointState")
 
 _DESCRIPTION_TOPIC = "/robot_description"
 _READ_AT_START = {"update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"}
@@ -64,11 +60,8 @@ class MujocoSim(Node):
         self._commanders = 0
         self._declare_parameters()
         mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
-        self.create_service(_SetPause, "~/set_pause", self._on_set_pause)
-        self.create_service(_StepSimulation, "~/step_simulation", self._on_step)
-        self.create_service(_ResetWorld, "~/reset_world", self._on_reset)
-        self.create_service(_SetFreeJointState, "~/set_free_joint_state", self._on_set_free)
         self._stage: Stage | None = None
+        MujocoServices(self, lambda: self._stage)
         offer_standard_services(self, lambda: self._stage)
         given = str(self.get_parameter("robot_description").value)
         if given:
@@ -317,51 +310,6 @@ class MujocoSim(Node):
     def _patience_s(self) -> float:
         return _PATIENCE_S + self._number("lockstep_timeout")
 
-    def _on_set_pause(self, request: Any, response: Any) -> Any:
-        word = "paused" if request.paused else "running"
-        if self._loop is None:
-            return _answer(response, False, "There is no robot yet")
-        if not self._loop.set_paused(request.paused, self._patience_s):
-            return _answer(response, False, "The simulation did not react in time")
-        self.get_logger().info(f"Simulation is {word}")
-        return _answer(response, True, f"Simulation is {word}")
-
-    def _on_step(self, request: Any, response: Any) -> Any:
-        if self._loop is None:
-            return _answer(response, False, "There is no robot yet")
-        if not self._loop.paused:
-            return _answer(response, False, "The simulation can be stepped only while paused")
-        if request.steps == 0:
-            return _answer(response, False, "The number of steps is 0")
-        done = self._loop.step(request.steps, max(30.0, 0.01 * request.steps))
-        text = f"Advanced by {request.steps} steps" if done else "The steps took too long"
-        return _answer(response, done, text)
-
-    def _on_reset(self, request: Any, response: Any) -> Any:
-        if self._loop is None:
-            return _answer(response, False, "There is no robot yet")
-        if request.keyframe:
-            return _answer(response, False, f"There is no keyframe '{request.keyframe}'")
-        simulation, overrides = self._simulation, request.state_overrides
-        reason = refuse_joints(simulation, overrides.joint_states)
-        reason = reason or refuse_bodies(simulation, overrides.free_joints)
-        if reason:
-            return _answer(response, False, reason)
-        if not self._loop.call(lambda: reset_to(simulation, overrides), self._patience_s):
-            return _answer(response, False, "The simulation did not react in time")
-        self.get_logger().info("World reset to the initial positions; time goes on")
-        return _answer(response, True, "World reset")
-
-    def _on_set_free(self, request: Any, response: Any) -> Any:
-        if self._loop is None:
-            return _answer(response, False, "There is no robot yet")
-        simulation, states = self._simulation, request.free_joints
-        if reason := refuse_bodies(simulation, states):
-            return _answer(response, False, reason)
-        if not self._loop.call(lambda: put_bodies(simulation, states), self._patience_s):
-            return _answer(response, False, "The simulation did not react in time")
-        return _answer(response, True, f"Set {len(states)} free bodies")
-
     def destroy_node(self) -> None:
         """End physics, then the node."""
         if self._loop is not None:
@@ -370,9 +318,3 @@ class MujocoSim(Node):
         if self._thread is not None and self._thread.is_alive():
             self._thread.join()
         super().destroy_node()
-
-
-def _answer(response: Any, success: bool, message: str) -> Any:
-    response.success = success
-    response.message = message
-    return response

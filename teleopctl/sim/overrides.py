@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 
 if TYPE_CHECKING:
-    from teleopctl.sim.simulation import LinkPose, Simulation
+    from teleopctl.sim.free_bodies import LinkPose
+    from teleopctl.sim.simulation import Simulation
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
@@ -53,12 +54,13 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
     return ""
 
 
-def reset_to(simulation: Simulation, overrides: Any) -> None:
-    """Set a simulation back, then take over what a SimulationState says."""
+def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None:
+    """Set a simulation back, or to a keyframe, then take over what a SimulationState says."""
     joints = overrides.joint_states
     simulation.reset_state(
         dict(zip(joints.name, joints.position, strict=False)),
         dict(zip(joints.name, joints.velocity, strict=False)),
+        keyframe,
     )
     put_bodies(simulation, overrides.free_joints)
 

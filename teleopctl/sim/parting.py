@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 # Shapes that touch in one plane are not apart: above rounding, below what anybody sees.
 _APART_M = 1e-4
@@ -40,6 +41,19 @@ class Parting:
         """The start again: all pairs wait."""
         self._waiting = deque(self._pairs)
         self._m.exclude_signature[:] = self._excluded
+
+    def save(self) -> npt.NDArray[np.float64]:
+        """The numbers of the pairs that wait, in the order in which they are looked at."""
+        return np.array([self._pairs.index(pair) for pair in self._waiting], float)
+
+    def restore(self, waiting: npt.NDArray[np.float64]) -> None:
+        """Let only those pairs wait whose numbers `save` returned."""
+        self.reset()
+        numbers = dict.fromkeys(int(number) for number in waiting)
+        self._waiting = deque(self._pairs[n] for n in numbers if 0 <= n < len(self._pairs))
+        for number, pair in enumerate(self._pairs):
+            if number not in numbers:
+                self._release(pair)
 
     @property
     def waits(self) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -18,11 +18,12 @@ import numpy.typing as npt
 from teleopctl.mujoco_model import RobotModel, carry_over
 from teleopctl.sim.drives import Drives
 from teleopctl.sim.entities.pushes import Push, Pushes
-from teleopctl.sim.free_bodies import FreeBodies
+from teleopctl.sim.free_bodies import FreeBodies, LinkPose
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
+from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model
 
 Array = npt.NDArray[np.float64]
 
@@ -33,21 +34,6 @@ _BAD_QACC = int(mujoco.mjtWarning.mjWARN_BADQACC)
 
 # At fast control, not every tick looks for links that have come apart: it may cost a physics step.
 _PARTING_NS = 10_000_000
-
-
-@dataclass(frozen=True)
-class LinkPose:
-    """Where a link's frame is in the world.
-
-    Attributes:
-        position: Of its origin, (3,), in metres.
-        quaternion: Its rotation, (4,), w x y z.
-        rotation: The same as a matrix, (3, 3).
-    """
-
-    position: Array
-    quaternion: Array
-    rotation: Array
 
 
 class Simulation:
@@ -109,7 +95,7 @@ class Simulation:
         self._m.opt.timestep = self.control_period_ns * 1e-9 / self.steps_per_period
         # Sensors are computed when they are read, on a copy: who looks changes nothing.
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-        _scale(self._m, *self._scales)
+        scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
         self._observed: Any = None
         self._troubles = self._d.warning.number
@@ -228,16 +214,18 @@ class Simulation:
         self,
         positions: Mapping[str, float] | None = None,
         velocities: Mapping[str, float] | None = None,
+        keyframe: str = "",
     ) -> None:
         """Back to the initial positions, at rest and without commands; time stays.
 
         Args:
             positions: Where joints are to be instead (rad or m), by name.
             velocities: How fast they are to move instead (rad/s or m/s), by name.
+            keyframe: Which of the model's to begin with instead.
         """
         mujoco.mj_resetData(self._m, self._d)
         self._restore_standing()
-        self.model.put_at_start(self._m, self._d)
+        self.model.put_at_start(self._m, self._d, keyframe)
         self._balls.put(self._d, positions or {})
         for joint in self.model.joints:
             if joint.ball:
@@ -250,10 +238,33 @@ class Simulation:
         self._drives.reset()
         for mover in self.movers:
             mover.forget()
-        if positions or (self.model.start is not None and not self.model.start.controls):
+        start = self.model.keyframes.get(keyframe, self.model.start)
+        if positions or (start is not None and not start.controls):
             self._file_actuators.hold_here()
         self._parting.reset()
         self.refresh()
+
+    def save(self) -> dict[str, Array]:
+        """All that decides how it goes on, but for gravity, pushes and topics that move it."""
+        return {
+            **physics_state(self._m, self._d),
+            **self._drives.save(),
+            "waiting": self._parting.save(),
+            "step": np.array([self._steps % self.steps_per_period, self.steps_per_period], float),
+        }
+
+    def restore(self, saved: Mapping[str, Array]) -> None:
+        """Go on from what `save` returned of a simulation of the same parts; time begins anew."""
+        self.reset_state()
+        self._drives.restore(saved)
+        self._parting.restore(saved["waiting"])
+        put_physics_state(self._m, self._d, saved)
+        self._wake()
+        # Looking around has moved where the solver starts.
+        put_physics_state(self._m, self._d, saved)
+        step, period = saved["step"]
+        self._steps = int(step) % self.steps_per_period if period == self.steps_per_period else 0
+        self.read()
 
     def refresh(self) -> None:
         """Work out what follows from positions and velocities that were set from outside."""
@@ -383,15 +394,3 @@ class Simulation:
         """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
         troubles = self._troubles
         return bool(troubles[_BAD_QPOS] or troubles[_BAD_QVEL] or troubles[_BAD_QACC])
-
-
-def _scale(model: mujoco.MjModel, mass: float, friction: float) -> None:
-    """Make a model heavier and rougher, or lighter and smoother; the drives stay as they are."""
-    if mass != 1.0:
-        model.body_mass[:] *= mass
-        model.body_inertia[:] *= mass
-        # What MuJoCo works out beforehand from masses.
-        mujoco.mj_setConst(model, mujoco.MjData(model))
-    if friction != 1.0:
-        model.geom_friction[:] *= friction
-        model.pair_friction[:] *= friction

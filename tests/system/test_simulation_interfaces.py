@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ from teleopctl.interfaces import get_action, get_message, get_service
 from teleopctl.node import ActionClient, Parameter
 from teleopctl.packages import package_share
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph
-from tests.system.sim_partner import Partner, command, teleop_urdf
+from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 TABLE = package_share("teleopctl") / "worlds" / "table.urdf"
 INERTIA = '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/>'
@@ -310,3 +311,30 @@ def test_all_contacts_and_the_pace_are_on_topics_for_those_who_listen(caller: Ca
     while {"cube_collision", "table_collision"} not in touching:  # until it sees who listens
         caller.step(100)
     assert paces.get(timeout=LONGEST_WAIT_S) == 0.0, "time stands still"
+
+
+def test_a_state_is_saved_under_a_name_and_gone_back_to(caller: Caller, tmp_path: Path) -> None:
+    caller.spawn(CAN, 2.0)
+    caller.step(300)
+    height = caller.height("can")
+    kept = str(tmp_path / "state.json")
+    for name in ("falling", kept):
+        assert caller.call("ResetWorld", "save_world", keyframe=name).success
+    caller.step(300)
+    for name in ("falling", kept):
+        seen = len(caller.states)
+        answer = caller.call("ResetWorld", "reset_world", keyframe=name)
+        assert answer.success, answer.message
+        assert caller.height("can") == height
+        caller.step(1)
+        caller.wait_for_states(seen + 1)
+        assert stamp_ns(caller.states[seen]) < 300_000_000, "controllers see that time began anew"
+    caller.do("DeleteEntity", "delete_entity", entity="can")
+    for name, why in (
+        ("falling", "another model: it has the body 'can'"),
+        ("flying", "There is no keyframe 'flying'; there is falling"),
+        ("./state.json", "whole path"),
+        (str(tmp_path / "none.json"), "No such file"),
+    ):
+        refused = caller.call("ResetWorld", "reset_world", keyframe=name)
+        assert (refused.success, why in refused.message) == (False, True), refused.message

@@ -49,6 +49,7 @@ class MjcfDraft:
     things: tuple[Thing, ...]
     base: FreeBase | None
     start: Start
+    keyframes: dict[str, Start]
     bodies: frozenset[str]
     warnings: list[str]
 
@@ -86,6 +87,7 @@ def draft_mjcf(
     if mjcf.home < 0:
         # Nobody has said what actuators are told: they hold what there is.
         start = replace(start, controls={}, activations={})
+    keyframes = {name: Start.of(bare, there) for name, there in mjcf.keyframes().items()}
     # They have the size of this model; more joints may come.
     for key in list(spec.keys):
         spec.delete(key)
@@ -95,6 +97,7 @@ def draft_mjcf(
     elif mjcf.root != WORLD:
         free.remove(root)
         start = start.without(root.joint)
+        keyframes = {name: there.without(root.joint) for name, there in keyframes.items()}
         _fix(spec, mjcf.root)
     driven = [joint for joint in joints if joint.has_drive]
     prepare_drives(spec, driven)
@@ -111,7 +114,7 @@ def draft_mjcf(
     complete_scene(spec)
     if extend is not None:
         extend(spec)
-    return MjcfDraft(spec, joints, cameras, free, things, base, start, names, warnings)
+    return MjcfDraft(spec, joints, cameras, free, things, base, start, keyframes, names, warnings)
 
 
 def _joints(

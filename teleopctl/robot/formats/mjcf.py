@@ -77,6 +77,15 @@ class Mjcf:
         mujoco.mj_kinematics(self.model, data)
         return data
 
+    def keyframes(self) -> dict[str, Any]:
+        """A ``mujoco.MjData`` in each keyframe that has a name."""
+        found = {}
+        for number in range(self.model.nkey):
+            if name := self.model.key(number).name:
+                found[str(name)] = data = mujoco.MjData(self.model)
+                mujoco.mj_resetDataKeyframe(self.model, data, number)
+        return found
+
 
 def load_mjcf(path: Path) -> Mjcf:
     """Read an MJCF file with all that it includes.

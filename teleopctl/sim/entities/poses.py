@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import InvalidMessageError, NotFoundError
-from teleopctl.sim.simulation import LinkPose
+from teleopctl.sim.free_bodies import LinkPose
 
 if TYPE_CHECKING:
     from teleopctl.sim.simulation import Simulation

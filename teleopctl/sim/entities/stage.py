@@ -195,10 +195,14 @@ class Stage:
                 self.simulation.reset_state()
             if time:
                 self.simulation.reset_time()
-                self.loop.restart()
-                self._on_restart()
+                self.begin_anew()
 
         self.ask(change)
+
+    def begin_anew(self) -> None:
+        """Tell all that time has begun anew; on the loop's thread, by `ask`."""
+        self.loop.restart()
+        self._on_restart()
 
     def unused_name(self, wanted: str) -> str:
         """Return a name that nothing has yet: the wanted one, else with a number."""

@@ -1,0 +1,62 @@
+"""MuJoCo's model and data as a whole: made heavier or rougher, read out and put back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+# All that a step starts from, to the last bit: also controls, and where the solver starts.
+_ALL = mujoco.mjtState.mjSTATE_INTEGRATION
+_Object = mujoco.mjtObj
+_NAMED = {
+    "body": (_Object.mjOBJ_BODY, "nbody"),
+    "joint": (_Object.mjOBJ_JOINT, "njnt"),
+    "actuator": (_Object.mjOBJ_ACTUATOR, "nu"),
+    "equality": (_Object.mjOBJ_EQUALITY, "neq"),
+}
+
+
+# Any stands for MuJoCo's types, here and below: they have no static ones.
+def scale_model(model: Any, mass: float, friction: float) -> None:
+    """Make a model heavier and rougher, or lighter and smoother; the drives stay as they are."""
+    if mass != 1.0:
+        model.body_mass[:] *= mass
+        model.body_inertia[:] *= mass
+        # What MuJoCo works out beforehand from masses.
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    if friction != 1.0:
+        model.geom_friction[:] *= friction
+        model.pair_friction[:] *= friction
+
+
+def physics_state(model: Any, data: Any) -> dict[str, Array]:
+    """The state of physics, and where in the model stands what stands."""
+    state = np.zeros(mujoco.mj_stateSize(model, _ALL))
+    mujoco.mj_getState(model, data, state, _ALL)
+    return {
+        "physics": state,
+        "standing": np.concatenate([model.body_pos.ravel(), model.body_quat.ravel()]),
+    }
+
+
+def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None:
+    """Put back what `physics_state` returned of a model of the same parts."""
+    mujoco.mj_setState(model, data, saved["physics"], _ALL)
+    places = 3 * model.nbody
+    model.body_pos[:] = saved["standing"][:places].reshape(-1, 3)
+    model.body_quat[:] = saved["standing"][places:].reshape(-1, 4)
+
+
+def part_names(model: Any) -> list[str]:
+    """What a state is of: the parts of the model in their order."""
+    return [
+        f"{word} '{mujoco.mj_id2name(model, kind, number) or number}'"
+        for word, (kind, count) in _NAMED.items()
+        for number in range(getattr(model, count))
+    ]

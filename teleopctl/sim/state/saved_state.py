@@ -1,0 +1,108 @@
+"""The state of a simulation, to go on from later: kept, or written into a file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from teleopctl.errors import InvalidFileError, RefusedError
+from teleopctl.sim.state.physics import part_names
+from teleopctl.text_file import read_text
+
+if TYPE_CHECKING:
+    from teleopctl.sim.simulation import Simulation
+
+Array = npt.NDArray[np.float64]
+
+_FORMAT = "teleopctl simulation state 1"
+# No state of a robot comes near it: a million numbers.
+_LONGEST_FILE = 32_000_000
+
+
+@dataclass(frozen=True)
+class SavedState:
+    """How a simulation was at a time.
+
+    Attributes:
+        parts: What it is of, in words: a state fits the same parts only.
+        values: As `Simulation.save` returns them.
+    """
+
+    parts: tuple[str, ...]
+    values: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, simulation: Simulation) -> SavedState:
+        """The present state of a simulation."""
+        return cls(_parts(simulation), simulation.save())
+
+    @classmethod
+    def read(cls, path: Path) -> SavedState:
+        """Read a file that `write` wrote.
+
+        Raises:
+            InvalidFileError: It cannot be read, or is none.
+        """
+        try:
+            if path.stat().st_size > _LONGEST_FILE:
+                raise InvalidFileError(f"{path} is too long for a state")
+        except OSError as error:
+            raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
+        try:
+            content = json.loads(read_text(path))
+            if content["format"] != _FORMAT:
+                raise ValueError
+            values = {str(k): np.array(v, float).ravel() for k, v in content["values"].items()}
+            return cls(tuple(map(str, content["parts"])), values)
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            raise InvalidFileError(f"{path} is no state that a simulator has saved") from error
+
+    def write(self, path: Path) -> None:
+        """Write it into a file, which takes the place of one that is there.
+
+        Raises:
+            InvalidFileError: It cannot be written.
+        """
+        values = {name: value.tolist() for name, value in self.values.items()}
+        text = json.dumps({"format": _FORMAT, "parts": self.parts, "values": values})
+        draft = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            draft.write_text(f"{text}\n", "utf-8")
+            draft.replace(path)
+        except OSError as error:
+            draft.unlink(missing_ok=True)
+            raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
+
+    def put(self, simulation: Simulation) -> None:
+        """Let a simulation go on from here.
+
+        Raises:
+            RefusedError: It is of another model, or makes no sense; nothing is changed.
+        """
+        here, there = _parts(simulation), self.parts
+        if only := next((part for part in there if part not in here), ""):
+            raise RefusedError(f"The state is of another model: it has the {only}")
+        if only := next((part for part in here if part not in there), ""):
+            raise RefusedError(f"The state is of another model: it lacks the {only}")
+        now = simulation.save()
+        sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, self.values))
+        # Pairs that overlapped come apart.
+        saved["waiting"] = sizes["waiting"] if "waiting" in saved else 0
+        if here != there or sizes != saved:
+            raise RefusedError("The state is of another model: the same parts are made otherwise")
+        if not all(np.isfinite(value).all() for value in self.values.values()):
+            raise RefusedError("The state makes no sense: not all of its numbers are finite")
+        simulation.restore(self.values)
+
+
+def _parts(simulation: Simulation) -> tuple[str, ...]:
+    model = simulation.model
+    pairs = (f"pair of '{one}' and '{two}'" for one, two in model.excluded)
+    return (*part_names(model.mj_model), *pairs)
