@@ -223,6 +223,15 @@ ENDS = ("stop --yes", "daemon stop")
 # What needs a camera, a recorded simulation, a second machine or hardware with a status.
 ELSEWHERE = {
     "sim sweep": "tests/sweep/test_sweep.py",
+    "sim pause": "tests/system/test_simulation_interfaces.py",
+    "sim play": "tests/system/test_simulation_interfaces.py",
+    "sim step": "tests/system/test_simulation_interfaces.py",
+    "sim reset": "tests/system/test_simulation_interfaces.py",
+    "sim list": "tests/system/test_simulation_interfaces.py",
+    "sim spawn": "tests/system/test_simulation_interfaces.py",
+    "sim delete": "tests/system/test_simulation_interfaces.py",
+    "sim save": "tests/system/test_simulation_interfaces.py",
+    "sim load": "tests/system/test_simulation_interfaces.py",
     "camera save": "tests/system/test_camera_save.py",
     "bag verify": "tests/system/test_bag_verify.py",
     "multicast receive": "tests/system/test_doctor.py",

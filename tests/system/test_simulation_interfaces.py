@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import queue
 from collections.abc import Iterator
 from pathlib import Path
@@ -338,3 +339,29 @@ def test_a_state_is_saved_under_a_name_and_gone_back_to(caller: Caller, tmp_path
     ):
         refused = caller.call("ResetWorld", "reset_world", keyframe=name)
         assert (refused.success, why in refused.message) == (False, True), refused.message
+
+
+def test_the_command_line_has_words_for_them(
+    caller: Caller, shared_ros: RosGraph, tmp_path: Path
+) -> None:
+    """Each of which says in a line, or as JSON, what came of it."""
+    (tmp_path / "can.urdf").write_text(CAN)
+
+    def sim(*words: str) -> str:
+        done = shared_ros.run(["sim", *words], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    assert sim("spawn", "can.urdf", "--at=2,0,1") == "Spawned can"
+    assert json.loads(sim("list", "--json")) == ["teleop", "table", "cube", "can"]
+    assert sim("step", "200") == "Advanced by 200 steps"
+    height = caller.height("can")
+    assert sim("save", "state.json") == f"Saved into {tmp_path / 'state.json'}"
+    assert sim("play") == "The simulation is running"
+    assert json.loads(sim("pause", "--json")) == {"message": "The simulation is paused"}
+    sim("load", "state.json")
+    assert caller.height("can") == height
+    assert sim("delete", "can") == "Deleted can"
+    refused = shared_ros.run(["sim", "load", "state.json"], cwd=tmp_path)
+    assert (refused.returncode, "it has the body 'can'" in refused.stderr) == (1, True)
+    assert sim("reset") == "The simulation is back at its start"
