@@ -39,6 +39,11 @@ _SETTINGS = {
     "seed": 0,
 }
 _EDITION = b"1"
+# What a piece has of the shape that it is of.
+_KEPT = (
+    *("pos", "quat", "group", "rgba", "contype", "conaffinity", "condim", "priority", "friction"),
+    *("solmix", "solref", "solimp", "margin", "gap"),
+)
 # The most triangles of which each becomes a shape, and the thickest slab below one, in metres.
 _MOST_SLABS = 256
 _SLAB_M = 0.05
@@ -135,10 +140,7 @@ def split(spec: mujoco.MjSpec, mesh: Any, pieces: Sequence[Piece]) -> None:
             geom.parent.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_MESH,
                 meshname=name,
-                pos=geom.pos,
-                quat=geom.quat,
-                group=geom.group,
-                rgba=geom.rgba,
+                **{attribute: getattr(geom, attribute) for attribute in _KEPT},
             )
         spec.delete(geom)
     if not any(geom.meshname == mesh.name for geom in spec.geoms):

@@ -209,6 +209,7 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
         joint("held", "world", "ring", kind="fixed", xyz="0 0 1"),
         link("ball", ball),
         joint("loose", "world", "ball", kind="floating", limit="", xyz="0 0 2"),
+        '<gazebo reference="ring"><mu1>0.3</mu1></gazebo>',
     )
 
     monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: True)
@@ -221,6 +222,9 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
 
     assert any("is hollow: it touches as" in warning for warning in cut.warnings)
     assert again.warnings == cut.warnings
+    of_ring = cut.mj_model.geom_bodyid == cut.mj_model.body("ring").id
+    pieces = of_ring & (cut.mj_model.geom_contype > 0)
+    assert set(cut.mj_model.geom_friction[pieces, 0]) == {0.3}
     heights = [float(after(one).link_pose("ball").position[2]) for one in (cut, whole)]
     assert heights[0] == pytest.approx(0.05, abs=0.01)
     assert heights[1] > 1.0
