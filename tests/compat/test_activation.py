@@ -193,9 +193,11 @@ def test_programs_find_ros2_and_xacro_behind_what_is_installed(tmp_path):
 import os, shutil, subprocess
 from teleopctl.compat import activation
 # pip's xacro, or a sourced ROS 2, has programs of these names too, which come first.
-own = {{os.path.dirname(found) for name in ("ros2", "xacro") if (found := shutil.which(name))}}
 places = os.environ["PATH"].split(os.pathsep)
-os.environ["PATH"] = os.pathsep.join(place for place in places if place not in own)
+os.environ["PATH"] = os.pathsep.join(
+    place for place in places
+    if not any(shutil.which(name, path=place) for name in ("ros2", "xacro"))
+)
 for _ in range(2):
     activation.activate_children()
 assert os.environ["PATH"].count(activation.PROGRAMS) == 1

@@ -167,6 +167,8 @@ def only_looks(words: list[str]) -> bool:
     """Whether typing it again changes nothing."""
     if words[1] == "bag":
         return words[2] in ("check", "info", "list")
+    if words[1] == "sim":
+        return words[2] == "list"
     changing = ["run", "launch", "stop", "start", "set", "load", "pub", "call", "send_goal", "rm"]
     return set(words).isdisjoint(changing)
 
