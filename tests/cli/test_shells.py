@@ -122,6 +122,24 @@ def test_what_tab_completes_is_the_word_that_teleopctl_is_given(shell, what):
     assert shell.given(before, behind) == words
 
 
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("", ""),
+        ("--once", "--once"),
+        (".\\folder\\da", ".\\folder\\da"),
+        ('"./it"', "./it"),
+        ("'it's'", "it's"),
+        ("'", ""),
+    ],
+)
+def test_a_word_of_powershell_loses_its_quotes_and_nothing_else(word, meant, monkeypatch):
+    monkeypatch.setenv("_TELEOPCTL_WORDS", f"run\x1f{word}")
+    asked = shells.read("powershell", [])
+    assert asked is not None
+    assert (asked.words, asked.incomplete) == (["run"], meant)
+
+
 @pytest.mark.skipif(shutil.which("pwsh") is None, reason="PowerShell is not installed")
 @pytest.mark.parametrize("what", [what for what in LINES if "stands in" not in what])
 def test_powershell_completes_the_same_words(what, tmp_path, monkeypatch):
@@ -130,9 +148,9 @@ def test_powershell_completes_the_same_words(what, tmp_path, monkeypatch):
     (tmp_path / "data.csv").touch()
     (tmp_path / "folder").mkdir()
     line = before.replace("'", "''")
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     program = (
-        f"function teleopctl {{ & '{sys.executable}' -m teleopctl @args }}\n{shells.POWERSHELL}\n"
-        f"$line = '{line}'\n"
+        f"{shells.POWERSHELL}\n$line = '{line}'\n"
         "$found = [System.Management.Automation.CommandCompletion]::CompleteInput($line, "
         "$line.Length, $null)\n"
         "$line = $line.Substring(0, $found.ReplacementIndex) + $found.CompletionMatches[0]"

@@ -61,13 +61,24 @@ Register-ArgumentCompleter -Native -CommandName teleopctl -ScriptBlock {
     $words = @($commandAst.CommandElements |
         Select-Object -Skip 1 |
         Where-Object { $_.Extent.EndOffset -lt $cursorPosition } |
-        ForEach-Object { if ($null -ne $_.Value) { $_.Value } else { $_.Extent.Text } })
+        ForEach-Object {
+            if ($_ -is [System.Management.Automation.Language.StringConstantExpressionAst]) {
+                $_.Value
+            } else {
+                $_.Extent.Text
+            }
+        })
     $Env:_TELEOPCTL_COMPLETE = "powershell"
-    $Env:_TELEOPCTL_WORDS = (@($words) + @("$wordToComplete")) -join [char]31
-    & $commandAst.CommandElements[0].Extent.Text | ForEach-Object {
-        [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
+    $Env:_TELEOPCTL_WORDS = ($words + "$wordToComplete") -join [char]31
+    $program = $commandAst.GetCommandName()
+    try {
+        & $program | ForEach-Object {
+            [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
+        }
+    } finally {
+        Remove-Item -Path Env:_TELEOPCTL_COMPLETE
+        Remove-Item -Path Env:_TELEOPCTL_WORDS
     }
-    Remove-Item Env:_TELEOPCTL_COMPLETE, Env:_TELEOPCTL_WORDS
 }"""
 
 _BLANKS = " \t\n"
@@ -106,7 +117,7 @@ def read(shell: str, words: Sequence[str]) -> Asked | None:
     given = list(words[1:] if words[:1] == ["--"] else words)
     if shell == "powershell":
         given = os.environ.get("_TELEOPCTL_WORDS", "").split("\x1f")
-        given[-1] = split(given[-1]).incomplete
+        given[-1] = _without_powershell_quotes(given[-1])
     elif shell == "bash" and len(given) == 2:
         asked = split(given[0], given[1])
         return Asked(asked.words[1:], asked.incomplete, asked.quote, asked.kept)
@@ -115,6 +126,12 @@ def read(shell: str, words: Sequence[str]) -> Asked | None:
     elif shell != "zsh" or not given:
         return None
     return Asked(given[:-1], given[-1])
+
+
+def _without_powershell_quotes(word: str) -> str:
+    """A word as PowerShell gives it: closed by the quote that opened it, nothing escaped inside."""
+    quote = word[:1]
+    return word[1:].removesuffix(quote) if quote in ("'", '"') else word
 
 
 def split(line: str, breaks: str = "") -> Asked:
