@@ -316,7 +316,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         """Begin to count the time that the result of a goal is kept."""
         with self.lock:
             if self._expiry.is_canceled() and self._timeout_ns >= 0:
-                self._expiry.timer_period_ns = self._timeout_ns
+                self._expiry.restart(self._timeout_ns)
 
     def _forget_expired(self) -> None:
         with self.lock:
@@ -334,7 +334,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
                 self._expiry.cancel()
             else:
                 # Time may have gone back since the goal ended.
-                self._expiry.timer_period_ns = min(next_ns, self._timeout_ns)
+                self._expiry.restart(min(next_ns, self._timeout_ns))
 
     def destroy(self) -> None:
         """Forget all goals and take the server out of the graph. Idempotent."""

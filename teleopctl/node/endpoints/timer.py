@@ -23,7 +23,7 @@ class PeriodicTimer:
     multiple of the period, as in rcl.
 
     Attributes:
-        listener: Told when the clock makes it due in a jump, or the period changes, while somebody
+        listener: Told when the clock makes it due in a jump, or it starts anew, while somebody
             waits by hand.
     """
 
@@ -43,13 +43,12 @@ class PeriodicTimer:
 
     @property
     def timer_period_ns(self) -> int:
-        """The period in nanoseconds; a new one counts from now."""
+        """The period in nanoseconds; a new one counts from the next call on, as in rcl."""
         return self._period_ns
 
     @timer_period_ns.setter
     def timer_period_ns(self, period_ns: int) -> None:
         self._period_ns = int(period_ns)
-        self.reset()
 
     @property
     def handle(self) -> TimerHandle:
@@ -76,6 +75,11 @@ class PeriodicTimer:
     def cancel(self) -> None:
         """Stop calling until `reset`."""
         self._cancelled = True
+
+    def restart(self, period_ns: int) -> None:
+        """Start anew with another period in nanoseconds (ours)."""
+        self.timer_period_ns = period_ns
+        self.reset()
 
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
@@ -182,7 +186,7 @@ class TimerHandle(Handle):
         return self.entity.timer_period_ns
 
     def change_timer_period(self, period_nsec: int) -> None:
-        """Set the period in nanoseconds, counted from now."""
+        """Set the period in nanoseconds; the next call stays when it is."""
         self.entity.timer_period_ns = period_nsec
 
 

@@ -132,7 +132,7 @@ class ServedWaitable(NodeWaitable):
             alarm.callback = functools.partial(self._ring, alarm)
         for clock, alarm in self._alarms.items():
             if clock in due:
-                alarm.timer_period_ns = due[clock]
+                alarm.restart(due[clock])
             else:
                 alarm.cancel()
 
