@@ -3,8 +3,9 @@
 Topics out, at each sensor's rate in simulated time, stamped with the time of the state that they
 show: images, depths, points, labels and ``camera_info`` where `camera_topics` says, with
 image_transport's ``compressed`` and ``compressedDepth``; ``/tf_static`` with the optical frames.
-In: ``/robot_description`` and the simulator's joint states, the latter only while somebody
-subscribes to one of the outputs. What nobody subscribes to is not drawn.
+In: ``/robot_description``, the simulator's model when things have come or gone, and its joint
+states, these only while somebody subscribes to one of the outputs. What nobody subscribes to is not
+drawn.
 
 Parameters: ``robot_description``, ``world`` (the file of what stands around the robot) and
 ``fixed_base`` and ``seed``, as for the simulator, ``camera`` (name of one sensor, default all),
@@ -19,7 +20,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import progress
-from teleopctl.errors import InvalidParameterError
+from teleopctl.errors import InvalidMessageError, InvalidParameterError
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import (
     ExternalShutdownException,
@@ -47,6 +48,7 @@ _JointState = get_message("sensor_msgs/msg/JointState")
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 _FreeJointStateArray = get_message("mujoco_ros2_control_msgs/msg/FreeJointStateArray")
+_Bytes = get_message("std_msgs/msg/UInt8MultiArray")
 _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 _DESCRIPTION_TOPIC = "/robot_description"
@@ -88,6 +90,9 @@ class Camera(Node):
         self._free_states: Subscription[Any] | None = None
         self._channels: list[CameraChannel] = []
         self._renderer: CameraRenderer | None = None
+        # Whether that draws the present model.
+        self._is_current = True
+        self._changed_model: Any = None
         # The quality and the cameras that it was made for.
         self._drawn_for: tuple[object, frozenset[str]] = ("", frozenset())
         self._thread: threading.Thread | None = None
@@ -125,8 +130,13 @@ class Camera(Node):
             )
 
     def _start(self, urdf: str) -> None:
+        import mujoco
+
         from teleopctl.mujoco_model import build_model
-        from teleopctl.sim import CameraChannel
+        from teleopctl.sim import MODEL_TOPIC, CameraChannel
+
+        # Else MuJoCo writes a file into the present folder.
+        mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
 
         description = RobotDescription.from_urdf(urdf)
         self._urdf = urdf
@@ -140,14 +150,13 @@ class Camera(Node):
         if not name and not model.cameras:
             self.get_logger().warning(f"The robot '{model.name}' has no camera sensor")
             return
-        self._model: RobotModel = model
+        self._described = self._model = model
         self._bodies_wanted = bool(model.free_bodies)
         cameras = (model.camera(name),) if name else model.cameras
-        mj = model.mj_model
-        bodies = tuple(mj.body(number).name for number in range(mj.nbody))
         for camera in cameras:
             seed = int(self._setting("seed"))
-            self._channels.append(CameraChannel(self, camera, bodies, self._setting, seed))
+            names = _bodies_of(model)
+            self._channels.append(CameraChannel(self, camera, names, self._setting, seed))
             self.get_logger().info(
                 f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
                 f"frame '{camera.frame_id}'"
@@ -155,6 +164,9 @@ class Camera(Node):
         frames = {camera.frame_id: camera for camera in cameras}
         self._tf.sendTransform(
             [_optical_frame(c) for frame, c in frames.items() if frame not in description.links]
+        )
+        self.create_subscription(
+            _Bytes, MODEL_TOPIC, self._on_model, qos_profile_latched, immediate=True
         )
         self._thread = threading.Thread(target=self._run, name="rendering", daemon=True)
         self.add_graph_callback(self._on_graph)
@@ -182,6 +194,11 @@ class Camera(Node):
             self._bodies = message
             self._changed.notify_all()
 
+    def _on_model(self, message: Any) -> None:
+        with self._changed:
+            self._changed_model = message
+            self._changed.notify_all()
+
     def _is_complete(self) -> bool:
         """Whether joints and free bodies of the same time have come."""
         if self._latest is None or not self._bodies_wanted:
@@ -203,10 +220,13 @@ class Camera(Node):
                 if self._stopped:
                     break
                 wanted = self._is_wanted()
+                changed, self._changed_model = self._changed_model, None
                 state = bodies = None
                 if self._is_complete():
                     state, self._latest = self._latest, None
                     bodies = self._bodies
+            if changed is not None:
+                self._take(changed)
             self._listen(wanted)
             if state is not None and wanted:
                 self._publish(state, bodies)
@@ -215,7 +235,29 @@ class Camera(Node):
 
     def _has_something_to_do(self) -> bool:
         listening = self._states is not None
-        return self._stopped or self._is_complete() or self._is_wanted() != listening
+        return (
+            self._stopped
+            or self._changed_model is not None
+            or self._is_complete()
+            or self._is_wanted() != listening
+        )
+
+    def _take(self, message: Any) -> None:
+        """Go on with what the simulator says is there now."""
+        from teleopctl.sim import model_from_message
+
+        try:
+            model = model_from_message(message, self._described)
+        except InvalidMessageError as error:
+            self.get_logger().warning(f"Things that come and go are not drawn: {error.message}")
+            return
+        if model is self._model:
+            return
+        self._model, self._is_current = model, False
+        with self._changed:
+            self._bodies_wanted = bool(model.free_bodies)
+        for channel in self._channels:
+            channel.name_bodies(_bodies_of(model))
 
     def _listen(self, wanted: bool) -> None:
         """Follow the simulator's state only while somebody looks at what comes of it."""
@@ -223,16 +265,14 @@ class Camera(Node):
             self._states = self.create_subscription(
                 _JointState, _VIEW_TOPIC, self._on_state, 1, immediate=True
             )
-            if self._bodies_wanted:
-                self._free_states = self.create_subscription(
-                    _FreeJointStateArray, _BODIES_TOPIC, self._on_bodies, 1, immediate=True
-                )
-        elif not wanted and self._states is not None:
+            # What moves freely may come later.
+            self._free_states = self.create_subscription(
+                _FreeJointStateArray, _BODIES_TOPIC, self._on_bodies, 1, immediate=True
+            )
+        elif not wanted and self._states is not None and self._free_states is not None:
             self.destroy_subscription(self._states)
-            self._states = None
-            if self._free_states is not None:
-                self.destroy_subscription(self._free_states)
-                self._free_states = None
+            self.destroy_subscription(self._free_states)
+            self._states = self._free_states = None
 
     def _publish(self, state: Any, bodies: Any) -> None:
         """Publish what is due at the time of a state."""
@@ -255,17 +295,24 @@ class Camera(Node):
 
     def _up_to_date_renderer(self, drawing: list[CameraChannel]) -> CameraRenderer:
         """The renderer of the quality that is wanted now, for at least these cameras."""
-        from teleopctl.sim import make_renderer
+        from teleopctl.sim import CameraRenderer, make_renderer
 
         quality, drawn = self._drawn_for
         wanted = self._setting("quality")
         names = drawn | {channel.camera.name for channel in drawing}
+        cameras = [c.camera for c in self._channels if c.camera.name in names]
+        is_current, self._is_current = self._is_current, True
         if self._renderer is not None:
-            if quality == wanted and names == drawn:
+            as_before = quality == wanted and names == drawn
+            if as_before and is_current:
                 return self._renderer
+            found = self._renderer.quality
             self._renderer.close()
             self._renderer = None
-        cameras = [c.camera for c in self._channels if c.camera.name in names]
+            if as_before:
+                # Measured once: nothing is tried while pictures are waited for.
+                self._renderer = CameraRenderer(self._model, cameras, found)
+                return self._renderer
         self._renderer, choice = make_renderer(self._model, cameras, str(wanted))
         self._drawn_for = (wanted, names)
         told = ", ".join(f"'{camera.name}'" for camera in cameras)
@@ -289,6 +336,12 @@ def _poses(bodies: Any) -> dict[str, tuple[float, ...]]:
         p, q = state.pose.pose.position, state.pose.pose.orientation
         poses[state.name] = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
     return poses
+
+
+def _bodies_of(model: RobotModel) -> tuple[str, ...]:
+    """The names of a model's bodies by their number."""
+    mj = model.mj_model
+    return tuple(mj.body(number).name for number in range(mj.nbody))
 
 
 def _optical_frame(camera: CameraModel) -> Any:

@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.sim.building import SimulatedRobot as SimulatedRobot, simulate as simulate
     from teleopctl.sim.cameras.channel import CameraChannel as CameraChannel
+    from teleopctl.sim.cameras.model_topic import (
+        MODEL_TOPIC as MODEL_TOPIC,
+        model_from_message as model_from_message,
+    )
     from teleopctl.sim.cameras.quality import make_renderer as make_renderer
     from teleopctl.sim.cameras.renderer import CameraRenderer as CameraRenderer
     from teleopctl.sim.gl_backend import (
@@ -27,6 +31,7 @@ else:
         {
             "building": "SimulatedRobot simulate",
             "cameras.channel": "CameraChannel",
+            "cameras.model_topic": "MODEL_TOPIC model_from_message",
             "cameras.quality": "make_renderer",
             "cameras.renderer": "CameraRenderer",
             "gl_backend": "check_drawing choose_backend",

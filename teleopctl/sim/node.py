@@ -17,6 +17,7 @@ from teleopctl.node import (
 )
 from teleopctl.robot import Pose, RobotDescription
 from teleopctl.sim.building import simulate
+from teleopctl.sim.cameras.model_topic import ModelPublisher
 from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
 from teleopctl.sim.lockstep import Command, LockstepLoop
@@ -230,6 +231,7 @@ class MujocoSim(Node):
             self.create_subscription(_Twist, mover.topic, mover.receive, 10, immediate=True)
         self._ports = ports
         self._markers = WorldMarkers(self, model)
+        self._shown = ModelPublisher(self)
         self._stage = Stage(
             simulation,
             self._loop,
@@ -267,6 +269,7 @@ class MujocoSim(Node):
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.look()
         self._markers.look()
+        self._shown.look()
         if self._commanders > max(before, 1):
             topic = self._commands.topic_name
             names = sorted(info.node_name for info in self.get_publishers_info_by_topic(topic))
@@ -299,6 +302,7 @@ class MujocoSim(Node):
         """Show what has come or gone; called on the loop's thread."""
         self._ports.bodies_changed()
         self._markers.renew(self._simulation.present_model)
+        self._shown.renew(self._simulation.present_model)
         if self.get_parameter("gravity").value != self._simulation.gravity:
             # Another world has its own.
             self.set_parameters([Parameter("gravity", value=self._simulation.gravity)])

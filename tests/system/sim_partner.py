@@ -96,9 +96,13 @@ class Partner(Node):
     def call(self, service: str, name: str, **request):
         """Call a service of the simulator."""
         kind = get_service(f"mujoco_ros2_control_msgs/srv/{service}")
-        client = self.create_client(kind, f"/mujoco_sim/{name}")
+        return self.call_as(kind, f"/mujoco_sim/{name}", kind.Request(**request))
+
+    def call_as(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service of a type."""
+        client = self.create_client(kind, name)
         assert client.wait_for_service(LONGEST_WAIT_S)
-        return client.call(kind.Request(**request), timeout_sec=LONGEST_WAIT_S)
+        return client.call(request, timeout_sec=LONGEST_WAIT_S)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -5,12 +5,13 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
 
-from teleopctl.interfaces.store import get_message
-from teleopctl.node import Context, Node
+from teleopctl.interfaces.store import get_message, get_service
+from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
@@ -45,6 +46,11 @@ class Viewer(Node):
     def read_info(self) -> None:
         self.create_subscription(
             CameraInfo, "/camera_info", self._collect(self.infos), 10, immediate=True
+        )
+
+    def collect(self, kind: str, topic: str, messages: list, qos: Any = 1) -> None:
+        self.create_subscription(
+            get_message(kind), topic, self._collect(messages), qos, immediate=True
         )
 
     def wait(self, what) -> None:
@@ -135,7 +141,7 @@ CUBE_AND_EYE = """<robot name="scene"><link name="world"/><link name="eye"/>
 def test_a_free_body_is_seen_where_it_lies(ros: RosGraph, viewer: Viewer) -> None:
     partner = Partner(CUBE_AND_EYE)
     sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
-    ros.spawn_module("teleopctl.nodes", ["camera", "camera"])
+    ros.spawn_module("teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=fast"])
     sim.wait_for_line("Simulation is running")
 
     def column() -> float:
@@ -155,6 +161,72 @@ def test_a_free_body_is_seen_where_it_lies(ros: RosGraph, viewer: Viewer) -> Non
     assert partner.call("SetFreeJointState", "set_free_joint_state", free_joints=[place]).success
     viewer.wait(lambda: abs(column() - (79.5 + 0.6 * pixels_per_metre)) < 3)
     partner.close()
+
+
+EYES = """<robot name="scene"><link name="world"/><link name="eye"/>
+<joint name="mount" type="fixed"><parent link="world"/><child link="eye"/>
+  <origin xyz="0 0 0.5"/></joint>
+<gazebo reference="eye"><sensor name="eye" type="rgbd_camera"><update_rate>10</update_rate>
+  <camera name="eye"><horizontal_fov>1.2</horizontal_fov>
+  <image><width>160</width><height>120</height></image></camera></sensor>
+  <sensor name="names" type="segmentation_camera"><update_rate>10</update_rate>
+  <camera name="names"><horizontal_fov>1.2</horizontal_fov>
+  <image><width>160</width><height>120</height></image></camera></sensor></gazebo></robot>"""
+PLATE = "things: {plate: {shape: box, size: [0.1, 0.4, 0.4], color: red}}"
+
+
+def test_what_comes_later_is_drawn_where_the_pinhole_has_it_until_it_leaves(
+    ros: RosGraph, viewer: Viewer
+) -> None:
+    partner = Partner(EYES)
+    sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
+    ros.spawn_module("teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=fast"])
+    sim.wait_for_line("Simulation is running")
+    clouds: list = []
+    labels: list = []
+    meanings: list = []
+    viewer.collect("sensor_msgs/msg/Image", "/eye/image", viewer.images)
+    viewer.collect("sensor_msgs/msg/PointCloud2", "/eye/points", clouds)
+    viewer.collect("sensor_msgs/msg/Image", "/names/labels_map", labels)
+    viewer.collect(
+        "vision_msgs/msg/LabelInfo", "/names/labels_map/label_info", meanings, qos_profile_latched
+    )
+
+    def red() -> np.ndarray:
+        """Rows and columns of what is red, (2, n)."""
+        colours = pixels(viewer.images[-1]).astype(int)
+        return np.array(np.nonzero(colours[..., 0] > colours[..., 1:].max(axis=-1) + 60))
+
+    def names() -> set[str]:
+        meaning = {each.class_id: each.class_name for each in meanings[-1].class_map}
+        return {meaning.get(number, "") for number in np.unique(list(labels[-1].data))}
+
+    viewer.wait(lambda: viewer.images and clouds and labels and meanings)
+    assert not red().size and "plate" not in names()
+
+    spawn = get_service("simulation_interfaces/srv/SpawnEntity")
+    request = spawn.Request(resource_string=PLATE)
+    # Its front is 3 m ahead, 0.5 m to the left and 0.2 m above the eye.
+    place = request.initial_pose.pose.position
+    place.x, place.y, place.z = 3.05, 0.5, 0.7
+    partner.call_as(spawn, "/spawn_entity", request)
+    focal = 80 / np.tan(0.6)
+    column, row = 79.5 - focal * 0.5 / 3, 59.5 - focal * 0.2 / 3
+    viewer.wait(lambda: red().size and "plate" in names())
+    assert red().mean(axis=1) == pytest.approx([row, column], abs=1)
+    viewer.wait(lambda: abs(depth(clouds[-1], row, column) - 3.0) < 1e-3)
+
+    delete = get_service("simulation_interfaces/srv/DeleteEntity")
+    partner.call_as(delete, "/delete_entity", delete.Request(entity="plate"))
+    viewer.wait(lambda: not red().size and "plate" not in names())
+    viewer.wait(lambda: not abs(depth(clouds[-1], row, column)) < 4.0)
+    partner.close()
+
+
+def depth(cloud: Any, row: float, column: float) -> float:
+    """How far a point of a cloud of 160 by 120 is, along the optical axis."""
+    points = np.frombuffer(cloud.data, np.float32).reshape(120, 160, 4)
+    return float(points[round(row), round(column), 2])
 
 
 def test_the_camera_info_has_the_intrinsics_of_the_sensor(camera: Process, viewer: Viewer) -> None:

@@ -95,10 +95,17 @@ class CameraChannel:
         self._messages: dict[str, Any] = {}
         self._rectifier: Rectifier | None = None
         self._picture: npt.NDArray[np.uint8] | None = None
+        self._labels: Publisher[Any] | None = None
+        self._node = node
+        self.name_bodies(bodies)
+
+    def name_bodies(self, bodies: tuple[str, ...]) -> None:
+        """Go on with a model of other bodies, by their number."""
         self._label_type: type[np.generic] = np.uint8 if len(bodies) <= 256 else np.uint16
         self._palette = palette(len(bodies))
-        if camera.sees("labels"):
-            self._tell_labels(node, bodies)
+        self._messages.pop("labels", None)
+        if self.camera.sees("labels"):
+            self._tell_labels(bodies)
 
     @property
     def draws(self) -> bool:
@@ -227,14 +234,15 @@ class CameraChannel:
         set_stamp(message.header.stamp, time_ns)
         self._publishers[what].publish(message)
 
-    def _tell_labels(self, node: Node, bodies: tuple[str, ...]) -> None:
-        """Say which number is which body, once."""
+    def _tell_labels(self, bodies: tuple[str, ...]) -> None:
+        """Say which number is which body."""
         info = get_message("vision_msgs/msg/LabelInfo")
         label = get_message("vision_msgs/msg/VisionClass")
         message = info(class_map=[label(class_id=n, class_name=b) for n, b in enumerate(bodies)])
         message.header.frame_id = self.camera.frame_id
-        topic = f"{self.camera.topics['labels']}/label_info"
-        self._labels = node.create_publisher(info, topic, qos_profile_latched)
+        if self._labels is None:
+            topic = f"{self.camera.topics['labels']}/label_info"
+            self._labels = self._node.create_publisher(info, topic, qos_profile_latched)
         self._labels.publish(message)
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from teleopctl.mujoco_model import CameraModel, RobotModel
 from teleopctl.sim.cameras.lens import View, view_of
 from teleopctl.sim.gl_backend import missing_library
+from teleopctl.sim.mjcf.ball_joints import BallJoints
 
 Picture = npt.NDArray[np.uint8]
 Depths = npt.NDArray[np.float32]
@@ -104,8 +105,11 @@ class CameraRenderer:
             camera.name: self._camera(camera, views[camera.name]) for camera in cameras
         }
         self._address = {
-            joint.name: int(self._m.joint(joint.name).qposadr[0]) for joint in model.joints
+            joint.name: int(self._m.joint(joint.name).qposadr[0])
+            for joint in model.joints
+            if not joint.ball
         }
+        self._balls = BallJoints(model.joints)
         self._free = {
             body.link: int(self._m.joint(body.joint).qposadr[0]) for body in model.free_bodies
         }
@@ -127,6 +131,7 @@ class CameraRenderer:
             address = self._address.get(name)
             if address is not None:
                 self._d.qpos[address] = position
+        self._balls.put(self._d, positions)
         for link, pose in bodies.items():
             start = self._free.get(link)
             if start is not None:

@@ -1,0 +1,99 @@
+"""The simulator's model on a topic: cameras, processes of their own, draw what comes and goes.
+
+The message is MuJoCo's own form of a model (MJB), as it is after the last change; an empty one says
+that nothing has changed since the start, so that it is as the robot and the world are described.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.errors import InvalidMessageError
+from teleopctl.interfaces import get_message
+from teleopctl.mujoco_model import FreeBody
+from teleopctl.node import qos_profile_latched
+
+if TYPE_CHECKING:
+    from teleopctl.mujoco_model import RobotModel
+    from teleopctl.node import Node
+
+# Hidden, so that a bag of all topics does without it: meshes make it tens of megabytes.
+MODEL_TOPIC = "/mujoco_sim/_model"
+_FILE = "model.mjb"
+
+_Bytes = get_message("std_msgs/msg/UInt8MultiArray")
+
+
+class ModelPublisher:
+    """Publishes the model for those who draw it.
+
+    Args:
+        node: Who publishes.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.create_publisher(_Bytes, MODEL_TOPIC, qos_profile_latched)
+        self._model: RobotModel | None = None
+        self._readers = 0
+        # The loop's thread and the graph's publish: what is sent last is the newest.
+        self._sending = threading.Lock()
+
+    def renew(self, model: RobotModel) -> None:
+        """Show another model in the place of the one so far."""
+        self._model = model
+        if self._publisher.get_subscription_count() > 0:
+            self._publish()
+
+    def look(self) -> None:
+        """Send it to readers that have come: one may have been with an earlier simulator."""
+        before, self._readers = self._readers, self._publisher.get_subscription_count()
+        if self._readers > before:
+            self._publish()
+
+    def _publish(self) -> None:
+        with self._sending:
+            message = _Bytes()
+            if self._model is not None:
+                m = self._model.mj_model
+                data = np.zeros(mujoco.mj_sizeModel(m), np.uint8)
+                mujoco.mj_saveModel(m, None, data)
+                message.data = data
+            self._publisher.publish(message)
+
+
+# Any: a message, whose class is made at run time.
+def model_from_message(message: Any, described: RobotModel) -> RobotModel:
+    """Return the model of a message.
+
+    Args:
+        message: A UInt8MultiArray.
+        described: The model of the robot and its world at the start.
+
+    Raises:
+        InvalidMessageError: It is of another version of MuJoCo, or of another robot.
+    """
+    data = bytes(message.data)
+    if not data:
+        return described
+    try:
+        model = mujoco.MjModel.from_binary_path(_FILE, {_FILE: data})
+    except ValueError as error:
+        raise InvalidMessageError(f"{MODEL_TOPIC}: {error}") from error
+    for kind, names in (
+        (mujoco.mjtObj.mjOBJ_CAMERA, [camera.name for camera in described.cameras]),
+        (mujoco.mjtObj.mjOBJ_JOINT, [joint.ball or joint.name for joint in described.joints]),
+    ):
+        if any(mujoco.mj_name2id(model, kind, name) < 0 for name in names):
+            raise InvalidMessageError(f"{MODEL_TOPIC}: it is the model of another robot")
+    known = {body.link: body for body in described.free_bodies}
+    free = []
+    for number in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):
+        link = model.body(model.jnt_bodyid[number]).name
+        later = FreeBody(link, model.joint(number).name, described.world_frame)
+        free.append(known.get(link, later))
+    return replace(described, mj_model=model, free_bodies=tuple(free))
