@@ -368,6 +368,10 @@ class Simulation:
         self._pushes.add(push)
         self._wake()
 
+    def end_pushes(self, body: str) -> bool:
+        """End what pushes a body; returns whether anything did."""
+        return self._pushes.forget(body, self._d)
+
     @property
     def gravity(self) -> list[float]:
         """The acceleration of free fall in the world: x, y, z, in m/s²."""

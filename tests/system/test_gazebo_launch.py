@@ -1,5 +1,6 @@
 """A launch file that was written for Gazebo, on our simulator."""
 
+import json
 import re
 
 from teleopctl.testing import eventually, serial_robot
@@ -140,6 +141,16 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     gone = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=toy")
     assert gone.returncode == 0, gone.stderr
     assert entities(ros) == {"test", "ground_plane", "pillar"}
+    # Programs of others call the service of Gazebo classic; what is there once answers, not twice.
+    asked = json.dumps({"name": "toy", "xml": BALL, "initial_pose": {"position": {"x": 3.0}}})
+    kind = "gazebo_msgs/srv/SpawnEntity"
+    called = ros.run(["service", "call", "/spawn_entity", kind, asked])
+    assert "success=True" in called.stdout, called.stdout
+    assert entities(ros) == {"test", "ground_plane", "pillar", "toy"}
+    called = ros.run(
+        ["service", "call", "/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: toy}"]
+    )
+    assert "success=True" in called.stdout, called.stdout
     removed = ros.run("run ros_gz_sim remove --ros-args -p entity_name:=arm")
     assert "Entity removal successful." in removed.stderr + removed.stdout
     eventually(lambda: "/mujoco_sim" not in ros.run("node list").stdout)

@@ -40,6 +40,8 @@ def with_thing(
     name: str,
     place: np.ndarray,
     turn: np.ndarray,
+    *,
+    own_pose: bool = False,
 ) -> RobotModel:
     """Return a model with one more thing.
 
@@ -52,6 +54,7 @@ def with_thing(
         name: What it is to be called; its other bodies are ``NAME/body``.
         place: Where its topmost body is to be in the world, (3,), in metres.
         turn: The rotation of that, (4,), w x y z.
+        own_pose: Whether it is where its file has it, as seen from there.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot simulate it, it is several things, or its name is
@@ -69,7 +72,7 @@ def with_thing(
     is_one = len(tops) == 1 and not list(things.worldbody.geoms)
     holder = None
     if is_one:
-        _put(tops[0], place, turn)
+        _put(tops[0], *(_from(place, turn, things) if own_pose else (place, turn)))
         if world.moves and not list(tops[0].joints):
             tops[0].add_freejoint()
         _rename(things, tops[0].name, name)
@@ -153,6 +156,17 @@ def in_world(model: RobotModel, world: World | None) -> RobotModel:
         things=(*bare.things, *things),
         warnings=tuple(warnings),
     )
+
+
+def _from(
+    place: np.ndarray, turn: np.ndarray, things: mujoco.MjSpec
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the only thing of a file is, as seen from a pose."""
+    body = things.compile().body(1)
+    found, rotation = np.zeros(3), np.zeros(4)
+    mujoco.mju_rotVecQuat(found, body.pos, turn)
+    mujoco.mju_mulQuat(rotation, turn, body.quat)
+    return place + found, rotation
 
 
 # Any stands for MuJoCo's bodies, whose classes have no types.

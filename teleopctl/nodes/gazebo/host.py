@@ -1,7 +1,7 @@
 """``gz sim``, ``gzserver`` and ``gazebo``: wait for a robot, and simulate it with MuJoCo.
 
 ``create`` and ``spawn_entity.py`` set the parameters of an `Entity`, which succeeds once it stands
-in the simulator. The simulator is there for one robot; what else is spawned are things around it,
+in the simulator; programs of others call ``/spawn_entity``. The simulator is there for one robot; what else is spawned are things around it,
 whatever the order in which they come. What simulates are programs of ours, which end with this one.
 """
 
@@ -30,6 +30,7 @@ from teleopctl.node import (
 from teleopctl.nodes.gazebo.children import Children
 from teleopctl.nodes.gazebo.command_line import Request, server_request, sim_request
 from teleopctl.nodes.gazebo.entity import DESCRIPTION, Entity
+from teleopctl.nodes.gazebo.factory import offer_factory
 from teleopctl.nodes.gazebo.simulation import programs_for
 from teleopctl.nodes.gazebo.things import Things
 from teleopctl.nodes.gazebo.worlds import world_file
@@ -77,6 +78,7 @@ class Host(Node):
         for parameter in Entity().as_parameters():
             self.declare_parameter(parameter.name, parameter.value)
         self.add_on_set_parameters_callback(self._on_set_parameters)
+        offer_factory(self, self._take)
         logger.info("Waiting for a robot: `create` or `spawn_entity.py` spawns one")
         if request.verbosity:
             logger.set_level(LoggingSeverity[request.verbosity])
@@ -90,15 +92,19 @@ class Host(Node):
     def _on_set_parameters(self, parameters: list[Parameter]) -> Any:
         values = {parameter.name: parameter.value for parameter in parameters}
         if DESCRIPTION in values:
-            entity = Entity.of_parameters(values)
-            try:
-                reason = self._spawn(entity) if entity.text else self._remove(entity.name)
-            except TeleopctlError as error:
-                reason = f"{error.message} ({error.hint})" if error.hint else error.message
-            if reason:
-                self.get_logger().error(reason)
-                return _result(successful=False, reason=reason)
+            reason = self._take(Entity.of_parameters(values))
+            return _result(successful=not reason, reason=reason)
         return _result(successful=True)
+
+    def _take(self, entity: Entity) -> str:
+        """Spawn an entity or take it out, and return why that is not done; empty when it is."""
+        try:
+            reason = self._spawn(entity) if entity.text else self._remove(entity.name)
+        except TeleopctlError as error:
+            reason = f"{error.message} ({error.hint})" if error.hint else error.message
+        if reason:
+            self.get_logger().error(reason)
+        return reason
 
     def _spawn(self, entity: Entity) -> str:
         """Put an entity into the world, and return why that cannot be; empty when it stands there.

@@ -47,6 +47,13 @@ class Pushes:
         self._active.append(push)
 
     # Any stands for MuJoCo's model and data, which have no types.
+    def forget(self, body: str, data: Any) -> bool:
+        """End the pushes of a body; returns whether there were any."""
+        before, self._active = self._active, [push for push in self._active if push.body != body]
+        if not self._active:
+            data.xfrc_applied[:] = 0.0
+        return len(self._active) < len(before)
+
     def clear(self, data: Any) -> None:
         """End all pushes."""
         self._active = []

@@ -49,7 +49,7 @@ class SpawnServices:
     # Any, here and below: messages, whose classes are made at run time.
     def _spawn(self, stage: Stage, request: Any, response: Any) -> None:
         world = _read(request)
-        name = _name_for(stage, world, request)
+        name = name_for(stage, world, request.name, renames=request.allow_renaming)
         try:
             pose = stage.ask(
                 lambda: pose_in_world(
@@ -129,9 +129,19 @@ def _read(request: Any) -> World:
     raise Refusal(_Answer.NO_RESOURCE, "There is neither a URI nor a text of what to spawn")
 
 
-def _name_for(stage: Stage, world: World, request: Any) -> str:
-    """Return the name that a thing gets."""
-    name = str(request.name or world.name or ("entity" if request.allow_renaming else ""))
+def name_for(stage: Stage, world: World, wanted: str, *, renames: bool) -> str:
+    """Return the name that a thing gets.
+
+    Args:
+        stage: Where it comes.
+        world: What it is.
+        wanted: What it is to be called; empty for its own name.
+        renames: Whether it may be called otherwise where that is taken.
+
+    Raises:
+        Refusal: It cannot be called so.
+    """
+    name = str(wanted or world.name or ("entity" if renames else ""))
     if not _NAME.fullmatch(name) or name == "world":
         raise Refusal(
             _Answer.NAME_INVALID,
@@ -139,7 +149,7 @@ def _name_for(stage: Stage, world: World, request: Any) -> str:
         )
     if stage.ask(lambda: stage.is_free(name)):
         return name
-    if not request.allow_renaming:
+    if not renames:
         raise Refusal(_Answer.NAME_NOT_UNIQUE, f"There is '{name}' already")
     return stage.ask(lambda: stage.unused_name(name))
 

@@ -85,7 +85,9 @@ class Stage:
             raise errors[0]
         return results[0]
 
-    def spawn(self, world: World, name: str, place: Array, turn: Array) -> tuple[str, ...]:
+    def spawn(
+        self, world: World, name: str, place: Array, turn: Array, *, own_pose: bool = False
+    ) -> tuple[str, ...]:
         """Put a thing into the world.
 
         Args:
@@ -93,6 +95,7 @@ class Stage:
             name: What it is to be called.
             place: Where it is to be, (3,), in metres.
             turn: Its rotation, (4,), w x y z.
+            own_pose: Whether it is where its file has it, as seen from there.
 
         Returns:
             A warning for each part that was repaired or left out.
@@ -100,7 +103,7 @@ class Stage:
         Raises:
             InvalidDescriptionError: MuJoCo cannot simulate it.
         """
-        model = with_thing(self.simulation.model, world, name, place, turn)
+        model = with_thing(self.simulation.model, world, name, place, turn, own_pose=own_pose)
         self._take(model)
         return model.warnings
 

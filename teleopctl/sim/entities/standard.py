@@ -11,6 +11,7 @@ from teleopctl.sim.entities.push_service import offer_wrench_service
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.spawn_services import SpawnServices
 from teleopctl.sim.entities.world_services import WorldServices
+from teleopctl.sim.gazebo_services.offers import GazeboServices
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -21,7 +22,7 @@ _FAREWELL_S = 0.2
 
 
 def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> None:
-    """Offer the services of simulation_interfaces, and the pushes of mujoco_ros2_control.
+    """Offer the services of simulation_interfaces, mujoco_ros2_control's pushes and gazebo_ros's.
 
     Args:
         node: Whose they are.
@@ -38,3 +39,4 @@ def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> No
     SpawnServices(desk)
     WorldServices(desk)
     RunServices(desk, end)
+    GazeboServices(node, stage)

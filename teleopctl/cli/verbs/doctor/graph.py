@@ -43,7 +43,9 @@ def check_types(graph: Graph) -> Iterator[Finding]:
     ):
         for name, types in names:
             endpoints = [endpoint for end in ends for endpoint in end(name)]
-            if len(types) > 1:
+            # As simulators do that serve Gazebo's programs beside the standard's.
+            is_served = word == "service" and all(graph.servers(name, each) for each in types)
+            if len(types) > 1 and not is_served:
                 yield Finding(
                     f"The {word} {name} has several types: {', '.join(types)}. "
                     f"{_by(endpoints, lambda endpoint: endpoint.type_name)}",
