@@ -2,7 +2,8 @@
 
 ``create`` and ``spawn_entity.py`` set the parameters of an `Entity`, which succeeds once it stands
 in the simulator; programs of others call ``/spawn_entity``. The simulator is there for one robot;
-what else is spawned are things around it, whatever the order in which they come. What simulates are programs of ours, which end with this one.
+what else is spawned are things around it, whatever the order in which they come. What simulates
+are programs of ours, which end with this one.
 """
 
 from __future__ import annotations
