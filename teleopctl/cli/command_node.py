@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.typed import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType
-    from teleopctl.node import BareNode, Context, Node, ResponseFuture
+    from teleopctl.node import BareNode, Context, Node
 
 
 @contextmanager
@@ -120,19 +118,10 @@ def ask_all(
     Returns:
         The response of each, or an UnavailableError where one did not answer.
     """
+    from teleopctl.wire import answers_of_nodes
+
     futures = {
         name: node.create_client(type_, f"{name}/{service}").call_async(request)
         for name in node_names
     }
-    deadline = time.monotonic() + timeout_s
-    return {name: _outcome(name, future, deadline, timeout_s) for name, future in futures.items()}
-
-
-def _outcome(name: str, future: ResponseFuture[Any], deadline: float, timeout_s: float) -> Any:
-    try:
-        response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
-    except TeleopctlError as error:
-        return UnavailableError(f"Node '{name}' did not answer: {error.message}")
-    if response is None:
-        return UnavailableError(f"Node '{name}' did not answer within {timeout_s:g} s")
-    return response
+    return answers_of_nodes(futures, timeout_s)

@@ -18,17 +18,24 @@ if TYPE_CHECKING:
     from teleopctl.wire.connections import session_ports as session_ports
     from teleopctl.wire.graph import (
         Graph as Graph,
-        GraphWatcher as GraphWatcher,
         NodeEntry as NodeEntry,
         action_type as action_type,
         actions_of as actions_of,
         is_hidden_name as is_hidden_name,
         query_graph as query_graph,
     )
+    from teleopctl.wire.graph_watcher import GraphWatcher as GraphWatcher
     from teleopctl.wire.introduction import hear_peers as hear_peers
     from teleopctl.wire.keys import assertion_key as assertion_key, topic_key as topic_key
     from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
     from teleopctl.wire.refusals import Refusals as Refusals
+    from teleopctl.wire.requests import (
+        Question as Question,
+        answers_of_nodes as answers_of_nodes,
+        no_answer as no_answer,
+        read_response as read_response,
+        send_request as send_request,
+    )
     from teleopctl.wire.roll_call import router_has_all as router_has_all
     from teleopctl.wire.router import (
         be_router as be_router,
@@ -63,12 +70,13 @@ else:
             "attachment": "Attachment decode_attachment encode_attachment",
             "config": "has_room_for_shared_memory session_config",
             "connections": "session_ports",
-            "graph": "Graph GraphWatcher NodeEntry action_type actions_of is_hidden_name "
-            "query_graph",
+            "graph": "Graph NodeEntry action_type actions_of is_hidden_name query_graph",
+            "graph_watcher": "GraphWatcher",
             "introduction": "hear_peers",
             "keys": "assertion_key topic_key",
             "qos": "INFINITE_NS EndpointQos",
             "refusals": "Refusals",
+            "requests": "Question answers_of_nodes no_answer read_response send_request",
             "roll_call": "router_has_all",
             "router": "be_router daemon_address ensure_router find_router port_holder "
             "router_is_running start_router stop_router",

@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.wire import attachment
-from teleopctl.wire.graph import GraphWatcher
+from teleopctl.wire.graph_watcher import GraphWatcher
 from teleopctl.wire.keys import parse_topic_key, topic_key
 from teleopctl.wire.qos import EndpointQos
 from teleopctl.wire.session import open_session

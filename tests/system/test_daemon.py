@@ -9,7 +9,7 @@ import pytest
 from teleopctl import background
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.wire.config import router_config, session_config
-from teleopctl.wire.graph import GraphWatcher
+from teleopctl.wire.graph_watcher import GraphWatcher
 from teleopctl.wire.router import find_router, router_is_running
 from teleopctl.wire.session import open_configured
 from tests import ROOT

@@ -7,7 +7,7 @@ import signal
 import pytest
 
 from teleopctl.testing import eventually
-from teleopctl.wire.graph import GraphWatcher
+from teleopctl.wire.graph_watcher import GraphWatcher
 from teleopctl.wire.session import open_session
 
 STRING = "std_msgs/msg/String"

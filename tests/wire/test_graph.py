@@ -7,7 +7,8 @@ import zenoh
 from hypothesis import given, settings, strategies as st
 
 from teleopctl.testing import LONGEST_WAIT_S
-from teleopctl.wire.graph import Graph, GraphWatcher, is_hidden_name, query_graph
+from teleopctl.wire.graph import Graph, is_hidden_name, query_graph
+from teleopctl.wire.graph_watcher import GraphWatcher
 from teleopctl.wire.qos import EndpointQos
 from teleopctl.wire.session import open_session
 from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, format_token

@@ -9,10 +9,8 @@ import threading
 import time
 from collections.abc import Callable
 
-import zenoh
-
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import RequestT, ResponseT, deserialize, serialize
+from teleopctl.interfaces import RequestT, ResponseT, serialize
 from teleopctl.interrupts import transport_callback
 from teleopctl.node.endpoints.patience import Patience
 from teleopctl.node.endpoints.service_end import ServiceEnd, ServiceInfo
@@ -23,13 +21,17 @@ from teleopctl.node.values.future import Future, ResultT
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.typed import TYPE_CHECKING, Any, Generic, cast
 from teleopctl.wire import (
+    Attachment,
     EntityKind,
     Refusals,
-    decode_attachment,
-    encode_attachment,
+    no_answer,
+    read_response,
+    send_request,
 )
 
 if TYPE_CHECKING:
+    import zenoh
+
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
 
@@ -105,8 +107,7 @@ class ResponseFuture(Future[ResultT]):
             return self.result()
         self._client.remove_pending_request(self)
         if settled:
-            name = self._client.service_name
-            raise ServiceUnavailableError(f"service '{name}' did not answer: no server for it")
+            raise ServiceUnavailableError(no_answer(self._client.service_name))
         return None
 
     def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
@@ -219,14 +220,14 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         def receive(reply: zenoh.Reply) -> None:
             self._receive(reply, sequence, future)
 
-        self.node.context.session.get(
+        send_request(
+            self.node.context.session,
             self.key,
-            zenoh.handlers.Callback(receive, future.reached_nobody, indirect=False),
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=self._patience.next_s(),
-            payload=payload,
-            attachment=encode_attachment(sequence, time.time_ns(), self.gid),
+            payload,
+            Attachment(sequence, time.time_ns(), self.gid),
+            self._patience.next_s(),
+            receive,
+            future.reached_nobody,
         )
         if self._introspection is not None:
             self._introspection.request_sent(self.gid, sequence, request)
@@ -293,12 +294,8 @@ class Client(ServiceEnd, Waitable, Generic[RequestT, ResponseT]):
         sample = reply.ok
         if sample is None or future.ended():
             return
-        meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
-        if meta is None or meta.sequence != sequence:
-            self.refusals.refuse("it came without a readable attachment, or with another's")
-            return
         try:
-            response = deserialize(sample.payload.to_bytes(), self.srv_type.Response)
+            response, meta = read_response(sample, sequence, self.srv_type.Response)
         except TeleopctlError as error:
             # Another server may answer better; else the caller waits until the query ends.
             self.refusals.refuse(error.message)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 
-from teleopctl.errors import TeleopctlError, UnavailableError
 from teleopctl.interfaces import ResponseT, get_message, get_service, snake_case
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.qos import QoSProfile, qos_profile_services_default
 from teleopctl.typed import TYPE_CHECKING, Any, TypeAlias
+from teleopctl.wire import answers_of_nodes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         SetParametersAtomically,
     )
 
+    from teleopctl.errors import UnavailableError
     from teleopctl.node.endpoints.client import Client, ResponseFuture
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
@@ -227,20 +228,7 @@ def ask_nodes(
         ExternalShutdownException: The context was shut down meanwhile.
     """
     futures = {name: question(AsyncParameterClient(node, name)) for name in remote_node_names}
-    deadline = time.monotonic() + timeout_sec
-    return {name: _outcome(name, future, deadline, timeout_sec) for name, future in futures.items()}
-
-
-def _outcome(
-    name: str, future: ResponseFuture[ResponseT], deadline: float, timeout_sec: float
-) -> ResponseT | UnavailableError:
-    try:
-        response = future.wait_for_response(max(0.0, deadline - time.monotonic()))
-    except TeleopctlError as error:
-        return UnavailableError(f"Node '{name}' did not answer: {error.message}")
-    if response is None:
-        return UnavailableError(f"Node '{name}' did not answer within {timeout_sec:g} s")
-    return response
+    return answers_of_nodes(futures, timeout_sec)
 
 
 def _messages_of_file(path: str | Path, use_wildcard: bool) -> list[ParameterMessage]:

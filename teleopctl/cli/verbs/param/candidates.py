@@ -12,10 +12,10 @@ _MOST_VALUES = 12
 
 def parameter_names(ctx: Line, incomplete: str) -> list[str]:
     """Names of the parameters of the node that stands on the line."""
-    from teleopctl.cli.verbs.param.graph_parameters import open_parameters
+    from teleopctl.cli.verbs.param.graph_parameters import Parameters
 
     try:
-        with open_parameters(timeout_s=0.0) as client:
+        with Parameters(timeout_s=0.0) as client:
             names = client.names(client.find(ctx.params.get("node_name") or ""))
     except TeleopctlError:
         return []
@@ -24,15 +24,15 @@ def parameter_names(ctx: Line, incomplete: str) -> list[str]:
 
 def parameter_values(ctx: Line, incomplete: str) -> list[str]:
     """What the parameter on the line may be set to: its value, true and false, its range."""
-    from teleopctl.cli.verbs.param.graph_parameters import open_parameters
+    from teleopctl.cli.verbs.param.graph_parameters import Parameters
     from teleopctl.node import parameter_value_to_python
 
     name = ctx.params.get("parameter_name") or ""
     try:
-        with open_parameters(timeout_s=0.0) as client:
+        with Parameters(timeout_s=0.0) as client:
             node = client.find(ctx.params.get("node_name") or "")
-            (value,) = client.ask(node, lambda remote: remote.get_parameters([name])).values
-            answer = client.ask(node, lambda remote: remote.describe_parameters([name]))
+            (value,) = client.ask(node, "GetParameters", names=[name]).values
+            answer = client.ask(node, "DescribeParameters", names=[name])
     except (TeleopctlError, ValueError):  # no such node, or no such parameter
         return []
     present = parameter_value_to_python(value)

@@ -8,7 +8,6 @@ from teleopctl.cli.verbs.param.graph_parameters import (
     PATIENCE_S,
     Parameters,
     not_set,
-    open_parameters,
 )
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
@@ -31,7 +30,7 @@ def describe_parameters(
     The exit status is 1 where one of them is not declared.
     """
     del include_hidden  # one that is named is found anyway
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         node = parameters.find(node_name)
         descriptors = _descriptors(parameters, node, parameter_names)
         described = {descriptor.name for descriptor in descriptors}
@@ -54,7 +53,7 @@ def describe_parameters(
 # Any: messages of rcl_interfaces.
 def _descriptors(parameters: Parameters, node: str, names: list[str]) -> list[Any]:
     """Those of a node's parameters that are declared."""
-    found = parameters.ask(node, lambda remote: remote.describe_parameters(names)).descriptors
+    found = parameters.ask(node, "DescribeParameters", names=names).descriptors
     if len(found) == len(names):
         return list(found)
     if len(names) == 1:

@@ -9,7 +9,6 @@ from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
     Parameters,
-    open_parameters,
 )
 from teleopctl.cli.verbs.param.loading import load_values
 from teleopctl.cli.verbs.param.options import HiddenNodes, Nodes, ServiceTimeout, Timeout
@@ -41,7 +40,7 @@ def dump_parameters(
 
     It is what --params-file and `teleopctl param load` read.
     """
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         nodes = parameters.meant(node_name, include_hidden=include_hidden)
         document: dict[str, Any] = {}
         for node in nodes:
@@ -71,7 +70,7 @@ def save_parameters(
 
     document: dict[str, Any] = {}
     failures: list[TeleopctlError] = []
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         for node in _nodes(parameters, node_names, include_hidden=include_hidden):
             try:
                 document |= _document(parameters, node)
@@ -110,7 +109,7 @@ def load_parameters(
     wanted = read_parameter_file(Path(parameter_file))
     failed = False
     told = Results(as_json=as_json)
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         for node in parameters.meant(node_name, include_hidden=include_hidden):
             values = wanted.for_node(node, use_wildcard=not no_use_wildcard)
             if not values:
@@ -139,7 +138,7 @@ def restore_parameters(
     wanted = read_parameter_file(Path(parameter_file))
     failed = False
     told = Results(as_json=as_json)
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         names = node_names or _sections(wanted)
         for node in _nodes(parameters, names, include_hidden=include_hidden):
             values = wanted.for_node(node)

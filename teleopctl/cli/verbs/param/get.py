@@ -6,8 +6,8 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
+    Parameters,
     not_set,
-    open_parameters,
 )
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
@@ -43,7 +43,7 @@ def get_parameter(
     """
     if not parameter_names and "/" in node_name:
         raise UsageError("Missing argument 'PARAMETER_NAME'.", hint="See `teleopctl param get -h`.")
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         if parameter_names:
             names = parameter_names
             nodes = parameters.meant(node_name, include_hidden=include_hidden)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-
-from teleopctl.cli.command_node import brief_node
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.words.numbers import check_not_negative, check_positive
 from teleopctl.cli.words.patterns import fitting, is_pattern
@@ -16,21 +12,27 @@ from teleopctl.errors import (
     did_you_mean,
     what_there_is,
 )
-from teleopctl.typed import TYPE_CHECKING, TypeAlias
-from teleopctl.wire import query_graph
+from teleopctl.interfaces import get_service, snake_case
+from teleopctl.typed import TYPE_CHECKING, Any, Self
+from teleopctl.wire import (
+    Question,
+    answers_of_nodes,
+    close_session,
+    domain_id,
+    open_session,
+    query_graph,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     from rcl_interfaces.msg import (
         Parameter as ParameterMessage,
         ParameterValue,
         SetParametersResult,
     )
 
-    from teleopctl.interfaces import ResponseT
-    from teleopctl.node import AsyncParameterClient, BareNode, Parameter, ResponseFuture
     from teleopctl.wire import Graph
-
-    Question: TypeAlias = Callable[[AsyncParameterClient], ResponseFuture[ResponseT]]
 
 LONGEST_WAIT_S = 5.0
 """For answers, where the command line says nothing."""
@@ -39,19 +41,39 @@ PATIENCE_S = 1.0
 
 
 class Parameters:
-    """The parameters of the graph's nodes, as a verb asks for them.
+    """The parameters of the graph's nodes, through a session of its own.
 
     Args:
-        node: The node that asks.
         timeout_s: How long to wait until a node that was named is there.
         service_timeout_s: How long to wait for answers.
+
+    Raises:
+        UsageError: A time is negative, or ``ROS_DOMAIN_ID`` malformed.
+        RouterNotRunning: No router answers.
     """
 
-    def __init__(self, node: BareNode, timeout_s: float, service_timeout_s: float) -> None:
-        self._node = node
+    def __init__(
+        self, timeout_s: float = PATIENCE_S, service_timeout_s: float = LONGEST_WAIT_S
+    ) -> None:
+        check_not_negative(timeout=timeout_s)
+        check_positive(service_timeout=service_timeout_s)
         self._timeout_s = timeout_s
         self._service_timeout_s = service_timeout_s
-        self._graph = query_graph(node.context.session)
+        self._domain = domain_id()
+        self._session = open_session("client")
+        self._known: Graph | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        close_session(self._session)
+
+    @property
+    def _graph(self) -> Graph:
+        if self._known is None:
+            self._known = query_graph(self._session, self._domain)
+        return self._known
 
     def nodes(self, *, include_hidden: bool = False) -> list[str]:
         """Full names of the nodes that offer parameters, sorted."""
@@ -69,10 +91,7 @@ class Parameters:
         """
         name = absolute_name(node_name)
         if not _offers_parameters(self._graph, name):
-            self._node.context.wait_for_graph(
-                lambda graph: _offers_parameters(graph, name), self._timeout_s
-            )
-            self._graph = self._node.graph()
+            self._known = self._graph_with(name)
         if self._graph.find_node(name) is None:
             there_is = what_there_is(
                 "nodes", [name], self._graph.node_names(), self._graph.node_names(True)
@@ -85,6 +104,17 @@ class Parameters:
             )
         return name
 
+    def _graph_with(self, name: str) -> Graph:
+        """The graph once a node offers parameters, or the time is up."""
+        from teleopctl.cli.command_node import brief_node
+
+        # Who waits is seen in the graph.
+        with brief_node() as node:
+            node.context.wait_for_graph(
+                lambda graph: _offers_parameters(graph, name), self._timeout_s
+            )
+            return node.graph()
+
     def meant(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
         """The full names of the nodes that a name or a pattern means.
 
@@ -95,24 +125,38 @@ class Parameters:
             return [self.find(node_name)]
         return fitting(node_name, self.nodes(include_hidden=include_hidden), kind="node")
 
-    def ask(self, node_name: str, question: Question[ResponseT]) -> ResponseT:
+    # Any, here and below: responses of rcl_interfaces, whose classes are made when they are
+    # asked for.
+    def ask(self, node_name: str, type_: str, **fields: object) -> Any:
         """Send a request to one node and return its response, whatever the question was.
 
         Raises:
             UnavailableError: The node does not answer.
         """
-        answer = self.ask_all([node_name], question)[node_name]
+        answer = self.ask_all([node_name], type_, **fields)[node_name]
         if isinstance(answer, TeleopctlError):
             raise answer
         return answer
 
     def ask_all(
-        self, node_names: Iterable[str], question: Question[ResponseT]
-    ) -> Mapping[str, ResponseT | UnavailableError]:
-        """Ask many nodes at once; the response of each, or the error where it did not answer."""
-        from teleopctl.node import ask_nodes
+        self, node_names: Iterable[str], type_: str, **fields: object
+    ) -> Mapping[str, Any | UnavailableError]:
+        """Ask many nodes at once; the response of each, or the error where it did not answer.
 
-        return ask_nodes(self._node, node_names, question, self._service_timeout_s)
+        Args:
+            node_names: Full names of the nodes.
+            type_: Of the service, such as ``GetParameters``.
+            fields: Of the request.
+        """
+        service = get_service(f"rcl_interfaces/srv/{type_}")
+        request, name = service.Request(**fields), snake_case(type_)
+        return answers_of_nodes(
+            {
+                node: Question(self._session, service, f"{node}/{name}", request)
+                for node in node_names
+            },
+            self._service_timeout_s,
+        )
 
     def names(self, node_name: str) -> list[str]:
         """Names of all parameters of a node, sorted.
@@ -120,7 +164,7 @@ class Parameters:
         Raises:
             UnavailableError: The node does not answer.
         """
-        return sorted(self.ask(node_name, lambda remote: remote.list_parameters()).result.names)
+        return sorted(self.ask(node_name, "ListParameters").result.names)
 
     def values(self, node_name: str, names: Sequence[str]) -> dict[str, ParameterValue]:
         """Values of parameters; without those that are not declared or have none.
@@ -128,7 +172,7 @@ class Parameters:
         Raises:
             UnavailableError: The node does not answer.
         """
-        values = self.ask(node_name, lambda remote: remote.get_parameters(names)).values
+        values = self.ask(node_name, "GetParameters", names=list(names)).values
         if len(values) == len(names):
             return dict(zip(names, values, strict=True))
         if len(names) <= 1:
@@ -140,42 +184,23 @@ class Parameters:
         return found
 
     def set(
-        self, node_name: str, parameters: Sequence[Parameter | ParameterMessage]
+        self, node_name: str, parameters: Sequence[ParameterMessage]
     ) -> Mapping[str, SetParametersResult]:
         """Set parameters, each for itself; a ``SetParametersResult`` for each name.
 
         Args:
             node_name: Full name of the node.
-            parameters: Each is a `Parameter` or its message.
+            parameters: Their messages.
 
         Raises:
             UnavailableError: The node does not answer.
         """
-        results = self.ask(node_name, lambda remote: remote.set_parameters(parameters)).results
+        results = self.ask(node_name, "SetParameters", parameters=list(parameters)).results
         return dict(zip((each.name for each in parameters), results, strict=False))
 
 
 def _offers_parameters(graph: Graph, node_name: str) -> bool:
     return bool(graph.servers(f"{node_name}/list_parameters"))
-
-
-@contextmanager
-def open_parameters(
-    timeout_s: float = PATIENCE_S, service_timeout_s: float = LONGEST_WAIT_S
-) -> Iterator[Parameters]:
-    """The parameters of the graph, through a session of its own.
-
-    Args:
-        timeout_s: How long to wait until a node that was named is there.
-        service_timeout_s: How long to wait for answers.
-
-    Raises:
-        RouterNotRunning: No router answers.
-    """
-    check_not_negative(timeout=timeout_s)
-    check_positive(service_timeout=service_timeout_s)
-    with brief_node() as node:
-        yield Parameters(node, timeout_s, service_timeout_s)
 
 
 def not_set(parameters: Parameters, nodes: list[str], name: str) -> NotFoundError:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.param.graph_parameters import LONGEST_WAIT_S, Parameters, open_parameters
+from teleopctl.cli.verbs.param.graph_parameters import LONGEST_WAIT_S, Parameters
 from teleopctl.cli.verbs.param.options import ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import type_name
 from teleopctl.cli.words.patterns import is_pattern
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.typed import Annotated, Any
+from teleopctl.typed import Annotated
 
 
 def list_parameters(
@@ -40,13 +40,13 @@ def list_parameters(
     """List parameters."""
     wanted = _pattern(name_filter)
     is_one = node_name is not None and not is_pattern(node_name)
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         nodes = (
             parameters.meant(node_name, include_hidden=include_hidden)
             if node_name
             else parameters.nodes(include_hidden=include_hidden)
         )
-        answers = parameters.ask_all(nodes, lambda remote: remote.list_parameters(prefixes))
+        answers = parameters.ask_all(nodes, "ListParameters", prefixes=prefixes or [])
         names = {
             node: sorted(name for name in answer.result.names if wanted.match(name))
             for node, answer in answers.items()
@@ -76,7 +76,7 @@ def _lines(names: Sequence[str], types: dict[str, str]) -> list[str]:
 
 
 def _types(parameters: Parameters, node: str, names: list[str]) -> dict[str, str]:
-    response: Any = parameters.ask(node, lambda remote: remote.get_parameter_types(names))
+    response = parameters.ask(node, "GetParameterTypes", names=names)
     return dict(zip(names, map(type_name, response.types), strict=False))
 
 

@@ -8,7 +8,6 @@ from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
     Parameters,
-    open_parameters,
 )
 from teleopctl.cli.verbs.param.options import (
     HiddenNodes,
@@ -50,7 +49,7 @@ def set_parameter(
         raise UsageError(f"'{words[-1]}' has no value", hint="Write NAME VALUE NAME VALUE …")
     wishes = dict(zip(words[::2], words[1::2], strict=True))
     told = Results(as_json=as_json)
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         nodes = parameters.meant(node_name, include_hidden=include_hidden)
         setting = _Setting(parameters, nodes, wishes, told, is_pattern=is_pattern(node_name))
         status = setting.together() if atomic else setting.each()
@@ -82,9 +81,7 @@ class _Setting:
         wanted = [_message(name, text) for name, text in self._wishes.items()]
         failed = False
         for node in self._nodes:
-            answer = self._parameters.ask(
-                node, lambda remote: remote.set_parameters_atomically(wanted)
-            )
+            answer = self._parameters.ask(node, "SetParametersAtomically", parameters=wanted)
             failed |= self._tell(node, "parameters", list(self._wishes), answer.result)
         return int(failed)
 
@@ -164,9 +161,10 @@ def delete_parameter(
     from teleopctl.node import Parameter
 
     told = Results(as_json=as_json)
-    with open_parameters(timeout, service_timeout) as parameters:
+    with Parameters(timeout, service_timeout) as parameters:
         for node in parameters.meant(node_name, include_hidden=include_hidden):
-            result = parameters.set(node, [Parameter(parameter_name)])[parameter_name]
+            nothing = Parameter(parameter_name).to_parameter_msg()
+            result = parameters.set(node, [nothing])[parameter_name]
             if not result.successful:
                 raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
             line = _with_reason("Deleted parameter successfully", result.reason)

@@ -1,0 +1,192 @@
+"""Following the ROS graph of a domain as its tokens come and go."""
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+import zenoh
+
+from teleopctl.interrupts import transport_callback
+from teleopctl.wire.graph import Graph, node_key
+from teleopctl.wire.keys import liveliness_key
+from teleopctl.wire.listening import ListeningThread
+from teleopctl.wire.refusals import Refusals
+from teleopctl.wire.session import domain_id
+from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, parse_token
+
+MOST_TOKENS = 100_000
+"""Endpoints of a graph that a watcher follows: ten times a large fleet's, in 100 MB."""
+
+_LONGEST_REPORTED = 200
+
+# The router may tell a session of its own tokens as well, some of which have gone meanwhile. So
+# many of the last that went are not taken back.
+_MOST_GONE = 256
+
+
+class GraphWatcher:
+    """Follows the graph of one domain; every method may be called from any thread.
+
+    Args:
+        session: The session to listen with; it stays open when the watcher closes.
+        domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
+        on_change: Called without arguments after each change, on a thread of the transport: it
+            must be quick and must not raise.
+
+    Attributes:
+        refusals: The tokens that could not be read.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        domain: int | None = None,
+        on_change: Callable[[], None] | None = None,
+    ) -> None:
+        self._changed = threading.Condition()
+        self._tokens: dict[str, NodeToken | EndpointToken] = {}
+        # The endpoints among them, so that one more or less is not a matter of all others.
+        self._by_name: dict[tuple[EntityKind, str], dict[str, EndpointToken]] = {}
+        self._graph: Graph | None = None
+        self._closed = False
+        self._on_change = on_change
+        self.refusals = Refusals("a token of the graph", _report)
+        domain = domain_id() if domain is None else domain
+        self._own_zid = str(session.zid())
+        self._own_gone: deque[str] = deque(maxlen=_MOST_GONE)
+        self._subscribers = (
+            # What the session declares itself is known when that returns.
+            session.liveliness().declare_subscriber(
+                liveliness_key(domain, self._own_zid),
+                zenoh.handlers.Callback(self._hear_own, indirect=False),
+                history=True,
+            ),
+            ListeningThread(session, liveliness_key(domain), self._hear),
+        )
+
+    def snapshot(self) -> Graph:
+        """The graph as far as this session has heard of it."""
+        with self._changed:
+            return self._snapshot()
+
+    def matching(
+        self, kind: EntityKind, name: str, type_name: str | None = None
+    ) -> list[EndpointToken]:
+        """The endpoints of a kind and name, of one type or of all, as in `snapshot`.
+
+        Takes as long in a large graph as in a small one, after each change, too.
+        """
+        with self._changed:
+            found = self._by_name.get((kind, name), {}).values()
+            return [e for e in found if type_name is None or e.type_name == type_name]
+
+    def wait_for(
+        self, predicate: Callable[[Graph], object], timeout_s: float | None = None
+    ) -> bool:
+        """Wait until the graph satisfies a predicate.
+
+        Args:
+            predicate: True or false; asked at once and after each change, with a snapshot.
+            timeout_s: Upper bound in seconds; None waits for ever.
+
+        Returns:
+            Whether it was satisfied; False when the time is up or the watcher is closed.
+        """
+        with self._changed:
+            satisfied = self._changed.wait_for(
+                lambda: self._closed or predicate(self._snapshot()), timeout_s
+            )
+            return not self._closed and bool(satisfied)
+
+    def withdrawn(self, text: str) -> None:
+        """Know at once that the session has taken one of its own tokens back.
+
+        Zenoh tells of it a moment later where the router has told the session of that token.
+        """
+        with self._changed:
+            self._own_gone.append(text)
+            if text not in self._tokens:
+                return
+            self._remove(text, self._tokens[text])
+        self._tell()
+
+    def close(self) -> None:
+        """Stop following; whoever waits returns. Closing twice does no harm."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify_all()
+        # Not under the lock: a callback may be waiting for it.
+        for subscriber in self._subscribers:
+            subscriber.undeclare()
+
+    def _snapshot(self) -> Graph:
+        if self._graph is None:
+            self._graph = Graph(self._tokens.values())
+        return self._graph
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        text = str(sample.key_expr)
+        token = parse_token(text)
+        if token is None:
+            self.refusals.refuse(f"{text[:_LONGEST_REPORTED]!r} cannot be read")
+        elif token.zid != self._own_zid:
+            self._note(sample, text, token)
+
+    @transport_callback
+    def _hear_own(self, sample: zenoh.Sample) -> None:
+        text = str(sample.key_expr)
+        token = parse_token(text)
+        if token is not None:
+            self._note(sample, text, token)
+
+    def _note(self, sample: zenoh.Sample, text: str, token: NodeToken | EndpointToken) -> None:
+        if len(self._tokens) >= MOST_TOKENS and text not in self._tokens:
+            if sample.kind == zenoh.SampleKind.PUT:
+                self.refusals.refuse(f"there are {MOST_TOKENS} already")
+            return
+        with self._changed:
+            if sample.kind == zenoh.SampleKind.PUT:
+                # No token is declared twice: a session numbers what it declares.
+                if text in self._own_gone:
+                    return
+                self._tokens[text] = token
+                if isinstance(token, EndpointToken):
+                    self._by_name.setdefault((token.kind, token.name), {})[text] = token
+                self._graph = None
+                self._changed.notify_all()
+            else:
+                self._remove(text, token)
+        self._tell()
+
+    def _remove(self, text: str, token: NodeToken | EndpointToken) -> None:
+        self._forget(text)
+        if isinstance(token, NodeToken):
+            self._drop_endpoints(token)
+        self._graph = None
+        self._changed.notify_all()
+
+    def _tell(self) -> None:
+        if self._on_change is not None:
+            self._on_change()
+
+    def _drop_endpoints(self, node: NodeToken) -> None:
+        """A node takes its endpoints along; their own tokens may go later."""
+        key = node_key(node)
+        for text in [t for t, token in self._tokens.items() if node_key(token) == key]:
+            self._forget(text)
+
+    def _forget(self, text: str) -> None:
+        token = self._tokens.pop(text, None)
+        if isinstance(token, EndpointToken):
+            named = self._by_name[token.kind, token.name]
+            del named[text]
+            if not named:
+                del self._by_name[token.kind, token.name]
+
+
+def _report(text: str) -> None:
+    import logging
+
+    logging.getLogger(__name__).warning("%s", text)

@@ -1,0 +1,216 @@
+"""Requests to services and their responses, as they go over the wire."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import time
+
+import zenoh
+
+from teleopctl.errors import InvalidMessageError, TeleopctlError, UnavailableError
+from teleopctl.interfaces import ResponseT, deserialize, serialize, type_hash
+from teleopctl.interrupts import transport_callback
+from teleopctl.typed import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
+from teleopctl.wire.attachment import GID_SIZE, Attachment, decode_attachment, encode_attachment
+from teleopctl.wire.keys import topic_key
+from teleopctl.wire.session import domain_id
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from teleopctl.interfaces import RequestT, ServiceType
+
+_Response_co = TypeVar("_Response_co", covariant=True)
+
+# Zenoh has to end a query some time: four months are as good as never.
+_FOR_EVER_S = 1e7
+
+# The number of the only request of a client.
+_ONLY = 1
+
+
+def send_request(
+    session: zenoh.Session,
+    key: str,
+    request: bytes | bytearray,
+    attachment: Attachment,
+    timeout_s: float,
+    receive: Callable[[zenoh.Reply], None],
+    end: Callable[[], None],
+) -> None:
+    """Send a request to all servers of a service.
+
+    Args:
+        session: Who asks.
+        key: The service's key.
+        request: Its CDR bytes.
+        attachment: Which request of which client it is, and when it was sent.
+        timeout_s: After so many seconds Zenoh gives it up.
+        receive: Called with each reply, on the transport's thread.
+        end: Called when nobody will reply any more, likewise.
+    """
+    session.get(
+        key,
+        zenoh.handlers.Callback(receive, end, indirect=False),
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=timeout_s,
+        payload=request,
+        attachment=encode_attachment(*attachment),
+    )
+
+
+def read_response(
+    sample: zenoh.Sample, sequence: int, type_: type[ResponseT]
+) -> tuple[ResponseT, Attachment]:
+    """Return the response of a server, and what came with it.
+
+    Args:
+        sample: As it came.
+        sequence: The number of the request.
+        type_: The class of the response.
+
+    Raises:
+        InvalidMessageError: It is none, or that of another request.
+    """
+    meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
+    if meta is None or meta.sequence != sequence:
+        raise InvalidMessageError("it came without a readable attachment, or with another's")
+    return deserialize(sample.payload.to_bytes(), type_), meta
+
+
+def no_answer(service: str, refused: str = "") -> str:
+    """Say that nobody has answered, though some answer may have come that was none."""
+    why = f"its answer was dropped: {refused}" if refused else "no server for it"
+    return f"service '{service}' did not answer: {why}"
+
+
+class Question(Generic[ResponseT]):
+    """A request of somebody who has no node, and so is not in the graph.
+
+    To a server it is a request like any other; it takes a third of the time that a node and a
+    client take to start. For commands that ask and end.
+
+    Example:
+        ``Question(session, Trigger, "/calibrate", Trigger.Request()).wait_for_response(5.0)``
+
+    Args:
+        session: Who asks.
+        type_: The service's class.
+        service: Its full name.
+        request: What is asked.
+
+    Raises:
+        UsageError: ``ROS_DOMAIN_ID`` is malformed.
+        TeleopctlError: A field holds what its type cannot.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        type_: type[ServiceType[RequestT, ResponseT]],
+        service: str,
+        request: RequestT,
+    ) -> None:
+        self._service = service
+        # A class is a value whose attributes are classes.
+        self._response_type = cast("ServiceType[RequestT, ResponseT]", type_).Response
+        self._response: ResponseT | None = None
+        self._refused = ""
+        # Locks instead of a threading.Event, whose import takes as long as asking: the one is
+        # held by whoever settles it, the other until then.
+        self._settling = _thread.allocate_lock()
+        self._unsettled = _thread.allocate_lock()
+        self._unsettled.acquire()
+        name = type_.TYPE_NAME
+        send_request(
+            session,
+            topic_key(domain_id(), service, name, type_hash(name)),
+            serialize(request),
+            Attachment(_ONLY, time.time_ns(), os.urandom(GID_SIZE)),
+            _FOR_EVER_S,
+            self._receive,
+            self._settle,
+        )
+
+    @transport_callback
+    def _receive(self, reply: zenoh.Reply) -> None:
+        if reply.ok is None:
+            return
+        try:
+            response, _ = read_response(reply.ok, _ONLY, self._response_type)
+        except TeleopctlError as error:
+            # Another server may answer better.
+            self._refused = error.message
+            return
+        if self._response is None:
+            self._response = response
+        self._settle()
+
+    @transport_callback
+    def _settle(self) -> None:
+        if self._settling.acquire(blocking=False):
+            self._unsettled.release()
+
+    def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
+        """Block this thread until a response is there or nobody is left to give it.
+
+        Returns:
+            False when the time, in seconds of wall time, ran out.
+        """
+        settled = self._unsettled.acquire(timeout=-1 if timeout_sec is None else timeout_sec)
+        if settled:
+            self._unsettled.release()
+        return settled
+
+    def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
+        """Block this thread until the response is there, or nobody is left to give it.
+
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+
+        Returns:
+            The response, None when the time ran out.
+
+        Raises:
+            UnavailableError: No server answers.
+        """
+        if self.wait_until_settled(timeout_sec) and self._response is None:
+            raise UnavailableError(no_answer(self._service, self._refused))
+        return self._response
+
+
+class Pending(Protocol[_Response_co]):
+    """A request that is on its way: a `Question`, or the future of a node's client."""
+
+    def wait_for_response(self, timeout_sec: float | None = None) -> _Response_co | None:
+        """Return the response, None when the time ran out."""
+
+
+def answers_of_nodes(
+    pending: Mapping[str, Pending[ResponseT]], timeout_s: float
+) -> dict[str, ResponseT | UnavailableError]:
+    """Wait until each of several nodes has answered, or the time is up.
+
+    Args:
+        pending: What each was asked, by its full name.
+        timeout_s: Longest wait for all of them together, in seconds of wall time.
+
+    Returns:
+        For each node its response, or an UnavailableError where it did not answer.
+    """
+    deadline = time.monotonic() + timeout_s
+    return {name: _answer(name, each, deadline, timeout_s) for name, each in pending.items()}
+
+
+def _answer(
+    node: str, pending: Pending[ResponseT], deadline: float, timeout_s: float
+) -> ResponseT | UnavailableError:
+    try:
+        response = pending.wait_for_response(max(0.0, deadline - time.monotonic()))
+    except TeleopctlError as error:
+        return UnavailableError(f"Node '{node}' did not answer: {error.message}")
+    if response is None:
+        return UnavailableError(f"Node '{node}' did not answer within {timeout_s:g} s")
+    return response
