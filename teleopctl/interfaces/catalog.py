@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import threading
+from _thread import RLock
 from collections.abc import Iterable, Iterator
 
 from teleopctl.errors import InvalidMessageError
@@ -46,7 +46,7 @@ class Catalog:
         # The files of the definitions that were read from one.
         self._files: dict[str, str] = {}
         self._folders: dict[str, str | None] = {}
-        self._lock = threading.RLock()
+        self._lock = RLock()
 
     def find(self, type_name: str) -> Definition | None:
         """Return the definition of a type or of a derived type, or None.

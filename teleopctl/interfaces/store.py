@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copyreg
 import os
-import threading
+from _thread import RLock  # threading takes as long to import as the rest of it
 from collections.abc import Callable, Mapping
 from functools import cache
 from types import SimpleNamespace
@@ -31,7 +31,7 @@ _CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 _GOAL_STATUS = "action_msgs/msg/GoalStatusArray"
 _WITHOUT_HASHES = frozenset({"humble"})
 
-_lock = threading.RLock()
+_lock = RLock()
 _classes: dict[str, type[Any]] = {}
 
 

@@ -77,9 +77,9 @@ def latched(shared_ros: RosGraph) -> RosGraph:
 @pytest.mark.parametrize(
     ("line", "most_modules"),
     [
-        ("topic list", 35),
-        ("param get /test use_sim_time", 91),
-        ("service call /test/list_parameters rcl_interfaces/srv/ListParameters", 94),
+        ("topic list", 34),
+        ("param get /test use_sim_time", 65),
+        ("service call /test/list_parameters rcl_interfaces/srv/ListParameters", 95),
         ("topic pub --once -w 0 /heard std_msgs/msg/String {}", 88),
         ("topic echo --once /chatter", 102),
         ("interface show std_msgs/msg/String", 35),
@@ -92,6 +92,12 @@ def test_a_short_command_loads_little(line, most_modules, latched):
     assert modules.isdisjoint(WHOLE_NODE)
     ours = sorted(name for name in modules if name.startswith("teleopctl"))
     assert len(ours) <= most_modules, ours
+
+
+def test_a_question_about_a_parameter_takes_no_node(latched):
+    _, modules = loaded_after(["param", "get", "/test", "use_sim_time"], latched.env)
+    assert not any(name.startswith("teleopctl.node.endpoints") for name in modules)
+    assert modules.isdisjoint({"teleopctl.node.context", "teleopctl.node.values", "threading"})
 
 
 @pytest.mark.parametrize("line", ["bag --help", "bag list storage"])

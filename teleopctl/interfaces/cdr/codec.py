@@ -5,7 +5,7 @@ Most types are only ever sent or only ever received, and few are seen in both by
 
 from __future__ import annotations
 
-import threading
+from _thread import RLock
 from collections.abc import Callable
 
 from teleopctl.errors import InvalidMessageError
@@ -13,7 +13,10 @@ from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout
 from teleopctl.interfaces.cdr.reading import Read
 from teleopctl.interfaces.cdr.writing import Write
-from teleopctl.typed import Any, NamedTuple, TypeAlias
+from teleopctl.typed import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+if TYPE_CHECKING:
+    from types import CodeType
 
 Writer: TypeAlias = Callable[[bytearray, Any], None]
 """Appends a message to data that so far is the encapsulation."""
@@ -46,7 +49,7 @@ class Codecs:
         self.message_class = message_class
         self._layout = Layout(lambda name: message_class(name).__definition__)
         self._functions: dict[_Key, Any] = {}
-        self._lock = threading.RLock()
+        self._lock = RLock()
 
     def writer(self, type_name: str) -> Writer:
         """Return the function that writes messages of a type.
@@ -103,11 +106,22 @@ class _Source:
         return self._source
 
 
+def _in_file(code: CodeType, file: str) -> CodeType:
+    """Say which file a function is from, as tracebacks show it, those inside of it included."""
+    constants = (
+        _in_file(each, file) if isinstance(each, type(code)) else each for each in code.co_consts
+    )
+    return code.replace(co_filename=file, co_consts=tuple(constants))
+
+
 def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
     suffix = "_nested" if key.is_nested else ""
     name = f"cdr/{key.type_name}/{key.direction}{suffix}"
     namespace = {**constants, "__name__": name, "__loader__": _Source(source)}
-    exec(compile(source, f"{name}.py", "exec"), namespace)  # noqa: S102 - of names and numbers
+    # As a text: compile() would first make the classes of the module ast, which takes longer than
+    # all else here.
+    exec(source, namespace)  # noqa: S102 - of names and numbers
     function: Any = namespace[key.direction.partition("_")[0]]
+    function.__code__ = _in_file(function.__code__, f"{name}.py")
     function.__source__ = source
     return function
