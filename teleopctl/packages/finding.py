@@ -161,14 +161,20 @@ def resolve_uri(uri: str) -> Path:
     The file need not exist.
 
     Raises:
-        NotFoundError: When the package is unknown or the scheme is another one.
+        NotFoundError: When the package is unknown, the scheme is another one, or it is no path.
     """
     scheme, separator, rest = uri.partition("://")
-    if not separator:
-        return Path(uri).expanduser()
-    from urllib.parse import unquote
+    if separator:
+        from urllib.parse import unquote
 
-    rest = unquote(rest)
+        rest = unquote(rest)
+    if "\0" in uri or "\0" in rest:
+        raise NotFoundError(f"Cannot open {uri!r}: no path has a null character")
+    if not separator:
+        try:
+            return Path(uri).expanduser()
+        except RuntimeError as error:  # ~ of a user who is not there
+            raise NotFoundError(f"Cannot open '{uri}': {error}") from error
     if scheme == "package":
         package, _, relative = rest.partition("/")
         return package_share(package) / relative

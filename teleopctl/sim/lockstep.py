@@ -4,16 +4,17 @@ At each control tick the loop publishes the state of that very time, waits (boun
 time) for the command computed from it, applies it, and steps to the next tick. Without a
 controller, and after one has stopped answering, it runs freely and holds.
 
-The loop knows ports, not topics; `teleopctl.nodes.mujoco_sim` connects the two.
+The loop knows ports, not topics; `teleopctl.sim.node` connects the two.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
 
+from teleopctl.sim.loop_ports import Command, Ports, Sampler
 from teleopctl.sim.pacing import Beat, Pacer
 from teleopctl.sim.simulation import Simulation
 
@@ -24,58 +25,12 @@ _CLOCK_RATE_HZ = 100.0
 _COAST_NS = 50_000_000
 
 
-@dataclass(frozen=True)
-class Command:
-    """What a controller wants of the joints, see `Simulation.apply`.
+@dataclass(eq=False)
+class _Steps:
+    """Physics steps that somebody has asked for; ``on_end`` is told whether all were made."""
 
-    Attributes:
-        stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
-        names: Joint names.
-        position: Positions, one per name, or empty.
-        velocity: Velocities, one per name, or empty.
-        effort: Efforts, one per name, or empty.
-    """
-
-    stamp_ns: int
-    names: list[str] = field(default_factory=list)
-    position: list[float] = field(default_factory=list)
-    velocity: list[float] = field(default_factory=list)
-    effort: list[float] = field(default_factory=list)
-
-
-class Ports(Protocol):
-    """Where the loop's results go. Called on the loop's thread."""
-
-    def publish_clock(self, time_ns: int) -> None:
-        """Tell the simulated time."""
-
-    def publish_state(self, time_ns: int) -> None:
-        """Send the state of a control tick to the controller."""
-
-    def publish_view(self, time_ns: int) -> None:
-        """Send the pose to those who look."""
-
-    def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """The controller did not answer the state of this time."""
-
-    def controller_back(self, time_ns: int) -> None:
-        """A controller that was lost answers again."""
-
-    def fell_behind(self, seconds: float, factor: float) -> None:
-        """This much wall time was lost; ``factor`` was reached in the last second."""
-
-    def diverged(self, time_ns: int) -> None:
-        """Physics broke down and was set back to its initial state."""
-
-
-class Sampler(Protocol):
-    """What measures at times of its own. Called on the loop's thread."""
-
-    def next_ns(self) -> int | None:
-        """The simulated time of the next measurement, or None while there is none to come."""
-
-    def sample(self, time_ns: int) -> None:
-        """Measure what is due at this time."""
+    left: int
+    on_end: Callable[[bool], None]
 
 
 class LockstepLoop:
@@ -116,8 +71,8 @@ class LockstepLoop:
         self._stopped = False
         self._paused = paused
         self._parked = False
-        self._steps_asked = 0
-        self._requests: list[Callable[[], None]] = []
+        self._steps: deque[_Steps] = deque()
+        self._requests: deque[Callable[[], None]] = deque()
         self._partner = False
         self._viewed = False
         self._clocked = True
@@ -162,11 +117,12 @@ class LockstepLoop:
             self._attended = ticks
 
     def set_paused(self, paused: bool, timeout_s: float) -> bool:
-        """Stop time at the next control tick, or let it go on.
+        """Stop time at the next control tick, or let it go on; steps to come are given up.
 
         Returns:
             Whether the loop has got there within ``timeout_s``.
         """
+        self._give_up_steps()
         with self._changed:
             self._paused = paused
             self._changed.notify_all()
@@ -186,39 +142,59 @@ class LockstepLoop:
         """Simulated seconds in the last second of wall time; 0 while time stands still."""
         return 0.0 if self.paused else self._pacer.reached.of(self._simulation.time_ns)
 
-    def step(self, count: int, timeout_s: float) -> bool:
+    def step(self, count: int, on_end: Callable[[bool], None]) -> None:
         """Advance a paused simulation by physics steps, exchanging at the ticks on the way.
 
-        Returns:
-            Whether that was done within ``timeout_s``.
+        Args:
+            count: How many, at least one; those that others have asked for come first.
+            on_end: Called on some thread, with whether all were made. They are given up when
+                time is to go on, or to stand still at once, and when the loop ends.
         """
         with self._changed:
-            self._steps_asked = count
+            self._steps.append(_Steps(count, on_end))
             self._changed.notify_all()
-            return self._changed.wait_for(
-                lambda: self._stopped or (self._steps_asked == 0 and self._parked), timeout_s
-            )
+            stopped = self._stopped
+        if stopped:
+            self._give_up_steps()
+
+    @property
+    def stepping(self) -> bool:
+        """Whether steps that somebody has asked for are still to come."""
+        return bool(self._steps)
 
     def call(self, request: Callable[[], None], timeout_s: float) -> bool:
         """Run a function on the loop's thread between two steps.
 
         Returns:
-            Whether it has been run within ``timeout_s``.
+            Whether it has been run within ``timeout_s``; otherwise it will not be.
         """
         done = threading.Event()
 
         def run() -> None:
-            request()
-            done.set()
+            try:
+                request()
+            finally:
+                with self._changed:
+                    done.set()
+                    self._changed.notify_all()
 
         with self._changed:
-            self._requests.append(run)
+            self.post(run)
+            self._changed.wait_for(lambda: self._stopped or done.is_set(), timeout_s)
+            if run in self._requests:
+                self._requests.remove(run)
+                return False
+        return done.wait()  # what has begun is seen to its end
+
+    def post(self, request: Callable[[], None]) -> None:
+        """Have a function run on the loop's thread between two steps, without waiting for it."""
+        with self._changed:
+            self._requests.append(request)
             self._changed.notify_all()
-        return done.wait(timeout_s)
 
     def set_real_time_factor(self, factor: float) -> None:
         """Change the pace; takes effect within one block of steps."""
-        self.call(lambda: self._pacer.set_factor(factor, self._simulation.time_ns), 0.0)
+        self.post(lambda: self._pacer.set_factor(factor, self._simulation.time_ns))
 
     def restart(self) -> None:
         """Go on from the simulation's start; called on the loop's thread, by a request."""
@@ -229,11 +205,27 @@ class LockstepLoop:
         self._command = self._unstamped = None
         self._lost = False
 
+    def show(self) -> None:
+        """Tell what was changed while time stands still; on the loop's thread, by a request."""
+        if self._parked:
+            now = self._simulation.time_ns
+            self._ports.publish_clock(now)
+            if self._viewed:
+                self._simulation.read()
+                self._ports.publish_view(now)
+
     def stop(self) -> None:
         """Make `run` return."""
         with self._changed:
             self._stopped = True
             self._changed.notify_all()
+        self._give_up_steps()
+
+    def _give_up_steps(self) -> None:
+        with self._changed:
+            given_up, self._steps = self._steps, deque()
+        for steps in given_up:
+            steps.on_end(False)
 
     # --- the loop -------------------------------------------------------------------------
 
@@ -242,23 +234,37 @@ class LockstepLoop:
         self._pacer.resume(self._simulation.time_ns)
         while self._ready():
             simulation = self._simulation
-            if simulation.at_tick and not self._exchange():
+            with self._changed:
+                steps = self._steps[0] if self._steps else None
+            if simulation.at_tick and not self._exchange(stepping=steps is not None):
                 continue
             if self.at_end:
                 self._ports.publish_clock(simulation.time_ns)
                 self.stop()
                 continue
-            stepping = self._steps_asked > 0
-            count = self._block()
-            (simulation.step if stepping or self._attended else simulation.coast)(count)
-            with self._changed:
-                if stepping:
-                    self._steps_asked -= count
-                hurry = stepping or self._paused
+            count = self._block(steps)
+            (simulation.step if steps or self._attended else simulation.coast)(count)
             now = simulation.time_ns
-            if not hurry:
+            if not (steps or self.paused):
                 self._wait_until_due(now)
-            self._publish(now, force=stepping and self._steps_asked == 0)
+            if steps is None:
+                self._publish(now)
+                continue
+            steps.left -= count
+            self._publish(now, force=steps.left == 0)
+            if steps.left == 0:
+                self._end(steps)
+
+    def _end(self, steps: _Steps) -> None:
+        with self._changed:
+            if steps not in self._steps:
+                return  # they were given up meanwhile
+            self._steps.remove(steps)
+        steps.on_end(True)
+
+    def _next_request(self) -> Callable[[], None] | None:
+        with self._changed:
+            return self._requests.popleft() if self._requests else None
 
     @property
     def at_end(self) -> bool:
@@ -268,9 +274,7 @@ class LockstepLoop:
     def _ready(self) -> bool:
         """Stand still while paused; False when the loop shall end."""
         while True:
-            with self._changed:
-                requests, self._requests = self._requests, []
-            for request in requests:
+            while request := self._next_request():
                 request()
             with self._changed:
                 if self._stopped:
@@ -279,8 +283,8 @@ class LockstepLoop:
                 if self._requests:
                     continue
                 at_rest = self._parked or self._simulation.at_tick
-                if not (self._paused and at_rest and self._steps_asked == 0):
-                    if self._parked and self._steps_asked == 0:
+                if not (self._paused and at_rest and not self._steps):
+                    if self._parked and not self._steps:
                         self._parked = False
                         self._pacer.resume(self._simulation.time_ns)
                         self._changed.notify_all()
@@ -291,12 +295,12 @@ class LockstepLoop:
                     lambda: (
                         self._stopped
                         or not self._paused
-                        or self._steps_asked > 0
+                        or bool(self._steps)
                         or bool(self._requests)
                     )
                 )
 
-    def _exchange(self) -> bool:
+    def _exchange(self, *, stepping: bool) -> bool:
         """The control tick: state out, command in. False when the loop was stopped meanwhile."""
         now = self._simulation.time_ns
         if self._simulation.diverged:
@@ -304,7 +308,6 @@ class LockstepLoop:
             self._ports.diverged(now)
         # Controllers take their time from the state; everybody else's clock may be coarser, which
         # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
-        stepping = self._steps_asked > 0
         if self._clock_due(now) or stepping:
             self._ports.publish_clock(now)
         if self._attended or stepping:
@@ -355,11 +358,11 @@ class LockstepLoop:
         command = self._command
         return command if command is not None and command.stamp_ns == now else None
 
-    def _block(self) -> int:
-        """Physics steps until something has to be done."""
+    def _block(self, steps: _Steps | None) -> int:
+        """Physics steps until something has to be done, those that were asked for among that."""
         simulation = self._simulation
         count = simulation.steps_to_tick
-        if self._steps_asked == 0 and not self._attended:
+        if steps is None and not self._attended:
             count = max(count, simulation.steps_until(simulation.time_ns + _COAST_NS))
         if self._clocked:
             count = min(count, simulation.steps_until(self._clock_beat.next_ns) or count)
@@ -369,8 +372,8 @@ class LockstepLoop:
             count = min(count, simulation.steps_until(due_ns) or 1)
         if self._end_ns is not None:
             count = min(count, simulation.steps_until(self._end_ns))
-        if self._steps_asked > 0:
-            count = min(count, self._steps_asked)
+        if steps is not None:
+            count = min(count, steps.left)
         return count
 
     def _clock_due(self, now: int) -> bool:

@@ -20,7 +20,8 @@ from teleopctl.sim.building import simulate
 from teleopctl.sim.cameras.model_topic import ModelPublisher
 from teleopctl.sim.entities.stage import Stage
 from teleopctl.sim.entities.standard import offer_standard_services
-from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.performance import PerformancePublisher
 from teleopctl.sim.ports import TopicPorts
 from teleopctl.sim.reporting import report_robot
@@ -152,7 +153,7 @@ class MujocoSim(Node):
     def _set_gravity(self, gravity: list[float]) -> None:
         assert self._loop is not None
         # Not waited for: it may be the loop's thread that sets the parameter.
-        self._loop.call(lambda: self._simulation.set_gravity(gravity), 0.0)
+        self._loop.post(lambda: self._simulation.set_gravity(gravity))
 
     # --- start ----------------------------------------------------------------------------
 

@@ -5,12 +5,13 @@ All of a request is checked before any of it is done.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+
+from teleopctl.sim.entities.poses import no_sense
 
 if TYPE_CHECKING:
     from teleopctl.sim.free_bodies import LinkPose
@@ -34,8 +35,8 @@ def refuse_joints(simulation: Simulation, state: Any) -> str:
     for word, values in (("position", state.position), ("velocity", state.velocity)):
         if len(values) not in (0, len(state.name)):
             return f"There are {len(state.name)} names and {len(values)} values of '{word}'"
-        if not all(map(math.isfinite, values)):
-            return f"A value of '{word}' is not finite"
+        if reason := no_sense(values):
+            return f"A value of '{word}' {reason}"
     return ""
 
 
@@ -49,8 +50,8 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
         for header in (state.pose.header, state.twist.header):
             if header.frame_id and not simulation.has_link(header.frame_id):
                 return f"There is no link '{header.frame_id}'"
-        if not np.isfinite([*_pose_values(state), *_twist_values(state)]).all():
-            return f"A value of '{state.name}' is not finite"
+        if reason := no_sense([*_pose_values(state), *_twist_values(state)]):
+            return f"A value of '{state.name}' {reason}"
     return ""
 
 

@@ -37,7 +37,7 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 
 
 class TopicPorts:
-    """Publishes a simulation; implements `teleopctl.sim.lockstep.Ports`.
+    """Publishes a simulation; implements `teleopctl.sim.loop_ports.Ports`.
 
     Messages are made once and filled anew each time.
 

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from teleopctl.interfaces import get_message, set_stamp
-from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.ports import reported_joints
 from teleopctl.sim.simulation import Simulation
 
@@ -38,7 +39,7 @@ def replay_session(
 
 
 class _Ports:
-    """Answers each state from the recording; see `teleopctl.sim.lockstep.Ports`."""
+    """Answers each state from the recording; see `teleopctl.sim.loop_ports.Ports`."""
 
     loop: LockstepLoop
 

@@ -17,20 +17,19 @@ import numpy.typing as npt
 
 from teleopctl.mujoco_model import RobotModel, carry_over
 from teleopctl.sim.drives import Drives
-from teleopctl.sim.entities.pushes import Push, Pushes
+from teleopctl.sim.entities.pushes import Push, Pushes, read_pushes
 from teleopctl.sim.free_bodies import FreeBodies, LinkPose
 from teleopctl.sim.gazebo_plugins.planar_move import PlanarMove
 from teleopctl.sim.mjcf.ball_joints import BallJoints
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
-from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model
+from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
 
 Array = npt.NDArray[np.float64]
 
 # MuJoCo's enumerations are slow as indices.
-_BAD_QPOS = int(mujoco.mjtWarning.mjWARN_BADQPOS)
-_BAD_QVEL = int(mujoco.mjtWarning.mjWARN_BADQVEL)
-_BAD_QACC = int(mujoco.mjtWarning.mjWARN_BADQACC)
+_W = mujoco.mjtWarning
+_BROKEN = tuple(map(int, (_W.mjWARN_BADQPOS, _W.mjWARN_BADQVEL, _W.mjWARN_BADQACC)))
 
 # At fast control, not every tick looks for links that have come apart: it may cost a physics step.
 _PARTING_NS = 10_000_000
@@ -56,6 +55,7 @@ class Simulation:
         movers: What moves the robot as topics ask.
         control_period_ns: Time between two control ticks.
         steps_per_period: Physics steps in one control period.
+        standing_moves: How often something that stands in the world has been put elsewhere.
     """
 
     def __init__(
@@ -77,14 +77,13 @@ class Simulation:
         self.positions: Array = np.zeros(len(joints))
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
-        self._steps = 0
+        self._steps = self.standing_moves = 0
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
         self._file_actuators = FileActuators(self._m, self._d, joints)
         self.movers: list[PlanarMove] = []
         self._parting = Parting(self._m, self._d, model.excluded)
-        ticks = -(-_PARTING_NS // control_period_ns)
-        self._parting_steps = ticks * self.steps_per_period
+        self._parting_steps = -(-_PARTING_NS // control_period_ns) * self.steps_per_period
         self.reset_state()
 
     def _bind(self, model: RobotModel) -> None:
@@ -245,21 +244,30 @@ class Simulation:
         self.refresh()
 
     def save(self) -> dict[str, Array]:
-        """All that decides how it goes on, but for gravity, pushes and topics that move it."""
+        """All that decides how it goes on, but for topics that move it."""
         return {
             **physics_state(self._m, self._d),
             **self._drives.save(),
+            "pushes": self._pushes.save(self._m),
             "waiting": self._parting.save(),
             "step": np.array([self._steps % self.steps_per_period, self.steps_per_period], float),
         }
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Go on from what `save` returned of a simulation of the same parts; time begins anew."""
+        """Go on from what `save` returned of a simulation of the same parts; time begins anew.
+
+        Raises:
+            RefusedError: A push makes no sense; nothing is changed.
+        """
+        pushes = read_pushes(self._m, saved["pushes"])
         self.reset_state()
         self._drives.restore(saved)
+        for push in pushes:
+            self._pushes.add(push)
         self._parting.restore(saved["waiting"])
         put_physics_state(self._m, self._d, saved)
-        self._wake()
+        self.standing_moves += 1
+        wake(self._m, self._d)
         # Looking around has moved where the solver starts.
         put_physics_state(self._m, self._d, saved)
         step, period = saved["step"]
@@ -288,8 +296,7 @@ class Simulation:
     def hold(self) -> None:
         """Nobody commands any more: every joint stays where it is or was last sent."""
         self._drives.hold()
-        if self._file_actuators:
-            self._file_actuators.hold()
+        self._file_actuators.hold()
 
     def commandable(self, name: str) -> bool:
         """Whether a joint takes commands."""
@@ -318,6 +325,8 @@ class Simulation:
         self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
         # What sleeps would touch nothing.
         self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        # MuJoCo's own time begins anew at each reset of the state.
+        self._observed.time = self.time_ns * 1e-9
         mujoco.mj_forward(self._m, self._observed)
         self._m.opt.enableflags |= asleep
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
@@ -342,7 +351,8 @@ class Simulation:
         number, turn = self._m.body(body).id, np.array(pose[3:])
         mujoco.mju_normalize4(turn)
         self._m.body_pos[number], self._m.body_quat[number] = pose[:3], turn
-        self._wake()
+        self.standing_moves += 1
+        wake(self._m, self._d)
 
     def _restore_standing(self) -> None:
         """Put back what stands in the world where it was at the start."""
@@ -351,22 +361,13 @@ class Simulation:
             self._m.body_quat, start.body_quat
         ):
             self._m.body_pos[:], self._m.body_quat[:] = start.body_pos, start.body_quat
-            self._wake()
-
-    def _wake(self) -> None:
-        """Let what sleeps notice that something around it has changed.
-
-        MuJoCo works out only once where things stand, as long as it lets others sleep.
-        """
-        asleep = self._m.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
-        self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        mujoco.mj_forward(self._m, self._d)
-        self._m.opt.enableflags |= asleep
+            self.standing_moves += 1
+            wake(self._m, self._d)
 
     def push(self, push: Push) -> None:
         """Let a force and a torque act on a body for a while."""
         self._pushes.add(push)
-        self._wake()
+        wake(self._m, self._d)
 
     def end_pushes(self, body: str) -> bool:
         """End what pushes a body; returns whether anything did."""
@@ -380,7 +381,7 @@ class Simulation:
     def set_gravity(self, gravity: Array | Sequence[float]) -> None:
         """Set the acceleration of free fall in the world, (3,), in m/s²."""
         self._m.opt.gravity[:] = gravity
-        self._wake()
+        wake(self._m, self._d)
 
     def begin_world(self) -> None:
         """Start anew, with the gravity that the world asks for; time goes on."""
@@ -396,5 +397,4 @@ class Simulation:
     @property
     def diverged(self) -> bool:
         """Whether physics has broken down since the last reset; MuJoCo then starts it anew."""
-        troubles = self._troubles
-        return bool(troubles[_BAD_QPOS] or troubles[_BAD_QVEL] or troubles[_BAD_QACC])
+        return any(self._troubles[kind] for kind in _BROKEN)

@@ -1,11 +1,13 @@
 """The simulator's loop against ports and a controller that are plain objects."""
 
+import queue
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
 
-from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Command
 from teleopctl.sim.simulation import Simulation
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.sim.robots import pendulum
@@ -78,6 +80,11 @@ class Bench:
             Command(time_ns, ["hinge"], [position])
         )
 
+    def step(self, count: int) -> None:
+        ended: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        self.loop.step(count, ended.put)
+        assert ended.get(timeout=LONGEST_WAIT_S)
+
     def close(self) -> None:
         self.loop.stop()
         if self.thread.is_alive():
@@ -120,7 +127,7 @@ def test_a_command_acts_in_the_period_of_the_state_that_it_answers(make) -> None
     bench.answer(0.1)
     bench.start()
 
-    assert bench.loop.step(100, LONGEST_WAIT_S)
+    bench.step(100)
 
     bench.simulation.read()
     assert bench.simulation.positions[0] > 0.05
@@ -193,10 +200,10 @@ def test_a_lost_controller_leaves_no_joint_running(make) -> None:
 def test_a_sender_without_stamps_is_heard_too(make) -> None:
     bench = make(paused=True)
     bench.start()
-    bench.loop.step(100, LONGEST_WAIT_S)
+    bench.step(100)
 
     bench.loop.offer(Command(0, ["hinge"], [0.2]))
-    bench.loop.step(500, LONGEST_WAIT_S)
+    bench.step(500)
 
     bench.simulation.read()
     assert bench.simulation.positions[0] == pytest.approx(0.2, abs=1e-5)
@@ -223,7 +230,7 @@ def test_steps_end_anywhere_and_show_where(make) -> None:
     bench.loop.set_viewed(True)
     bench.start()
 
-    assert bench.loop.step(7, LONGEST_WAIT_S)
+    bench.step(7)
 
     assert bench.simulation.time_ns == 7_000_000
     assert bench.ports.events == [("clock", 0), ("state", 0), ("view", 0),
@@ -233,11 +240,11 @@ def test_steps_end_anywhere_and_show_where(make) -> None:
 def test_the_pose_is_shown_at_its_rate_and_only_to_viewers(make) -> None:
     bench = make(paused=True, view_rate_hz=50.0)
     bench.start()
-    bench.loop.step(1000, LONGEST_WAIT_S)
+    bench.step(1000)
     assert bench.ports.times("view") == []
 
     bench.loop.set_viewed(True)
-    bench.loop.step(1000, LONGEST_WAIT_S)
+    bench.step(1000)
 
     shown = bench.ports.times("view")
     assert [time_ns for time_ns in shown if time_ns % 20_000_000 == 0] == [
@@ -256,6 +263,44 @@ def test_requests_run_between_steps(make) -> None:
     assert ran_on == [bench.thread]
 
 
+def test_steps_are_made_in_turn_and_given_up_when_time_is_to_stand_still(make) -> None:
+    bench = make(paused=True)
+    bench.start()
+    ended: queue.SimpleQueue[tuple[str, bool]] = queue.SimpleQueue()
+    bench.loop.step(7, lambda made: ended.put(("few", made)))
+    bench.loop.step(10**18, lambda made: ended.put(("many", made)))
+
+    assert ended.get(timeout=LONGEST_WAIT_S) == ("few", True)
+    assert bench.loop.call(lambda: None, LONGEST_WAIT_S), "others are heard meanwhile"
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
+    assert ended.get(timeout=LONGEST_WAIT_S) == ("many", False)
+    assert bench.loop.call(lambda: None, LONGEST_WAIT_S), "those that had begun are made"
+    stands = bench.simulation.time_ns
+    bench.step(3)
+    assert bench.simulation.time_ns == stands + 3_000_000
+
+
+def test_a_request_that_is_not_reached_in_time_is_not_done_later(make) -> None:
+    bench = make()
+    goes_on, ran = threading.Event(), []
+    bench.loop.post(lambda: ran.append(goes_on.wait(LONGEST_WAIT_S)))
+    bench.start()
+
+    assert not bench.loop.call(lambda: ran.append(False), 0.0)
+    goes_on.set()
+    assert bench.loop.call(lambda: None, LONGEST_WAIT_S)
+    assert ran == [True]
+
+
+def test_what_is_changed_while_time_stands_still_is_shown_at_once(make) -> None:
+    bench = make(paused=True)
+    bench.loop.set_viewed(True)
+    bench.start()
+    assert bench.loop.set_paused(True, LONGEST_WAIT_S)
+    assert bench.loop.call(bench.loop.show, LONGEST_WAIT_S)
+    assert bench.ports.events == [("clock", 0), ("view", 0)]
+
+
 def test_the_pace_can_be_changed_while_running(make) -> None:
     bench = make(real_time_factor=0.001)
     bench.start()
@@ -269,13 +314,13 @@ def test_the_pace_can_be_changed_while_running(make) -> None:
 def test_physics_that_breaks_down_is_reported_and_set_back(make) -> None:
     bench = make(paused=True)
     bench.start()
-    bench.loop.step(100, LONGEST_WAIT_S)
+    bench.step(100)
 
     def break_it() -> None:
         bench.simulation._d.qvel[:] = float("nan")
 
     assert bench.loop.call(break_it, LONGEST_WAIT_S)
-    bench.loop.step(200, LONGEST_WAIT_S)
+    bench.step(200)
 
     assert bench.ports.times("diverged") == [2 * PERIOD_NS]
     bench.simulation.read()

@@ -10,7 +10,8 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from teleopctl.sim import Simulation, replay_session
-from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.lockstep import LockstepLoop
+from teleopctl.sim.loop_ports import Command
 from tests.sim.robots import pendulum
 from tests.sim.test_lockstep import Recorder
 

@@ -12,6 +12,7 @@ from teleopctl.errors import InvalidFileError, RefusedError
 from teleopctl.mujoco_model import RobotModel, build_model, with_thing
 from teleopctl.robot import read_model, read_world, read_world_text
 from teleopctl.sim.building import simulate
+from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.simulation import Simulation
 from teleopctl.sim.state.saved_state import SavedState
 from tests.mujoco_model.test_world import cube, rod, wall, world_urdf
@@ -70,6 +71,29 @@ def test_what_stood_elsewhere_stands_there_again(model: RobotModel) -> None:
     simulation.reset()
     state.put(simulation)
     assert simulation.link_pose("wall").position == pytest.approx([5.0, 0.0, 0.1])
+
+
+def test_gravity_and_pushes_go_on_from_where_they_were(model: RobotModel, tmp_path: Path) -> None:
+    def pushed() -> Simulation:
+        simulation, up = begun(model), np.array([0.0, 0.0, 5.0])
+        simulation.set_gravity([0.0, 0.0, -3.7])
+        simulation.push(Push("cube", up, 0.1 * up, np.zeros(3), steps=60, ramp=20))
+        simulation.step(30)
+        return simulation
+
+    first, file = pushed(), tmp_path / "state.json"
+    SavedState.of(first).write(file)
+    expected = after(first, 300)
+    other = begun(model)
+    SavedState.read(file).put(other)
+    assert after(other, 300) == expected
+    assert other.gravity == [0.0, 0.0, -3.7]
+
+    for row in ([999.0, *[0.0] * 9, 1.0, 0.0], [1.0, *[0.0] * 9, 0.0, 0.0], [1.0]):
+        saved = SavedState.of(begun(model))
+        saved = SavedState(saved.parts, {**saved.values, "pushes": np.array(row)})
+        with pytest.raises(RefusedError, match="push"):
+            saved.put(other)
 
 
 def test_a_state_of_another_model_is_refused_and_changes_nothing(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
 from collections.abc import Iterator
 from pathlib import Path
@@ -92,6 +93,7 @@ def caller(shared_ros: RosGraph) -> Iterator[Caller]:
 @pytest.fixture(autouse=True)
 def _from_the_start(caller: Caller) -> None:
     caller.ask("SetSimulationState", "set_simulation_state", state=State(state=State.STATE_STOPPED))
+    caller.do("ResetSimulation", "reset_simulation")  # it may have been stopped already
 
 
 def test_what_is_there_is_told_by_name_kind_and_place(caller: Caller) -> None:
@@ -119,8 +121,13 @@ def test_things_are_spawned_fall_and_are_deleted(caller: Caller) -> None:
     assert taken.result == SpawnEntity.Response.NAME_NOT_UNIQUE
     assert caller.spawn(CAN, 2.5, allow_renaming=True).entity_name == "can_1"
     assert caller.spawn(BOX, 3.0).entity_name == "box"
+    info = get_message("simulation_interfaces/msg/EntityInfo")(tags=["mine"])
+    caller.do("SetEntityInfo", "set_entity_info", entity="box", info=info)
     caller.step(1000)
     assert caller.height("box") == pytest.approx(0.05, abs=2e-3)
+    caller.do("DeleteEntity", "delete_entity", entity="box")
+    caller.spawn(BOX, 3.0)
+    assert caller.do("GetEntityInfo", "get_entity_info", entity="box").info.tags == []
     caller.do("DeleteEntity", "delete_entity", entity="box")
     assert caller.height("can") == pytest.approx(0.05, abs=2e-3)
     caller.do("DeleteEntity", "delete_entity", entity="can")
@@ -241,6 +248,32 @@ def test_steps_are_an_action_that_tells_of_each(caller: Caller) -> None:
     client.destroy()
 
 
+def test_others_are_answered_while_it_steps_and_pausing_ends_the_steps(caller: Caller) -> None:
+    kind = get_service("simulation_interfaces/srv/StepSimulation")
+    caller.step(1)  # it is there
+    steps = caller.create_client(kind, "/step_simulation").call_async(kind.Request(steps=10**18))
+    assert caller.height("cube") > 0.0
+    caller.do("SetSimulationState", "set_simulation_state", state=State(state=State.STATE_PAUSED))
+    answer: Any = steps.wait_for_response(LONGEST_WAIT_S)
+    assert "The steps were ended" in answer.result.error_message
+
+
+def test_no_request_ends_the_simulator(caller: Caller, tmp_path: Path) -> None:
+    """Nor does one write over what is no file: answered in words, one after the other."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (str(pipe), "/a\0b", f"/{'a' * 300}", "/etc/passwd/x", "~nobody.of.that.name/x"):
+        for service in ("save_world", "reset_world"):
+            answer = caller.call("ResetWorld", service, keyframe=path)
+            assert (answer.success, bool(answer.message)) == (False, True)
+        spawned = caller.ask("SpawnEntity", "spawn_entity", uri=path)
+        assert spawned.result.result == Result.RESULT_NOT_FOUND
+    assert pipe.is_fifo()
+    unknown = caller.ask("ResetSimulation", "reset_simulation", scope=8)
+    assert unknown.result.result == Result.RESULT_FEATURE_UNSUPPORTED
+    assert caller.names(filter="^[[:lower:]]{6}$") == ["teleop"]
+
+
 def test_another_world_is_loaded_and_unloaded(caller: Caller) -> None:
     loaded = caller.do("LoadWorld", "load_world", resource_string=BALL)
     assert loaded.world.name == "yard"
@@ -284,7 +317,10 @@ def test_gravity_is_a_parameter_and_another_world_has_its_own(caller: Caller) ->
     assert (caller.height("can"), caller.height("box")) == pytest.approx((fallen, fallen))
     for wrong in ((0.0, 0.0), (0.0, 0.0, float("nan"))):
         refused = set_gravity(*wrong)
-        assert (refused.successful, "expected x, y and z" in refused.reason) == (False, True)
+        assert (refused.successful, "expected x, y and z, all finite" in refused.reason) == (
+            False,
+            True,
+        )
     caller.do("LoadWorld", "load_world", resource_string="things: {}\ngravity: [0, 0, -3.7]")
     assert gravity() == [0.0, 0.0, -3.7]
     caller.do("LoadWorld", "load_world", uri=str(TABLE))

@@ -1,11 +1,13 @@
-"""How a service of simulation_interfaces answers: with a result code and words."""
+"""How services answer: with a result code of simulation_interfaces, or in words."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import traceback
+from collections.abc import Awaitable, Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.errors import NotFoundError, TeleopctlError
+from teleopctl.errors import NotFoundError, RefusedError, TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import resolve_uri
 
@@ -17,8 +19,14 @@ if TYPE_CHECKING:
 
 Result = get_message("simulation_interfaces/msg/Result")
 
-# Any, here and below: messages, whose classes are made at run time.
-Handler = Callable[["Stage", Any, Any], None]
+# Any, here and below: messages, whose classes are made at run time. What goes on for long is a
+# coroutine.
+Handler = Callable[["Stage", Any, Any], "Awaitable[None] | None"]
+WordHandler = Callable[["Stage", Any], "Awaitable[str] | str"]
+FindStage = Callable[[], "Stage | None"]
+"""Returns what the services work with, or None while there is no robot."""
+
+NO_ROBOT = "There is no robot yet"
 
 
 class Refusal(Exception):
@@ -35,16 +43,16 @@ class Refusal(Exception):
 
 
 class Desk:
-    """Offers services on a node, and answers while there is no robot.
+    """Offers the services of simulation_interfaces, and answers while there is no robot.
 
     Args:
         node: Whose services they are.
-        stage: Returns what they work with, or None while there is no robot.
+        find_stage: See `FindStage`.
     """
 
-    def __init__(self, node: Node, stage: Callable[[], Stage | None]) -> None:
+    def __init__(self, node: Node, find_stage: FindStage) -> None:
         self.node = node
-        self._stage = stage
+        self._find_stage = find_stage
 
     @property
     def stage(self) -> Stage:
@@ -53,13 +61,13 @@ class Desk:
         Raises:
             Refusal: There is no robot yet.
         """
-        stage = self._stage()
+        stage = self._find_stage()
         if stage is None:
-            raise Refusal(Result.RESULT_INCORRECT_STATE, "There is no robot yet")
+            raise Refusal(Result.RESULT_INCORRECT_STATE, NO_ROBOT)
         return stage
 
     def offer(self, type_name: str, name: str, handler: Handler) -> None:
-        """Offer a service of simulation_interfaces.
+        """Offer a service.
 
         Args:
             type_name: Its type.
@@ -68,38 +76,94 @@ class Desk:
                 says otherwise.
         """
 
-        def answer(request: Any, response: Any) -> Any:
-            response.result.result = Result.RESULT_OK
-            complain(response.result, lambda: handler(self.stage, request, response))
+        async def answer(request: Any, response: Any) -> Any:
+            with self.answering(response.result):
+                outcome = handler(self.stage, request, response)
+                if outcome is not None:
+                    await outcome
             return response
 
         self.node.create_service(
             get_service(f"simulation_interfaces/srv/{type_name}"), name, answer
         )
 
+    @contextlib.contextmanager
+    def answering(self, result: Any) -> Iterator[None]:
+        """Write into a result that the block has done its work, or why it has not."""
+        result.result = Result.RESULT_OK
+        try:
+            yield
+        except Refusal as refusal:
+            result.result, result.error_message = refusal.code, str(refusal)
+        except NotFoundError as error:
+            result.result, result.error_message = Result.RESULT_NOT_FOUND, words_of(error)
+        except Exception as error:  # noqa: BLE001 - no request ends the simulation
+            result.result = Result.RESULT_OPERATION_FAILED
+            result.error_message = told(self.node, error)
+
+
+def offer_in_words(
+    node: Node, find_stage: FindStage, type_name: str, name: str, handler: WordHandler
+) -> None:
+    """Offer a service of mujoco_ros2_control, which answers with success and a message.
+
+    Args:
+        node: Whose service it is.
+        find_stage: See `FindStage`.
+        type_name: Its type, in mujoco_ros2_control_msgs.
+        name: Its name.
+        handler: Takes the stage and the request, and returns the message.
+    """
+
+    async def answer(request: Any, response: Any) -> Any:
+        try:
+            stage = find_stage()
+            if stage is None:
+                raise RefusedError(NO_ROBOT)
+            outcome = handler(stage, request)
+            response.message = outcome if isinstance(outcome, str) else await outcome
+            response.success = True
+        except Exception as error:  # noqa: BLE001 - no request ends the simulation
+            response.success, response.message = False, told(node, error)
+        return response
+
+    node.create_service(get_service(f"mujoco_ros2_control_msgs/srv/{type_name}"), name, answer)
+
+
+def words_of(error: TeleopctlError) -> str:
+    """What an error says, with what to do."""
+    return f"{error.message} ({error.hint})" if error.hint else error.message
+
+
+def told(node: Node, error: Exception) -> str:
+    """What whoever asked is told; what nobody has foreseen is in the log with its traceback."""
+    if isinstance(error, TeleopctlError):
+        return words_of(error)
+    node.get_logger().error("".join(traceback.format_exception(error)))
+    return f"{type(error).__name__}: {error}"
+
 
 def existing(uri: str) -> Path:
-    """Return the file or the folder that a URI names.
+    """Return the file or the folder that a URI names; no device, whose reading may not end.
 
     Raises:
         NotFoundError: There is none.
     """
     path = resolve_uri(uri)
     try:
-        if path.exists():
+        if path.is_file() or path.is_dir():
             return path
-    except (OSError, ValueError) as error:
-        raise NotFoundError(f"{uri} is no path") from error
-    raise NotFoundError(f"There is no {path}")
+    except OSError as error:
+        raise NotFoundError(f"Cannot open {path}: {error.strerror}") from error
+    raise NotFoundError(f"There is no file {path}")
 
 
-def complain(result: Any, work: Callable[[], None]) -> None:
-    """Do some work, and write into a result why it was not done."""
+def files_at(source: str) -> list[Path]:
+    """The file that a URI names, or the files of the folder; none where it names nothing."""
     try:
-        work()
-    except Refusal as refusal:
-        result.result, result.error_message = refusal.code, str(refusal)
-    except TeleopctlError as error:
-        missing = isinstance(error, NotFoundError)
-        result.result = Result.RESULT_NOT_FOUND if missing else Result.RESULT_OPERATION_FAILED
-        result.error_message = f"{error.message} ({error.hint})" if error.hint else error.message
+        path = existing(source)
+        return (
+            [each for each in sorted(path.iterdir()) if each.is_file()] if path.is_dir() else [path]
+        )
+    except (NotFoundError, OSError):
+        return []

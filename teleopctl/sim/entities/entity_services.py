@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import string
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,117 +32,134 @@ _TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 _Vector3 = get_message("geometry_msgs/msg/Vector3")
 _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response.INVALID_POSE
 
+# What regular expressions of POSIX have within brackets, and Python's have not.
+_POSIX_CLASSES = {
+    "alnum": "a-zA-Z0-9",
+    "alpha": "a-zA-Z",
+    "blank": " \\t",
+    "digit": "0-9",
+    "lower": "a-z",
+    "punct": re.escape(string.punctuation),
+    "space": r"\s",
+    "upper": "A-Z",
+    "xdigit": "0-9a-fA-F",
+}
+_POSIX_CLASS = re.compile(rf"\[:({'|'.join(_POSIX_CLASSES)}):\]")
 
-class EntityServices:
-    """Offers the services that ask for entities and move them.
+
+def offer_entity_services(desk: Desk) -> None:
+    """Offer the services that ask for entities and move them.
 
     Args:
         desk: Where they are offered.
     """
+    desk.offer("GetEntities", "get_entities", _list)
+    desk.offer("GetEntitiesStates", "get_entities_states", _list_states)
+    desk.offer("GetEntityState", "get_entity_state", _get_state)
+    desk.offer("SetEntityState", "set_entity_state", _set_state)
+    desk.offer("GetEntityInfo", "get_entity_info", _get_info)
+    desk.offer("SetEntityInfo", "set_entity_info", _set_info)
+    desk.offer("GetEntityBounds", "get_entity_bounds", _get_bounds)
 
-    def __init__(self, desk: Desk) -> None:
-        # What somebody said of an entity, by its name.
-        self._infos: dict[str, Any] = {}
-        desk.offer("GetEntities", "get_entities", self._list)
-        desk.offer("GetEntitiesStates", "get_entities_states", self._list_states)
-        desk.offer("GetEntityState", "get_entity_state", self._get_state)
-        desk.offer("SetEntityState", "set_entity_state", self._set_state)
-        desk.offer("GetEntityInfo", "get_entity_info", self._get_info)
-        desk.offer("SetEntityInfo", "set_entity_info", self._set_info)
-        desk.offer("GetEntityBounds", "get_entity_bounds", self._get_bounds)
 
-    # Any, here and below: messages, whose classes are made at run time.
-    def _list(self, stage: Stage, request: Any, response: Any) -> None:
-        chosen = stage.ask(lambda: self._chosen(stage, request.filters))
-        response.entities = [entity.name for entity in chosen]
+# Any, here and below: messages, whose classes are made at run time.
+def _list(stage: Stage, request: Any, response: Any) -> None:
+    chosen = stage.ask(lambda: _chosen(stage, request.filters))
+    response.entities = [entity.name for entity in chosen]
 
-    def _list_states(self, stage: Stage, request: Any, response: Any) -> None:
-        def look() -> None:
-            for entity in self._chosen(stage, request.filters):
-                response.entities.append(entity.name)
-                state = _EntityState()
-                _fill_state(state, stage, entity)
-                response.states.append(state)
 
-        stage.ask(look)
+def _list_states(stage: Stage, request: Any, response: Any) -> None:
+    def look() -> None:
+        for entity in _chosen(stage, request.filters):
+            response.entities.append(entity.name)
+            state = _EntityState()
+            _fill_state(state, stage, entity)
+            response.states.append(state)
 
-    def _get_state(self, stage: Stage, request: Any, response: Any) -> None:
-        def look() -> None:
-            _fill_state(response.state, stage, find(stage.simulation, request.entity))
+    stage.ask(look)
 
-        stage.ask(look)
 
-    def _set_state(self, stage: Stage, request: Any, response: Any) -> None:
-        del response
-        # Before simulation_interfaces 2.1 there was no choice: all of the state is set.
-        with_pose = getattr(request, "set_pose", True)
-        with_twist = getattr(request, "set_twist", True)
-        if getattr(request, "set_acceleration", False):
-            raise Refusal(
-                Result.RESULT_FEATURE_UNSUPPORTED,
-                "An acceleration follows from forces: none is set",
-            )
+def _get_state(stage: Stage, request: Any, response: Any) -> None:
+    def look() -> None:
+        _fill_state(response.state, stage, find(stage.simulation, request.entity))
 
-        def change() -> None:
-            simulation, state = stage.simulation, request.state
-            entity = find(simulation, request.entity)
-            frame = frame_of(simulation, state.header.frame_id)
-            try:
-                pose = pose_in_world(state.pose, frame) if with_pose else None
-                twist = twist_in_world(state.twist, frame) if with_twist else None
-            except InvalidMessageError as error:
-                raise Refusal(_INVALID_POSE, error.message) from error
-            move(simulation, entity, pose, twist)
-            if entity.index is None:
-                stage.changed()
+    stage.ask(look)
 
-        stage.ask(change)
 
-    def _get_info(self, stage: Stage, request: Any, response: Any) -> None:
-        response.info = self._info(stage.ask(lambda: find(stage.simulation, request.entity)))
+def _set_state(stage: Stage, request: Any, response: Any) -> None:
+    del response
+    # Before simulation_interfaces 2.1 there was no choice: all of the state is set.
+    with_pose = getattr(request, "set_pose", True)
+    with_twist = getattr(request, "set_twist", True)
+    if getattr(request, "set_acceleration", False):
+        raise Refusal(
+            Result.RESULT_FEATURE_UNSUPPORTED,
+            "An acceleration follows from forces: none is set",
+        )
 
-    def _set_info(self, stage: Stage, request: Any, response: Any) -> None:
-        del response
-        entity = stage.ask(lambda: find(stage.simulation, request.entity))
-        self._infos[entity.name] = request.info
-
-    def _get_bounds(self, stage: Stage, request: Any, response: Any) -> None:
-        box = stage.ask(lambda: bounds_of(stage.simulation, find(stage.simulation, request.entity)))
-        if box is not None:
-            response.bounds.type = _Bounds.TYPE_BOX
-            # The upper right corner comes first.
-            response.bounds.points = [_point(box.high), _point(box.low)]
-
-    def _info(self, entity: Entity) -> Any:
-        if entity.name in self._infos:
-            return self._infos[entity.name]
-        category = _Category.CATEGORY_STATIC_OBJECT
-        if entity.is_robot:
-            category = _Category.CATEGORY_ROBOT
-        elif entity.index is not None:
-            category = _Category.CATEGORY_DYNAMIC_OBJECT
-        return _EntityInfo(category=_Category(category=category))
-
-    def _chosen(self, stage: Stage, filters: Any) -> list[Entity]:
-        """The entities that pass a filter."""
+    def change() -> None:
+        simulation, state = stage.simulation, request.state
+        entity = find(simulation, request.entity)
+        frame = frame_of(simulation, state.header.frame_id)
+        twist = twist_in_world(state.twist, frame) if with_twist else None
         try:
-            pattern = re.compile(filters.filter)
-        except re.error as error:
-            raise Refusal(
-                Result.RESULT_OPERATION_FAILED, f"The filter '{filters.filter}': {error}"
-            ) from error
-        categories = {category.category for category in filters.categories}
-        chosen = []
-        for entity in entities(stage.simulation).values():
-            info = self._info(entity)
-            if (
-                pattern.search(entity.name)
-                and (not categories or info.category.category in categories)
-                and _has_tags(info.tags, filters.tags)
-                and _is_within(stage, entity, filters.bounds)
-            ):
-                chosen.append(entity)
-        return chosen
+            pose = pose_in_world(state.pose, frame) if with_pose else None
+        except InvalidMessageError as error:
+            raise Refusal(_INVALID_POSE, error.message) from error
+        move(simulation, entity, pose, twist)
+
+    stage.change(change)
+
+
+def _get_info(stage: Stage, request: Any, response: Any) -> None:
+    response.info = _info(stage, stage.ask(lambda: find(stage.simulation, request.entity)))
+
+
+def _set_info(stage: Stage, request: Any, response: Any) -> None:
+    del response
+    entity = stage.ask(lambda: find(stage.simulation, request.entity))
+    stage.infos[entity.name] = request.info
+
+
+def _get_bounds(stage: Stage, request: Any, response: Any) -> None:
+    box = stage.ask(lambda: bounds_of(stage.simulation, find(stage.simulation, request.entity)))
+    if box is not None:
+        response.bounds.type = _Bounds.TYPE_BOX
+        # The upper right corner comes first.
+        response.bounds.points = [_point(box.high), _point(box.low)]
+
+
+def _info(stage: Stage, entity: Entity) -> Any:
+    if entity.name in stage.infos:
+        return stage.infos[entity.name]
+    category = _Category.CATEGORY_STATIC_OBJECT
+    if entity.is_robot:
+        category = _Category.CATEGORY_ROBOT
+    elif entity.index is not None:
+        category = _Category.CATEGORY_DYNAMIC_OBJECT
+    return _EntityInfo(category=_Category(category=category))
+
+
+def _chosen(stage: Stage, filters: Any) -> list[Entity]:
+    """The entities that pass a filter."""
+    try:
+        pattern = re.compile(_POSIX_CLASS.sub(lambda m: _POSIX_CLASSES[m[1]], filters.filter))
+    except (re.error, OverflowError, RecursionError) as error:
+        raise Refusal(
+            Result.RESULT_OPERATION_FAILED, f"The filter '{filters.filter}': {error}"
+        ) from error
+    categories = {category.category for category in filters.categories}
+    chosen = []
+    for entity in entities(stage.simulation).values():
+        info = _info(stage, entity)
+        if (
+            pattern.search(entity.name)
+            and (not categories or info.category.category in categories)
+            and _has_tags(info.tags, filters.tags)
+            and _is_within(stage, entity, filters.bounds)
+        ):
+            chosen.append(entity)
+    return chosen
 
 
 def _fill_state(state: Any, stage: Stage, entity: Entity) -> None:

@@ -16,10 +16,18 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# Beyond this (m, m/s, rad/s) nothing is meant: a million kilometres.
-_FARTHEST = 1e9
+# Beyond this (m, m/s, rad/s, N, N m) nothing is meant: a million kilometres.
+_LARGEST = 1e9
 # How far the length of a quaternion may be from 1.
 _LENGTH_ERROR = 1e-2
+
+
+def no_sense(numbers: npt.ArrayLike) -> str:
+    """Why numbers of a request (m, rad, m/s, rad/s, N, N m) make no sense; empty if they do."""
+    values = np.asarray(numbers, float)
+    if not np.isfinite(values).all():
+        return "is not finite"
+    return f"is beyond {_LARGEST:g}" if (np.abs(values) > _LARGEST).any() else ""
 
 
 def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
@@ -44,10 +52,8 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
     """
     p, q = message.position, message.orientation
     place, turn = np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z])
-    if not (np.isfinite(place).all() and np.isfinite(turn).all()):
-        raise InvalidMessageError("A number of the pose is not finite")
-    if (np.abs(place) > _FARTHEST).any():
-        raise InvalidMessageError(f"The position is farther away than {_FARTHEST:g} m")
+    if reason := no_sense([*place, *turn]):
+        raise InvalidMessageError(f"A number of the pose {reason}")
     length = float(np.linalg.norm(turn))
     if abs(length - 1.0) > _LENGTH_ERROR:
         raise InvalidMessageError(f"The orientation is no rotation: its length is {length:g}")
@@ -67,8 +73,8 @@ def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
     """
     v, w = message.linear, message.angular
     twist = np.array([v.x, v.y, v.z, w.x, w.y, w.z])
-    if not np.isfinite(twist).all() or (np.abs(twist) > _FARTHEST).any():
-        raise InvalidMessageError("A number of the velocity is not finite, or has no sense")
+    if reason := no_sense(twist):
+        raise InvalidMessageError(f"A number of the velocity {reason}")
     if frame is not None:
         twist = np.concatenate([frame.rotation @ twist[:3], frame.rotation @ twist[3:]])
     return twist

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_service, to_nanoseconds
+from teleopctl.errors import RefusedError
+from teleopctl.interfaces import to_nanoseconds
+from teleopctl.sim.entities.answers import FindStage, offer_in_words
+from teleopctl.sim.entities.poses import no_sense
 from teleopctl.sim.entities.pushes import Push
 
 if TYPE_CHECKING:
@@ -16,56 +17,43 @@ if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
     from teleopctl.sim.simulation import Simulation
 
-_ApplyExternalWrench = get_service("mujoco_ros2_control_msgs/srv/ApplyExternalWrench")
 
-
-def offer_wrench_service(node: Node, stage: Callable[[], Stage | None]) -> None:
+def offer_wrench_service(node: Node, find_stage: FindStage) -> None:
     """Offer the service.
 
     Args:
         node: Whose it is.
-        stage: Returns what it works with, or None while there is no robot.
+        find_stage: See `FindStage`.
     """
-
-    # Any: messages, whose classes are made at run time.
-    def answer(request: Any, response: Any) -> Any:
-        there = stage()
-        if there is None:
-            response.success, response.message = False, "There is no robot yet"
-            return response
-        simulation, wrenches = there.simulation, request.wrenches.external_wrenches
-
-        def apply() -> str:
-            # All of a request is checked before any of it is done.
-            reasons = [reason for wrench in wrenches if (reason := _refusal(simulation, wrench))]
-            if not reasons:
-                for wrench in wrenches:
-                    simulation.push(_push(simulation, wrench))
-            return reasons[0] if reasons else ""
-
-        try:
-            response.message = there.ask(apply)
-        except TeleopctlError as error:
-            response.message = error.message
-        response.success = not response.message
-        if response.success:
-            response.message = f"Applied {len(wrenches)} wrenches"
-        return response
-
-    node.create_service(_ApplyExternalWrench, "~/apply_wrench", answer)
+    offer_in_words(node, find_stage, "ApplyExternalWrench", "~/apply_wrench", _apply)
 
 
-# Any, here and below: an ExternalWrench.
+# Any, here and below: messages, whose classes are made at run time.
+def _apply(stage: Stage, request: Any) -> str:
+    simulation, wrenches = stage.simulation, request.wrenches.external_wrenches
+
+    def push() -> None:
+        # All of a request is checked before any of it is done.
+        for wrench in wrenches:
+            if reason := _refusal(simulation, wrench):
+                raise RefusedError(reason)
+        for wrench in wrenches:
+            simulation.push(_push(simulation, wrench))
+
+    stage.ask(push)
+    return f"Applied {len(wrenches)} wrenches"
+
+
 def _refusal(simulation: Simulation, wrench: Any) -> str:
     """Why a wrench cannot be applied; empty if it can."""
     link = wrench.wrench.header.frame_id
     if not link or not simulation.has_link(link):
         return f"There is no link '{link}': wrench.header.frame_id names what is pushed"
-    if not np.isfinite(np.concatenate(_vectors(wrench))).all():
-        return f"A number of the wrench on '{link}' is not finite"
+    if reason := no_sense(np.concatenate(_vectors(wrench))):
+        return f"A number of the wrench on '{link}' {reason}"
     duration, ramp = to_nanoseconds(wrench.duration), to_nanoseconds(wrench.ramp_down_duration)
     if not 0 <= ramp <= duration:
-        return "A duration is not negative, and no shorter than its ramp_down_duration"
+        return "The duration is negative, or shorter than the ramp_down_duration"
     return ""
 
 

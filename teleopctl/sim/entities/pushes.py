@@ -9,7 +9,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.errors import RefusedError
+
 Array = npt.NDArray[np.float64]
+
+# How many numbers a push has in a saved state.
+_ROW = 12
 
 
 @dataclass
@@ -59,6 +64,15 @@ class Pushes:
         self._active = []
         data.xfrc_applied[:] = 0.0
 
+    def save(self, model: Any) -> Array:
+        """The pushes, one row of numbers after the other; of bodies that are not there, none."""
+        rows = []
+        for push in self._active:
+            body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, push.body)
+            if body >= 0:
+                rows.append([body, *push.force, *push.torque, *push.point, push.steps, push.ramp])
+        return np.array(rows, float).ravel()
+
     def begin_step(self, model: Any, data: Any) -> None:
         """Put what acts in the physics step that begins into the data.
 
@@ -84,3 +98,22 @@ class Pushes:
         self._active = [push for push in self._active if push.steps > 0]
         if not self._active:
             data.xfrc_applied[:] = 0.0
+
+
+# Any: likewise.
+def read_pushes(model: Any, saved: Array) -> list[Push]:
+    """The pushes that `Pushes.save` returned of the same model.
+
+    Raises:
+        RefusedError: They are none.
+    """
+    found = []
+    if saved.size % _ROW:
+        raise RefusedError("The state makes no sense: its pushes are cut off")
+    for row in saved.reshape(-1, _ROW):
+        body, steps, ramp = (int(row[place]) for place in (0, -2, -1))
+        if not (0 <= body < model.nbody and steps > 0 and ramp >= 0):
+            raise RefusedError("The state makes no sense: it has a push that is none")
+        force, torque, point = np.split(row[1:10], 3)
+        found.append(Push(model.body(body).name, force, torque, point, steps, ramp))
+    return found

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_action, get_message, get_service
 from teleopctl.node import ActionServer
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, complain
+from teleopctl.sim.entities.answers import Desk, Refusal, Result
 
 if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
@@ -19,11 +18,6 @@ _Set = get_service("simulation_interfaces/srv/SetSimulationState").Response
 _Reset = get_service("simulation_interfaces/srv/ResetSimulation").Request
 _SimulateSteps = get_action("simulation_interfaces/action/SimulateSteps")
 _GetFeatures = get_service("simulation_interfaces/srv/GetSimulatorFeatures")
-
-# What a loop may take for one step, in seconds of wall time, and at least for all of them.
-_PER_STEP_S, _AT_LEAST_S = 0.01, 30.0
-# As many steps as a day has milliseconds.
-_MOST_STEPS = 86_400_000
 
 _FEATURES = (
     "SPAWNING",
@@ -75,7 +69,6 @@ class RunServices:
         desk.offer("SetSimulationState", "set_simulation_state", self._set_state)
         desk.offer("ResetSimulation", "reset_simulation", self._reset)
         desk.offer("StepSimulation", "step_simulation", self._step)
-        self._stepping = threading.Lock()
         self._action = ActionServer(node, _SimulateSteps, "simulate_steps", self._simulate)
 
     # Any, here and below: messages, whose classes are made at run time.
@@ -100,7 +93,7 @@ class RunServices:
         wanted = request.state.state
         if wanted == _State.STATE_QUITTING:
             self._quit()
-        elif wanted == self._state(stage):
+        elif wanted == self._state(stage) and not stage.loop.stepping:
             raise Refusal(_Set.ALREADY_IN_TARGET_STATE, "The simulation is in that state already")
         elif wanted == _State.STATE_STOPPED:
             stage.stop()
@@ -114,56 +107,32 @@ class RunServices:
     def _reset(self, stage: Stage, request: Any, response: Any) -> None:
         del response
         scope = request.scope or _Reset.SCOPE_ALL
+        known = _Reset.SCOPE_TIME | _Reset.SCOPE_STATE | _Reset.SCOPE_SPAWNED
+        if scope & ~known and scope != _Reset.SCOPE_ALL:
+            raise Refusal(Result.RESULT_FEATURE_UNSUPPORTED, f"There is no scope {scope}")
         stage.reset(
             time=bool(scope & _Reset.SCOPE_TIME),
             state=bool(scope & _Reset.SCOPE_STATE),
             spawned=bool(scope & _Reset.SCOPE_SPAWNED),
         )
 
-    def _step(self, stage: Stage, request: Any, response: Any) -> None:
+    async def _step(self, stage: Stage, request: Any, response: Any) -> None:
         del response
-        _advance(stage, request.steps)
+        await stage.step(request.steps)
 
     async def _simulate(self, goal: Any) -> Any:
         result, steps = _SimulateSteps.Result(), goal.request.steps
         feedback = _SimulateSteps.Feedback(remaining_steps=steps)
-        result.result.result = Result.RESULT_OK
-
-        def one_more() -> None:
-            _advance(self._desk.stage, 1)
-
-        while feedback.remaining_steps > 0 and not goal.is_cancel_requested:
-            complain(result.result, one_more)
-            if result.result.result != Result.RESULT_OK:
-                goal.abort()
-                return result
-            feedback.completed_steps += 1
-            feedback.remaining_steps -= 1
-            goal.publish_feedback(feedback)
-            await _others()
-        if goal.is_cancel_requested:
+        with self._desk.answering(result.result):
+            while feedback.remaining_steps > 0 and not goal.is_cancel_requested:
+                await self._desk.stage.step(1)
+                feedback.completed_steps += 1
+                feedback.remaining_steps -= 1
+                goal.publish_feedback(feedback)
+        if result.result.result != Result.RESULT_OK:
+            goal.abort()
+        elif goal.is_cancel_requested:
             goal.canceled()
         else:
             goal.succeed()
         return result
-
-
-class _others:  # noqa: N801 - it is awaited as a function is
-    """Let the executor do what else there is."""
-
-    def __await__(self) -> Any:
-        yield
-
-
-def _advance(stage: Stage, steps: int) -> None:
-    if not stage.loop.paused:
-        raise Refusal(
-            Result.RESULT_OPERATION_FAILED, "The simulation can be stepped only while paused"
-        )
-    if not 0 < steps <= _MOST_STEPS:
-        raise Refusal(
-            Result.RESULT_OPERATION_FAILED, f"{steps} steps: 1 to {_MOST_STEPS} are possible"
-        )
-    if not stage.loop.step(steps, max(_AT_LEAST_S, _PER_STEP_S * steps)):
-        raise Refusal(Result.RESULT_OPERATION_FAILED, "The steps took too long")
-    stage.stopped = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from teleopctl.errors import (
 )
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.robot import World, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, complain, existing
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
 from teleopctl.sim.entities.poses import frame_of, pose_in_world
 
 if TYPE_CHECKING:
@@ -40,6 +39,7 @@ class SpawnServices:
     """
 
     def __init__(self, desk: Desk) -> None:
+        self._desk = desk
         self._logger = desk.node.get_logger()
         desk.offer("SpawnEntity", "spawn_entity", self._spawn)
         desk.offer("SpawnEntities", "spawn_entities", self._spawn_many)
@@ -82,8 +82,8 @@ class SpawnServices:
     def _spawn_many(self, stage: Stage, request: Any, response: Any) -> None:
         for each in request.spawn_requests:
             answer = _SpawnResult()
-            answer.result.result = Result.RESULT_OK
-            complain(answer.result, functools.partial(self._spawn, stage, each, answer))
+            with self._desk.answering(answer.result):
+                self._spawn(stage, each, answer)
             response.results.append(answer)
         failed = [r for r in response.results if r.result.result != Result.RESULT_OK]
         if failed:
@@ -100,12 +100,7 @@ class SpawnServices:
         del stage
         unknown = []
         for source in request.sources:
-            try:
-                folder = existing(source)
-                files = sorted(folder.iterdir()) if folder.is_dir() else [folder]
-                found = [file.absolute().as_uri() for file in files if _is_world(file)]
-            except (NotFoundError, OSError, ValueError):
-                found = []
+            found = [file.absolute().as_uri() for file in files_at(source) if _is_world(file)]
             if not found:
                 unknown.append(source)
             response.spawnables += [_spawnable(uri) for uri in found]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import NotFoundError, RefusedError, UnavailableError
 from teleopctl.mujoco_model import in_world, with_thing, without_things
+from teleopctl.node import Future
 from teleopctl.sim.entities.entity import entities, find
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Stage:
         world_source: Where it is from: a file, a URI, or what else it was called.
         stopped: Whether it stands at its start, until somebody plays it.
         changed: As ``on_change``.
+        infos: What somebody has said of an entity, an EntityInfo each, by its name.
     """
 
     def __init__(
@@ -61,6 +63,8 @@ class Stage:
         self.world_source = "" if world is None else str(world.path)
         self.stopped = False
         self.changed = on_change
+        # Any: a message, whose class is made at run time.
+        self.infos: dict[str, Any] = {}
         self._patience_s = patience_s
         self._on_restart = on_restart
 
@@ -84,6 +88,23 @@ class Stage:
         if errors:
             raise errors[0]
         return results[0]
+
+    def change(self, what: Callable[[], T]) -> T:
+        """As `ask`, of a function that puts something elsewhere; it is shown there at once.
+
+        Raises:
+            UnavailableError: The simulation did not react in time.
+        """
+
+        def run() -> T:
+            moves, gravity = self.simulation.standing_moves, self.simulation.gravity
+            result = what()
+            if (self.simulation.standing_moves, self.simulation.gravity) != (moves, gravity):
+                self.changed()
+            self.loop.show()
+            return result
+
+        return self.ask(run)
 
     def spawn(
         self, world: World, name: str, place: Array, turn: Array, *, own_pose: bool = False
@@ -148,11 +169,34 @@ class Stage:
         model = in_world(self.simulation.model, world)
         judge(model.warnings)
         self.pause()
-        self._take(model, self.simulation.begin_world)
+        self._take(model, self._begin_world)
         self.world, self.world_source = world, source
         self.reset(time=True, state=False, spawned=False)
         self.stopped = True
         return model.warnings
+
+    def _begin_world(self) -> None:
+        """Start anew; what was said of things was of those before."""
+        self.simulation.begin_world()
+        robot = next(iter(entities(self.simulation)))
+        self.infos = {name: info for name, info in self.infos.items() if name == robot}
+
+    async def step(self, count: int) -> None:
+        """Advance by physics steps while time stands still.
+
+        Raises:
+            RefusedError: Time goes on, it is no number of steps, or somebody has played, paused
+                or stopped the simulation before all were made.
+        """
+        if not self.loop.paused:
+            raise RefusedError("The simulation can be stepped only while paused")
+        if count < 1:
+            raise RefusedError(f"The number of steps is {count}")
+        self.stopped = False
+        made: Future[bool] = Future()
+        self.loop.step(count, made.set_result)
+        if not await made:
+            raise RefusedError("The steps were ended: the simulation was played, paused or stopped")
 
     def play(self) -> None:
         """Let time go on.
@@ -200,7 +244,7 @@ class Stage:
                 self.simulation.reset_time()
                 self.begin_anew()
 
-        self.ask(change)
+        self.change(change)
 
     def begin_anew(self) -> None:
         """Tell all that time has begun anew; on the loop's thread, by `ask`."""
@@ -227,7 +271,10 @@ class Stage:
         def change() -> None:
             self.simulation.take(model)
             then()
+            present = entities(self.simulation)
+            self.infos = {name: info for name, info in self.infos.items() if name in present}
             self.changed()
+            self.loop.show()
 
         self.ask(change)
 

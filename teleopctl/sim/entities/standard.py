@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from teleopctl.sim.entities.answers import Desk
-from teleopctl.sim.entities.entity_services import EntityServices
+from teleopctl.sim.entities.answers import Desk, FindStage
+from teleopctl.sim.entities.entity_services import offer_entity_services
 from teleopctl.sim.entities.push_service import offer_wrench_service
 from teleopctl.sim.entities.run_services import RunServices
 from teleopctl.sim.entities.spawn_services import SpawnServices
@@ -15,28 +14,27 @@ from teleopctl.sim.gazebo_services.offers import GazeboServices
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
-    from teleopctl.sim.entities.stage import Stage
 
 # Until the answer that the simulator ends is with whoever asked, in seconds.
 _FAREWELL_S = 0.2
 
 
-def offer_standard_services(node: Node, stage: Callable[[], Stage | None]) -> None:
+def offer_standard_services(node: Node, find_stage: FindStage) -> None:
     """Offer the services of simulation_interfaces, mujoco_ros2_control's pushes and gazebo_ros's.
 
     Args:
         node: Whose they are.
-        stage: Returns what they work with, or None while there is no robot.
+        find_stage: See `FindStage`.
     """
-    desk = Desk(node, stage)
+    desk = Desk(node, find_stage)
 
     def end() -> None:
         node.get_logger().info("Asked to quit")
         node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown())
 
-    offer_wrench_service(node, stage)
-    EntityServices(desk)
+    offer_wrench_service(node, find_stage)
+    offer_entity_services(desk)
     SpawnServices(desk)
     WorldServices(desk)
     RunServices(desk, end)
-    GazeboServices(node, stage)
+    GazeboServices(node, find_stage)

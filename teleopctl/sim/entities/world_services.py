@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
+from teleopctl.errors import InvalidDescriptionError, UnknownFormatError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.packages import package_share
 from teleopctl.robot import World, read_world, read_world_text
-from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing
+from teleopctl.sim.entities.answers import Desk, Refusal, Result, existing, files_at
 
 if TYPE_CHECKING:
     from teleopctl.sim.entities.stage import Stage
@@ -109,12 +109,7 @@ def _read(resource: Any) -> World:
 
 
 def _worlds_in(source: str) -> Any:
-    try:
-        folder = existing(source)
-        files = sorted(folder.iterdir()) if folder.is_dir() else [folder]
-    except (NotFoundError, OSError):
-        return
-    for file in files:
+    for file in files_at(source):
         try:
             world = read_world(file)
         except InvalidDescriptionError:

@@ -102,10 +102,8 @@ def set_entity_state(
         frame = _frame(simulation, state.reference_frame)
         pose, twist = pose_in_world(state.pose, frame), twist_in_world(state.twist, frame)
         move(simulation, entity, pose, twist)
-        if entity.index is None:
-            stage.changed()
 
-    stage.ask(change)
+    stage.change(change)
 
 
 def _frame(simulation: Simulation, name: str) -> LinkPose | None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from teleopctl.errors import InvalidMessageError, NotFoundError, RefusedError
 from teleopctl.interfaces import to_nanoseconds
+from teleopctl.sim.entities.poses import no_sense
 from teleopctl.sim.entities.pushes import Push
 from teleopctl.sim.gazebo_services.links import frame_link, link_of
 
@@ -56,8 +57,8 @@ def _push(simulation: Simulation, request: Any) -> Push | None:
         raise NotFoundError(f"'{request.link_name}' stands in the world: name one of its links")
     parts = request.wrench.force, request.wrench.torque, request.reference_point
     force, torque, point = (np.array([part.x, part.y, part.z]) for part in parts)
-    if not np.isfinite([force, torque, point]).all():
-        raise InvalidMessageError(f"A number of the wrench on '{link}' is not finite")
+    if reason := no_sense([force, torque, point]):
+        raise InvalidMessageError(f"A number of the wrench on '{link}' {reason}")
     if to_nanoseconds(request.start_time) > simulation.time_ns:
         raise RefusedError("start_time is to come: a wrench acts from now on")
     pushed = simulation.link_pose(link)

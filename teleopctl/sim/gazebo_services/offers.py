@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import RefusedError
 from teleopctl.interfaces import get_service
-from teleopctl.sim.entities.answers import Refusal
+from teleopctl.sim.entities.answers import NO_ROBOT, FindStage, Refusal, told
 from teleopctl.sim.gazebo_services.entities import (
     delete_entity,
     get_entity_state,
@@ -62,11 +62,11 @@ class GazeboServices:
 
     Args:
         node: Whose they are.
-        stage: Returns what they work with, or None while there is no robot.
+        find_stage: See `FindStage`.
     """
 
-    def __init__(self, node: Node, stage: Callable[[], Stage | None]) -> None:
-        self._node, self._stage = node, stage
+    def __init__(self, node: Node, find_stage: FindStage) -> None:
+        self._node, self._find_stage = node, find_stage
         self._waiting = dict(_WHEN_ASKED_FOR)
         for name, (type_name, handler) in _ALWAYS.items():
             self._offer(name, type_name, handler)
@@ -92,15 +92,15 @@ class GazeboServices:
         def answer(request: Any, response: Any) -> Any:
             text, done = "", False
             try:
-                stage = self._stage()
+                stage = self._find_stage()
                 if stage is None:
-                    raise Refusal(0, "There is no robot yet")
+                    raise RefusedError(NO_ROBOT)
                 handler(stage, request, response, warn)
                 done = True
             except Refusal as refusal:
                 text = str(refusal)
-            except TeleopctlError as error:
-                text = f"{error.message} ({error.hint})" if error.hint else error.message
+            except Exception as error:  # noqa: BLE001 - no request ends the simulation
+                text = told(self._node, error)
             if not done:
                 logger.error(f"{name}: {text}")
             if hasattr(response, "success"):

@@ -55,7 +55,8 @@ class AirPressure(Sensor):
         said = self.description.texts.get("air_pressure/reference_altitude")
         altitude = float(said) if said else self.origin.altitude_m
         height = altitude + float(data.site(self.name).xpos[2])
-        cooling = 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K
+        # The formula ends at 44 km: nothing is left of the air there.
+        cooling = max(0.0, 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K)
         exact = np.array([_PRESSURE_PA * cooling**_EXPONENT])
         noise = self.noise("air_pressure/pressure")
         message.fluid_pressure = float(noise.disturb(exact, float(data.time))[0])

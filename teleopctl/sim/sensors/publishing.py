@@ -67,7 +67,7 @@ def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str]
 
 
 class SensorPublisher:
-    """Reads and publishes sensors; implements `teleopctl.sim.lockstep.Sampler`.
+    """Reads and publishes sensors; implements `teleopctl.sim.loop_ports.Sampler`.
 
     Args:
         node: Who publishes.

@@ -72,6 +72,6 @@ def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
     ):
         expected = f"{', '.join(parts[:-1])} and {parts[-1]}"
         raise InvalidParameterError(
-            f"Parameter '{parameter.name}' is {values}, expected {expected}"
+            f"Parameter '{parameter.name}' is {values}, expected {expected}, all finite"
         )
     return [float(value) for value in values]

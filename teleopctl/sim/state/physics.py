@@ -1,4 +1,4 @@
-"""MuJoCo's model and data as a whole: made heavier or rougher, read out and put back."""
+"""MuJoCo's model and data as a whole: scaled, read out, put back and woken."""
 
 from __future__ import annotations
 
@@ -36,11 +36,12 @@ def scale_model(model: Any, mass: float, friction: float) -> None:
 
 
 def physics_state(model: Any, data: Any) -> dict[str, Array]:
-    """The state of physics, and where in the model stands what stands."""
+    """The state of physics, gravity, and where in the model stands what stands."""
     state = np.zeros(mujoco.mj_stateSize(model, _ALL))
     mujoco.mj_getState(model, data, state, _ALL)
     return {
         "physics": state,
+        "gravity": np.array(model.opt.gravity),
         "standing": np.concatenate([model.body_pos.ravel(), model.body_quat.ravel()]),
     }
 
@@ -48,6 +49,7 @@ def physics_state(model: Any, data: Any) -> dict[str, Array]:
 def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None:
     """Put back what `physics_state` returned of a model of the same parts."""
     mujoco.mj_setState(model, data, saved["physics"], _ALL)
+    model.opt.gravity[:] = saved["gravity"]
     places = 3 * model.nbody
     model.body_pos[:] = saved["standing"][:places].reshape(-1, 3)
     model.body_quat[:] = saved["standing"][places:].reshape(-1, 4)
@@ -60,3 +62,14 @@ def part_names(model: Any) -> list[str]:
         for word, (kind, count) in _NAMED.items()
         for number in range(getattr(model, count))
     ]
+
+
+def wake(model: Any, data: Any) -> None:
+    """Let what sleeps notice that something around it has changed.
+
+    MuJoCo works out only once where things stand, as long as it lets others sleep.
+    """
+    asleep = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
+    model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    mujoco.mj_forward(model, data)
+    model.opt.enableflags |= asleep

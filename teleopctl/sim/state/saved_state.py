@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import stat
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,11 +52,8 @@ class SavedState:
         Raises:
             InvalidFileError: It cannot be read, or is none.
         """
-        try:
-            if path.stat().st_size > _LONGEST_FILE:
-                raise InvalidFileError(f"{path} is too long for a state")
-        except OSError as error:
-            raise InvalidFileError(f"Cannot read {path}: {error.strerror}") from error
+        if _plain_size(path) > _LONGEST_FILE:
+            raise InvalidFileError(f"{path} is too long for a state")
         try:
             content = json.loads(read_text(path))
             if content["format"] != _FORMAT:
@@ -68,8 +67,9 @@ class SavedState:
         """Write it into a file, which takes the place of one that is there.
 
         Raises:
-            InvalidFileError: It cannot be written.
+            InvalidFileError: It cannot be written, or is something else than a file.
         """
+        _plain_size(path)
         values = {name: value.tolist() for name, value in self.values.items()}
         text = json.dumps({"format": _FORMAT, "parts": self.parts, "values": values})
         draft = path.with_name(f".{path.name}.{os.getpid()}")
@@ -77,7 +77,8 @@ class SavedState:
             draft.write_text(f"{text}\n", "utf-8")
             draft.replace(path)
         except OSError as error:
-            draft.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                draft.unlink()
             raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
 
     def put(self, simulation: Simulation) -> None:
@@ -93,13 +94,32 @@ class SavedState:
             raise RefusedError(f"The state is of another model: it lacks the {only}")
         now = simulation.save()
         sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, self.values))
-        # Pairs that overlapped come apart.
-        saved["waiting"] = sizes["waiting"] if "waiting" in saved else 0
+        # Pairs that overlapped come apart, and pushes end.
+        for name in {"waiting", "pushes"} & saved.keys():
+            saved[name] = sizes[name]
         if here != there or sizes != saved:
             raise RefusedError("The state is of another model: the same parts are made otherwise")
         if not all(np.isfinite(value).all() for value in self.values.values()):
             raise RefusedError("The state makes no sense: not all of its numbers are finite")
         simulation.restore(self.values)
+
+
+def _plain_size(path: Path) -> int:
+    """How long a file is, in bytes; 0 where there is none.
+
+    Raises:
+        InvalidFileError: There is a folder or a device, which may have no end and is not to be
+            replaced, or it cannot be told.
+    """
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return 0
+    except OSError as error:
+        raise InvalidFileError(f"Cannot open {path}: {error.strerror}") from error
+    if not stat.S_ISREG(there.st_mode):
+        raise InvalidFileError(f"{path} is no plain file")
+    return there.st_size
 
 
 def _parts(simulation: Simulation) -> tuple[str, ...]:

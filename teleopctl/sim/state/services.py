@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.errors import NotFoundError, RefusedError, TeleopctlError
-from teleopctl.interfaces import get_service
+from teleopctl.errors import NotFoundError, RefusedError
 from teleopctl.packages import resolve_uri
+from teleopctl.sim.entities.answers import FindStage, offer_in_words
 from teleopctl.sim.overrides import put_bodies, refuse_bodies, refuse_joints, reset_to
 from teleopctl.sim.state.saved_state import SavedState
 
@@ -16,45 +15,28 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.sim.entities.stage import Stage
 
-_SetPause = get_service("mujoco_ros2_control_msgs/srv/SetPause")
-_StepSimulation = get_service("mujoco_ros2_control_msgs/srv/StepSimulation")
-_ResetWorld = get_service("mujoco_ros2_control_msgs/srv/ResetWorld")
-_SetFreeJointState = get_service("mujoco_ros2_control_msgs/srv/SetFreeJointState")
-
-# Any, here and below: messages, whose classes are made at run time.
-Handler = Callable[["Stage", Any], str]
-
 
 class MujocoServices:
     """Offers the services, and keeps the states that were saved under a name.
 
     Args:
         node: Whose they are.
-        stage: Returns what they work with, or None while there is no robot.
+        find_stage: See `FindStage`.
     """
 
-    def __init__(self, node: Node, stage: Callable[[], Stage | None]) -> None:
-        self._node, self._stage = node, stage
+    def __init__(self, node: Node, find_stage: FindStage) -> None:
+        self._node = node
         self._saved: dict[str, SavedState] = {}
-        self._offer(_SetPause, "~/set_pause", self._pause)
-        self._offer(_StepSimulation, "~/step_simulation", _step)
-        self._offer(_ResetWorld, "~/reset_world", self._reset)
-        self._offer(_ResetWorld, "~/save_world", self._save)
-        self._offer(_SetFreeJointState, "~/set_free_joint_state", _set_free)
+        for type_name, name, handler in (
+            ("SetPause", "set_pause", self._pause),
+            ("StepSimulation", "step_simulation", _step),
+            ("ResetWorld", "reset_world", self._reset),
+            ("ResetWorld", "save_world", self._save),
+            ("SetFreeJointState", "set_free_joint_state", _set_free),
+        ):
+            offer_in_words(node, find_stage, type_name, f"~/{name}", handler)
 
-    def _offer(self, service: Any, name: str, handler: Handler) -> None:
-        def answer(request: Any, response: Any) -> Any:
-            try:
-                stage = self._stage()
-                if stage is None:
-                    raise RefusedError("There is no robot yet")
-                response.message, response.success = handler(stage, request), True
-            except TeleopctlError as error:
-                response.message, response.success = error.message, False
-            return response
-
-        self._node.create_service(service, name, answer)
-
+    # Any, here and below: messages, whose classes are made at run time.
     def _pause(self, stage: Stage, request: Any) -> str:
         word = "paused" if request.paused else "running"
         if request.paused:
@@ -85,7 +67,7 @@ class MujocoServices:
             put_bodies(simulation, overrides.free_joints)
             stage.begin_anew()
 
-        stage.ask(change)
+        stage.change(change)
         if saved is not None:
             self._node.get_logger().info(f"World set to '{keyframe}'; time begins anew")
             return f"World set to '{keyframe}'; time begins anew"
@@ -133,13 +115,8 @@ def _refuse(reason: str) -> None:
         raise RefusedError(reason)
 
 
-def _step(stage: Stage, request: Any) -> str:
-    if not stage.loop.paused:
-        raise RefusedError("The simulation can be stepped only while paused")
-    if request.steps == 0:
-        raise RefusedError("The number of steps is 0")
-    if not stage.loop.step(request.steps, max(30.0, 0.01 * request.steps)):
-        raise RefusedError("The steps took too long")
+async def _step(stage: Stage, request: Any) -> str:
+    await stage.step(request.steps)
     return f"Advanced by {request.steps} steps"
 
 
@@ -150,5 +127,5 @@ def _set_free(stage: Stage, request: Any) -> str:
         _refuse(refuse_bodies(simulation, states))
         put_bodies(simulation, states)
 
-    stage.ask(change)
+    stage.change(change)
     return f"Set {len(states)} free bodies"

@@ -1,0 +1,60 @@
+"""What the lockstep loop takes and gives: commands in, states and poses out. No topics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a controller wants of the joints, see `Simulation.apply`.
+
+    Attributes:
+        stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
+        names: Joint names.
+        position: Positions, one per name, or empty.
+        velocity: Velocities, one per name, or empty.
+        effort: Efforts, one per name, or empty.
+    """
+
+    stamp_ns: int
+    names: list[str] = field(default_factory=list)
+    position: list[float] = field(default_factory=list)
+    velocity: list[float] = field(default_factory=list)
+    effort: list[float] = field(default_factory=list)
+
+
+class Ports(Protocol):
+    """Where the loop's results go. Called on the loop's thread."""
+
+    def publish_clock(self, time_ns: int) -> None:
+        """Tell the simulated time."""
+
+    def publish_state(self, time_ns: int) -> None:
+        """Send the state of a control tick to the controller."""
+
+    def publish_view(self, time_ns: int) -> None:
+        """Send the pose to those who look."""
+
+    def controller_lost(self, time_ns: int, waited_s: float) -> None:
+        """The controller did not answer the state of this time."""
+
+    def controller_back(self, time_ns: int) -> None:
+        """A controller that was lost answers again."""
+
+    def fell_behind(self, seconds: float, factor: float) -> None:
+        """This much wall time was lost; ``factor`` was reached in the last second."""
+
+    def diverged(self, time_ns: int) -> None:
+        """Physics broke down and was set back to its initial state."""
+
+
+class Sampler(Protocol):
+    """What measures at times of its own. Called on the loop's thread."""
+
+    def next_ns(self) -> int | None:
+        """The simulated time of the next measurement, or None while there is none to come."""
+
+    def sample(self, time_ns: int) -> None:
+        """Measure what is due at this time."""
