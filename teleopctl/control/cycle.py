@@ -74,15 +74,16 @@ class Cycle:
         with manager.cycle_lock:
             last_ns, self._trigger_ns = self._trigger_ns, trigger_ns
             period_ns = self._nominal_ns if last_ns is None else trigger_ns - last_ns
-            if period_ns <= 0:
-                # A simulation has begun again: its joints have jumped.
+            begun_again = period_ns <= 0
+            if begun_again:
                 period_ns = self._nominal_ns
-                resources.restart()
             self.time_ns = time_ns
             period = period_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
+            if resources.take_put_elsewhere() or begun_again:
+                self._restart()
             read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
@@ -96,6 +97,21 @@ class Cycle:
         if self._changed:
             self._changed = False
             manager.node.publish_activity()
+
+    def _restart(self) -> None:
+        """Tell the controllers that their plans are void: the joints have jumped."""
+        self._manager.resource_manager.restart()
+        for spec in self._manager.active_controllers:
+            try:
+                spec.controller.on_restart()
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._report_raised(spec, "on_restart", error)
+
+    def _report_raised(self, spec: ControllerSpec, function: str, error: Exception) -> None:
+        self.report(
+            f"Controller '{spec.name}' raised in {function}: "
+            f"{type(error).__name__}: {error} ({_innermost(error)})"
+        )
 
     def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
         failed: list[ControllerSpec] | None = None
@@ -117,11 +133,7 @@ class Cycle:
             try:
                 outcome = controller.update(time_ns, since)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
-                where = _innermost(error)
-                self.report(
-                    f"Controller '{spec.name}' raised in update: "
-                    f"{type(error).__name__}: {error} ({where})"
-                )
+                self._report_raised(spec, "update", error)
                 outcome = ReturnType.ERROR
             spec.statistics.add(began_ns, None if last_ns is None else since)
             if outcome is not None and outcome is not ReturnType.OK:

@@ -252,13 +252,19 @@ class ResourceManager:
         for limiter in self._limiters:
             limiter.enforce(period)
 
+    def take_put_elsewhere(self) -> bool:
+        """Whether hardware has told that the robot was put elsewhere, since this was last asked."""
+        told = [c.hardware for c in self.components.values() if c.hardware.put_elsewhere]
+        for hardware in told:
+            hardware.put_elsewhere = False
+        return bool(told)
+
     def restart(self) -> None:
-        """Forget what was commanded, since time has been reset and the joints may have moved."""
+        """Forget what was commanded, since the robot has been put elsewhere."""
         for limiter in self._limiters:
             limiter.restart()
         for command in self.command_interfaces.values():
-            if command.owner is None:
-                command.value = math.nan
+            command.value = math.nan
 
     def shutdown_components(self) -> None:
         """Deactivate and finalize all components."""

@@ -37,6 +37,11 @@ if TYPE_CHECKING:
     from teleopctl.robot.joint_rules import JointLimits as JointLimits
     from teleopctl.robot.joints import JointModel as JointModel, Joints as Joints
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
+    from teleopctl.robot.lockstep_topics import (
+        COMMANDS_TOPIC as COMMANDS_TOPIC,
+        RESET_FRAME as RESET_FRAME,
+        STATES_TOPIC as STATES_TOPIC,
+    )
     from teleopctl.robot.mesh_units import collada_unit_m as collada_unit_m
     from teleopctl.robot.repair import repair_urdf as repair_urdf
     from teleopctl.robot.ros2_control_tag import (
@@ -112,6 +117,7 @@ else:
             "joint_rules": "JointLimits",
             "joints": "JointModel Joints",
             "kinematics": "SegmentTree",
+            "lockstep_topics": "COMMANDS_TOPIC RESET_FRAME STATES_TOPIC",
             "mesh_units": "collada_unit_m",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",

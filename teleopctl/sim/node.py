@@ -15,7 +15,7 @@ from teleopctl.node import (
     Parameter,
     qos_profile_latched,
 )
-from teleopctl.robot import Pose, RobotDescription
+from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC, Pose, RobotDescription
 from teleopctl.sim.building import simulate
 from teleopctl.sim.cameras.model_topic import ModelPublisher
 from teleopctl.sim.entities.stage import Stage
@@ -99,8 +99,8 @@ class MujocoSim(Node):
         self.declare_parameter("lockstep_timeout", 1.0, number)
         self.declare_parameter("state_rate", 60, number)
         declare_sensor_settings(self)
-        self.declare_parameter("joint_states_topic", "/robot_joint_states")
-        self.declare_parameter("joint_commands_topic", "/robot_joint_commands")
+        self.declare_parameter("joint_states_topic", STATES_TOPIC)
+        self.declare_parameter("joint_commands_topic", COMMANDS_TOPIC)
         for name, least in (
             ("update_rate", 1),
             ("timestep", 0.0 if not self._number("timestep") else 1e-5),

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from teleopctl.interfaces import get_message, set_stamp, to_seconds
 from teleopctl.mujoco_model import RobotModel
+from teleopctl.robot import RESET_FRAME
 from teleopctl.sim.sensors.interfaces import SensorInterfaces
 from teleopctl.sim.simulation import Simulation
 from teleopctl.tf import TransformBroadcaster
@@ -67,6 +68,7 @@ class TopicPorts:
             self._unknown = np.full(len(self._interfaces.names), np.nan)
         self._state = _JointState(name=names)
         self._view = _JointState(name=list(simulation.joint_names))
+        self._resets = simulation.resets
         self._time = _Clock()
         self._clock_publisher = node.create_publisher(_Clock, "/clock", 10)
         self._state_publisher = node.create_publisher(_JointState, states_topic, 10)
@@ -110,6 +112,8 @@ class TopicPorts:
         """Send the state of a control tick to the controller."""
         message, simulation = self._state, self._simulation
         set_stamp(message.header.stamp, time_ns)
+        message.header.frame_id = RESET_FRAME if simulation.resets != self._resets else ""
+        self._resets = simulation.resets
         message.position = simulation.positions[self._reported]
         message.velocity = simulation.velocities[self._reported]
         message.effort = simulation.efforts[self._reported]

@@ -56,6 +56,7 @@ class Simulation:
         control_period_ns: Time between two control ticks.
         steps_per_period: Physics steps in one control period.
         standing_moves: How often something that stands in the world has been put elsewhere.
+        resets: How often it was put back to its start, or elsewhere.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class Simulation:
         self.positions: Array = np.zeros(len(joints))
         self.velocities: Array = np.zeros(len(joints))
         self.efforts: Array = np.zeros(len(joints))
-        self._steps = self.standing_moves = 0
+        self._steps = self.resets = self.standing_moves = 0
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
         self._file_actuators = FileActuators(self._m, self._d, joints)
@@ -222,6 +223,7 @@ class Simulation:
             velocities: How fast they are to move instead (rad/s or m/s), by name.
             keyframe: Which of the model's to begin with instead.
         """
+        self.resets += 1
         mujoco.mj_resetData(self._m, self._d)
         self._restore_standing()
         self.model.put_at_start(self._m, self._d, keyframe)

@@ -34,6 +34,7 @@ class Watcher(Node):
         self._own.init(args=[])
         super().__init__("watcher", context=self._own, start_parameter_services=False)
         self._changed = threading.Condition()
+        self.heard = 0
         self.joints: dict[str, float] = {}
         self.cube: tuple[float, float, float] | None = None
         self.create_subscription(JointState, "/joint_states", self._on_joints, 10, immediate=True)
@@ -41,6 +42,7 @@ class Watcher(Node):
 
     def _on_joints(self, message: Any) -> None:
         with self._changed:
+            self.heard += 1
             self.joints = dict(zip(message.name, message.position, strict=True))
             self._changed.notify_all()
 
@@ -56,6 +58,10 @@ class Watcher(Node):
 
     def wait_for_joint(self, name: str, position: float, within: float = 2e-3) -> None:
         self.wait(lambda: abs(self.joints.get(name, math.inf) - position) < within)
+
+    def wait_for_ticks(self, count: int) -> None:
+        last = self.heard + count
+        self.wait(lambda: self.heard >= last)
 
     def close(self) -> None:
         self._own.try_shutdown()
@@ -99,6 +105,9 @@ def test_the_arm_of_sim_yaml_lifts_the_cube_and_a_reset_puts_it_back(
     type_name = "mujoco_ros2_control_msgs/srv/ResetWorld"
     assert ros.run(["service", "call", "/mujoco_sim/reset_world", type_name, "{}"]).returncode == 0
     watcher.wait(lambda: watcher.cube == pytest.approx((-0.15, 1.5, ON_TABLE_M), abs=2e-3))
+    watcher.wait_for_joint("joint_2", 0.0)
+    watcher.wait_for_ticks(3)
+    assert watcher.joints["joint_2"] == pytest.approx(0.0, abs=2e-3), "its controllers hold it"
 
 
 # Seconds, and where joint_2 and joint_4 are to be then.

@@ -215,6 +215,13 @@ class ControllerInterface:
     def on_deactivate(self) -> CallbackReturn | None:
         """Stop controlling; interfaces are released afterwards."""
 
+    def on_restart(self) -> None:
+        """Give up what was planned: the robot stands elsewhere than the last ``update`` left it.
+
+        A simulation was reset, or its clock went back. Called in the control cycle, with the states
+        as they are now and commands that are NaN, which hardware takes as "stay where you are".
+        """
+
     def on_cleanup(self) -> CallbackReturn | None:
         """Undo ``on_configure``."""
 

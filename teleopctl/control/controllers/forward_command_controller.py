@@ -66,6 +66,10 @@ class ForwardCommandController(ControllerInterface):
             for interface in self.command_interfaces:
                 interface.value = 0.0
 
+    def on_restart(self) -> None:
+        """Wait for the next command."""
+        self._command = None
+
     def _received(self, message: Any) -> None:
         data = [float(value) for value in message.data]
         if not all(map(math.isfinite, data)):

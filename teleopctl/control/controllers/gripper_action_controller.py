@@ -126,6 +126,14 @@ class _GripperController(ControllerInterface):
         self._abort_latest()
         self._goal = None
 
+    def on_restart(self) -> None:
+        """Hold where the gripper has been put."""
+        position = self.state_interfaces[0].value
+        self._hold(position)
+        if self._goal is not None:
+            self._goal.try_abort(**self._result(position))
+            self._goal = None
+
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """One step: command, and see whether the goal has ended."""
         if self._stale_parameters:
@@ -273,6 +281,11 @@ class EffortGripperActionController(_GripperCommandController):
         clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
         p, i, d = (read(f"gains.{self._joint}.{name}", 0.0) for name in "pid")
         self._pid = Pid(PidGains(p, i, d, i_clamp_max=clamp, i_clamp_min=-clamp))
+
+    def on_restart(self) -> None:
+        """Hold where the gripper has been put."""
+        super().on_restart()
+        self._pid.reset()
 
     def on_deactivate(self) -> None:
         """Push no more."""

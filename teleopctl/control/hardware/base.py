@@ -46,9 +46,12 @@ class HardwareComponentInterface:
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
             hardware calls what ``set_cycle`` gives it.
+        put_elsewhere: Set by ``read`` where something else than commands has moved the robot, such
+            as the reset of a simulation: controllers give up what they were about to do.
     """
 
     drives_cycle = False
+    put_elsewhere = False
 
     def __init__(self, params: HardwareComponentParams) -> None:
         self.params = params

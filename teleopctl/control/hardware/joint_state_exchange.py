@@ -12,6 +12,7 @@ from weakref import WeakKeyDictionary
 
 from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
 from teleopctl.node import Node
+from teleopctl.robot import RESET_FRAME
 
 FIELDS = ("position", "velocity", "effort")
 
@@ -30,11 +31,13 @@ class JointStateExchange:
 
     Attributes:
         message: The latest state, or None.
+        resets: How often states have said that the robot was put elsewhere.
         cycle: Runs a control cycle for a state, where one is wanted for each.
     """
 
     def __init__(self, node: Node, states_topic: str, commands_topic: str) -> None:
         self.message: Any = None
+        self.resets = 0
         self.cycle: Callable[[int], None] | None = None
         self._node = node
         self._states_topic = states_topic
@@ -91,6 +94,8 @@ class JointStateExchange:
 
     def _received(self, message: Any) -> None:
         self.message = message
+        if message.header.frame_id == RESET_FRAME:
+            self.resets += 1
         if self.cycle is None:
             return
         time_ns = to_nanoseconds(message.header.stamp)

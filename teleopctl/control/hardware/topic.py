@@ -15,9 +15,8 @@ from teleopctl.control.hardware.base import HardwareComponentInterface
 from teleopctl.control.hardware.joint_state_exchange import FIELDS, exchange_of
 from teleopctl.control.lifecycle import ReturnType
 from teleopctl.errors import HardwareError
+from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
-STATES_TOPIC = "/robot_joint_states"
-COMMANDS_TOPIC = "/robot_joint_commands"
 _NAN = float("nan")
 
 
@@ -61,6 +60,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             # Not its initial value: that is where a simulator starts, not where the robot is now.
             state.value = _NAN
         self._exchange.open(self)
+        self._resets = self._exchange.resets
 
     def on_activate(self) -> None:
         """Offer commands."""
@@ -124,6 +124,9 @@ class JointStateTopicSystem(HardwareComponentInterface):
         message = self._exchange.message
         if message is None:
             return None
+        if self._resets != self._exchange.resets:
+            self._resets = self._exchange.resets
+            self.put_elsewhere = True
         if self._layout != message.name:
             self._lay_out(list(message.name))
         fields = {field: getattr(message, field) for field in FIELDS}

@@ -6,7 +6,10 @@ import pytest
 
 from teleopctl.control.lifecycle import State
 from teleopctl.control.switching import SwitchRequest, switch_controller
+from teleopctl.interfaces import get_action
 from teleopctl.interfaces.store import get_message
+from teleopctl.node import GoalState
+from teleopctl.robot import RESET_FRAME
 from teleopctl.testing import ControlStack, serial_robot
 
 PLUGIN = "gazebo_ros2_control/GazeboSystem"
@@ -30,10 +33,19 @@ class Simulator(ControlStack):
         self.hardware = component.hardware
         self.hardware.set_cycle(self.cycle.run)
 
-    def tick(self, time_ns, positions, names=tuple(JOINTS)):
+    def tick(self, time_ns, positions, names=tuple(JOINTS), frame=""):
         sec, nanosec = divmod(time_ns, 10**9)
         message = JointState(name=list(names), position=[float(value) for value in positions])
         message.header.stamp = Time(sec=sec, nanosec=nanosec)
+        message.header.frame_id = frame
+        self.node.receive("/robot_joint_states", message)
+        return self.answers[-1]
+
+    def measure(self, positions, tick, frame=""):
+        """A state with velocities of zero."""
+        message = JointState(name=JOINTS, position=list(map(float, positions)), velocity=[0.0] * 3)
+        message.header.stamp = Time(sec=tick // 100, nanosec=tick % 100 * PERIOD_NS)
+        message.header.frame_id = frame
         self.node.receive("/robot_joint_states", message)
         return self.answers[-1]
 
@@ -225,6 +237,48 @@ def arm():
 def test_after_a_simulation_has_begun_again_commands_start_where_the_joints_are(arm):
     for tick in range(3):
         assert list(arm.tick(tick * PERIOD_NS, [0, 0, 0]).position) == [0, 0, 0]
+
+
+GRIPPER = "position_controllers/GripperActionController"
+
+
+@pytest.mark.parametrize("time_goes_on", [True, False])
+def test_a_reset_voids_what_controllers_were_to_do(time_goes_on):
+    states = {"states": ("position", "velocity")}
+    arm = Simulator(limits='lower="-9" upper="9" effort="10" velocity="9"', **states)
+    one = {"joints": ["joint1"], **INTERFACES}
+    arm.load_controller("path", JTC, one)
+    arm.load_controller("forward", FORWARD, {"joints": ["joint2"], "interface_name": "position"})
+    arm.load_controller("gripper", GRIPPER, {"joint": "joint3"})
+    for name in ("path", "forward", "gripper"):
+        arm.activate(name)
+    arm.measure([0, 0, 0], 0)
+    arm.nodes["path"].receive("~/commands", Float64MultiArray(data=[5.0]))
+    arm.nodes["forward"].receive("~/commands", Float64MultiArray(data=[5.0]))
+    grip = get_action("control_msgs/action/GripperCommand").Goal()
+    grip.command.position = 5.0
+    handle = arm.action_servers["gripper/gripper_cmd"].send_goal(grip)
+    for tick in range(1, 200):
+        answer = arm.measure([5, 5, 4], tick)
+    assert list(answer.position) == pytest.approx([5, 5, 5])
+
+    first = 200 if time_goes_on else 0
+    for tick in range(first, first + 3):
+        reset = time_goes_on and tick == first
+        position = list(arm.measure([1, 2, 3], tick, RESET_FRAME if reset else "").position)
+        assert [position[0], position[2]] == [1, 3]
+        assert math.isnan(position[1]), "the joint stays where it is"
+    assert handle.status == GoalState.ABORTED
+    arm.nodes["forward"].receive("~/commands", Float64MultiArray(data=[4.0]))
+    assert arm.measure([1, 2, 3], first + 3).position[1] > 2, "the next command counts"
+
+
+def test_a_controller_that_fails_at_a_reset_does_not_keep_it_from_the_others(arm, monkeypatch):
+    arm.load_controller("other", "tests.control.fakes:Recorder", {})
+    arm.activate("other")
+    monkeypatch.setattr(arm.manager.controllers["other"].controller, "on_restart", lambda: 1 / 0)
+    assert list(arm.tick(4 * PERIOD_NS, [0, 0, 0], frame=RESET_FRAME).position) == [0, 0, 0]
+    assert "Controller 'other' raised in on_restart" in arm.log.texts("warning")[-1]
 
 
 def test_a_controller_started_after_that_does_not_go_on_from_old_commands(arm):

@@ -65,7 +65,6 @@ class JointTrajectoryController(ControllerInterface):
         self._goal: FollowedGoal | None = None
         self._trajectory_ns = 0
         self._commanded_ns = 0
-        self._last_update_ns = 0
         self._stale_parameters = False
 
     def on_init(self) -> None:
@@ -162,7 +161,6 @@ class JointTrajectoryController(ControllerInterface):
         # A trajectory that comes before the first update goes on from what is commanded, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
-        self._last_update_ns = 0
         # A simulation that is paused has not told yet where its joints are: hold them once it has.
         self._awaits_state = not all(map(math.isfinite, held))
         self._hold(held)
@@ -183,6 +181,16 @@ class JointTrajectoryController(ControllerInterface):
             self.state_interfaces[-1] if settings.scaling_state_interface else None
         )
         self._outputs = CommandOutputs(settings, self.command_interfaces, self._pids)
+
+    def on_restart(self) -> None:
+        """Hold where the joints have been put: old commands and start times mean nothing now."""
+        for pid in self._pids:
+            pid.reset()
+        self._has_command = False
+        positions = self._position_states.read()
+        self._awaits_state = not all(map(math.isfinite, positions))
+        self._hold(positions)
+        self._abort_goal(INVALID_GOAL, "The simulation was reset")
 
     def on_deactivate(self) -> None:
         """Positions keep their command; everything that moves or pushes is set to zero."""
@@ -212,12 +220,6 @@ class JointTrajectoryController(ControllerInterface):
                 return None
             self._awaits_state = False
             self._hold(positions)
-        if time_ns < self._last_update_ns:
-            # The clock went back (a simulation began again): old start times mean nothing now.
-            self._has_command = False
-            self._hold(positions)
-            self._abort_goal(INVALID_GOAL, "The clock went back: the simulation began again")
-        self._last_update_ns = time_ns
         if self._scaling_state is not None and math.isfinite(self._scaling_state.value):
             self._scaling = max(0.0, self._scaling_state.value)
         if self._incoming:

@@ -136,8 +136,14 @@ class MobileBaseController(ControllerInterface):
         self._input.forget()
         self._publisher.restart()
         self._last: list[float] | None = None
-        self._last_ns = 0
         self._input.active = True
+
+    def on_restart(self) -> None:
+        """Stand still: the base is back at its beginning, and the odometry with it."""
+        self._odometry.reset()
+        self._input.forget()
+        self._publisher.restart()
+        self._last = None
 
     def on_deactivate(self) -> None:
         """Halt."""
@@ -149,13 +155,6 @@ class MobileBaseController(ControllerInterface):
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Drive, and tell where the base is."""
-        if time_ns < self._last_ns:
-            # A simulation began again: the base is back at its beginning.
-            self._odometry.reset()
-            self._input.forget()
-            self._publisher.restart()
-            self._last = None
-        self._last_ns = time_ns
         velocity = self.limit(self._input.read(time_ns), period)
         if self._open_loop:
             self._odometry.advance(
