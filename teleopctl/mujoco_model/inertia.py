@@ -72,11 +72,15 @@ def _repair(body: Any) -> str | None:
 
 def _carries_mass(body: Any) -> bool:
     """Whether links fixed to this one bring the mass that it lacks itself."""
-    for child in body.bodies:
+    # Not by recursion: a chain of links may be longer than Python's stack.
+    waiting = list(body.bodies)
+    while waiting:
+        child = waiting.pop()
         if len(child.joints) > 0:
             continue
-        if (child.explicitinertial and child.mass > _SMALLEST) or _carries_mass(child):
+        if child.explicitinertial and child.mass > _SMALLEST:
             return True
+        waiting += child.bodies
     return False
 
 

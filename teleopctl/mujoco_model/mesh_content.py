@@ -22,6 +22,8 @@ from teleopctl.robot import collada_unit_m
 
 # What MuJoCo's own reader of STL takes.
 _FAR_M = 2.0**30
+# What is read at all: a hundred times what MuJoCo takes of an STL file, in bytes.
+_LARGEST = 1_000_000_000
 # Files that say everything themselves; others name files of colours and pictures.
 _WHOLE = frozenset({".dae", ".glb", ".stl"})
 # Goes up when what is kept would be read otherwise than before.
@@ -48,9 +50,23 @@ class MeshContent:
         return any(part.picture is not None for part in self.parts)
 
 
+def oversize(path: Path) -> str | None:
+    """Why a mesh file is too large to be read, or None.
+
+    Raises:
+        OSError: It is not there.
+    """
+    size = path.stat().st_size
+    if size <= _LARGEST:
+        return None
+    return f"{path} has {size / 1e9:.1f} GB; at most {_LARGEST / 1e9:.0f} GB are read"
+
+
 def read_mesh(path: Path) -> MeshContent | str:
     """Read a mesh file; returns its content, or why that is not possible."""
     try:
+        if (reason := oversize(path)) is not None:
+            return reason
         kept = _kept_at(path)
         if kept is not None and kept.is_file():
             return _loaded(kept)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, simplefilter
 
 import mujoco
 import numpy as np
@@ -294,8 +295,11 @@ def initial_positions(
 
 def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
     try:
-        return spec.compile()
-    except ValueError as error:
+        with catch_warnings():
+            # What it says in this way it says to `mujoco.set_mju_user_warning` too.
+            simplefilter("ignore", UserWarning)
+            return spec.compile()
+    except (ValueError, RuntimeError) as error:
         message = " ".join(str(error).split())
         raise InvalidDescriptionError(
             f"The robot description cannot be simulated: {message}"

@@ -83,6 +83,14 @@ def joint_limits(
         warnings: Receives a sentence for each limit that cannot be used.
     """
     own = joint.limit or Limit()
+    if joint.type in ("revolute", "prismatic") and own.lower > own.upper:
+        warnings.append(
+            f"Limits of joint '{joint.name}' are ignored: lower {own.lower:g} is above upper "
+            f"{own.upper:g}"
+        )
+    for name, size in (("velocity", own.velocity), ("effort", own.effort)):
+        if size < 0.0:
+            warnings.append(f"Joint '{joint.name}': {name} {size:g} is taken as {-size:g}")
     off = {name for name, bounds in commands.items() if bounds is None}
     on = {name: bounds for name, bounds in commands.items() if bounds is not None}
     low, high = on.get("acceleration", (None, None))

@@ -33,6 +33,10 @@ SAFE = "TELEOPCTL_SAFE"
 # What `$(…)` may be in safe mode; the others read the environment, or are Python again.
 _SAFE_EXTENSION = re.compile(r"\$\((?:cwd|dirname|arg\s[^()$]*|find\s[^()$]*)\)")
 
+# The largest robots have some 10,000 elements; files that double themselves are stopped here.
+_MOST_ELEMENTS = 100_000
+_LONGEST_TEXT = 1_000_000
+
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
 
@@ -110,6 +114,7 @@ def read_xacro(
         contextlib.redirect_stderr(printed),
         contextlib.redirect_stdout(printed),
         _only_arithmetic(xacro) if safe else contextlib.nullcontext(),
+        _bounded(xacro),
     ):
         # xacro notes what it includes, and never forgets.
         xacro.all_includes.clear()
@@ -135,6 +140,34 @@ def read_xacro(
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:
     """Whether descriptions are read in safe mode (``TELEOPCTL_SAFE=1``)."""
     return env.get(SAFE, "") not in ("", "0")
+
+
+@contextlib.contextmanager
+def _bounded(xacro: ModuleType) -> Iterator[None]:
+    """Stop macros and texts that grow without measure, ten of which need not be recursive."""
+    resolve, evaluate = vars(xacro)["resolve_macro"], vars(xacro)["eval_text"]
+    elements = 0
+
+    # Any: xacro's own macros, symbols and values.
+    def counting(*args: Any) -> Any:
+        nonlocal elements
+        found = resolve(*args)
+        elements += 1 + len(found[-1].body.getElementsByTagName("*"))
+        if elements > _MOST_ELEMENTS:
+            raise xacro.XacroException(f"its macros make more than {_MOST_ELEMENTS} elements")
+        return found
+
+    def measuring(*args: Any) -> Any:
+        value = evaluate(*args)
+        if isinstance(value, str) and len(value) > _LONGEST_TEXT:
+            raise xacro.XacroException(f"a text has more than {_LONGEST_TEXT} characters")
+        return value
+
+    vars(xacro).update(resolve_macro=counting, eval_text=measuring)
+    try:
+        yield
+    finally:
+        vars(xacro).update(resolve_macro=resolve, eval_text=evaluate)
 
 
 @contextlib.contextmanager

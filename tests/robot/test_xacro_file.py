@@ -206,3 +206,24 @@ def test_the_files_that_are_included_are_told_each_time_anew(tmp_path):
     assert set(read_xacro(outer).files) == {outer, inner, tmp_path / "values.yaml"}
     assert read_xacro(inner).files == (inner,)
     assert read_xacro(outer).text == expand_xacro(outer)
+
+
+@pytest.mark.parametrize("safe", [False, True])
+def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
+    monkeypatch.setattr("teleopctl.robot.xacro_file._MOST_ELEMENTS", 1000)
+    twice = "".join(
+        f'<xacro:macro name="m{n}"><xacro:m{n + 1}/><xacro:m{n + 1}/></xacro:macro>'
+        for n in range(60)
+    )
+    macros = write(f'{twice}<xacro:macro name="m60"><link name="l"/></xacro:macro><xacro:m0/>')
+    with pytest.raises(InvalidDescriptionError, match="macros make more than 1000 elements"):
+        expand_xacro(macros, safe=safe)
+    texts = "".join(
+        f'<xacro:property name="t{n}" value="${{t{n - 1}}}${{t{n - 1}}}"/>' for n in range(1, 60)
+    )
+    text = write(f'<xacro:property name="t0" value="lol"/>{texts}<link name="${{t59}}"/>')
+    with pytest.raises(InvalidDescriptionError, match="a text has more than 1000000 characters"):
+        expand_xacro(text, safe=safe)
+    assert "<link" in expand_xacro(
+        write('<xacro:macro name="m"><link name="l"/></xacro:macro><xacro:m/>')
+    )

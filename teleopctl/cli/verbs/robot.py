@@ -102,10 +102,17 @@ def _print(report: "RobotReport") -> None:
 def _tree(report: "RobotReport", link: str, level: int) -> "Iterator[str]":
     """The children of a link as check_urdf indents and orders them."""
     assert report.description is not None
-    joints = sorted(report.description.child_joints[link], key=lambda joint: joint.name)
-    for number, joint in enumerate(joints, 1):
-        yield f"{'  ' * level}child({number}):  {joint.child}"
-        yield from _tree(report, joint.child, level + 2)
+    below = report.description.child_joints
+    # Not by recursion: a chain of links may be longer than Python's stack.
+    waiting = [(0, link, level)]
+    while waiting:
+        number, link, level = waiting.pop()
+        if number:
+            yield f"{'  ' * level}child({number}):  {link}"
+            level += 2
+        joints = sorted(below[link], key=lambda joint: joint.name)
+        numbered = [(count, joint.child, level) for count, joint in enumerate(joints, 1)]
+        waiting += reversed(numbered)
 
 
 def _summary(report: "RobotReport") -> "Iterator[str]":

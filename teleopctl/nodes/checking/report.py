@@ -115,13 +115,19 @@ def check_robot(
 
 
 def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
+    import mujoco
+
     from teleopctl.mujoco_model import can_decompose, rotors_told, unserved_tags
     from teleopctl.sim import simulate
 
     assert report.description is not None
     # Its lines are those of the file, unless xacro made it.
     report.without_effect = unserved_tags(report.description.urdf)
-    said: list[str] = []
+    said = [
+        told for part in RobotDescription.from_urdf(urdf).ros2_control for told in part.warnings
+    ]
+    # MuJoCo by itself writes them into a file in the current folder.
+    mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo: {' '.join(text.split())}"))
     robot = simulate(urdf, control_period_ns=CONTROL_PERIOD_NS, warn=said.append)
     m: Any = robot.model.mj_model
     links = robot.description.links

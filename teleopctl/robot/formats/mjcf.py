@@ -98,9 +98,10 @@ def load_mjcf(path: Path) -> Mjcf:
         spec = mujoco.MjSpec.from_file(str(path))
         _name_parts(spec)
         model = spec.compile()
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:
+        # RuntimeError is what it cannot name, too little memory for instance.
         message = " ".join(str(error).split())
-        raise InvalidDescriptionError(f"{path}: {message}") from error
+        raise InvalidDescriptionError(f"{path}: MuJoCo refuses it: {message}") from error
     tops = _robot_of(model)
     if not tops:
         raise InvalidDescriptionError(

@@ -1,6 +1,8 @@
 """``teleopctl robot check``: check_urdf's text, what was ignored, and whether it stands."""
 
+import itertools
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -105,3 +107,44 @@ def test_a_folder_becomes_a_table_and_fails_with_the_first_robot_that_does(
     table = capsys.readouterr().out.splitlines()
     assert table[0].split() == ["FILE", "PARSES", "COMPILES", "RESULT", "WHY", "NOT"]
     assert table[-1] == "4 of 5 robots are fine"
+
+
+def test_a_chain_of_links_may_be_longer_than_pythons_stack(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = [f"link_{number}" for number in range(450)]
+    links = "".join(link(name, "") for name in names)
+    joints = "".join(joint(two, one, two, kind="fixed") for one, two in itertools.pairwise(names))
+    file = write(tmp_path / "chain.urdf", links, joints)
+    main.run(["robot", "check", str(file)])  # with all that it imports
+    usual = sys.getrecursionlimit()
+    sys.setrecursionlimit(400)
+    try:
+        main.run(["robot", "check", str(file)])
+    finally:
+        sys.setrecursionlimit(usual)
+    assert capsys.readouterr().out.count("450 links, 449 joints") == 2
+
+
+def test_what_is_absurd_is_told_in_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("teleopctl.mujoco_model.mesh_content._LARGEST", 600)
+    (tmp_path / "large.stl").write_bytes(bytes(684))
+    mesh = f'<collision><geometry><mesh filename="{tmp_path}/large.stl"/></geometry></collision>'
+    said = {
+        link("base", mesh + INERTIAL): "large.stl has 0.0 GB; at most 0 GB are read",
+        link(
+            "base", STANDS.replace('ixx="', 'ixx="-')
+        ): "-0.01, 0.01, 0.01, which must be positive",
+        link("base", STANDS)
+        + link("tip", box("collision", "1e20 1 1"))
+        + joint("j", "base", "tip"): "MuJoCo: Inertia matrix",
+        link("base", STANDS)
+        + link("tip", STANDS)
+        + joint("j", "base", "tip", limit='lower="1" upper="-1" effort="-5" velocity="2"'): "are "
+        "ignored: lower 1 is above upper -1\n  Joint 'j': effort -5 is taken as 5",
+    }
+    for number, (content, words) in enumerate(said.items()):
+        main.run(["robot", "check", str(write(tmp_path / f"robot{number}.urdf", content))])
+        assert words in capsys.readouterr().out
