@@ -75,9 +75,7 @@ class Simulation:
         joints = model.joints
         self.joint_names = tuple(joint.name for joint in joints)
         self._balls = BallJoints(joints)
-        self.positions: Array = np.zeros(len(joints))
-        self.velocities: Array = np.zeros(len(joints))
-        self.efforts: Array = np.zeros(len(joints))
+        self.positions, self.velocities, self.efforts = np.zeros((3, len(joints)))
         self._steps = self.resets = self.standing_moves = 0
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
@@ -308,9 +306,10 @@ class Simulation:
 
     def read(self) -> None:
         """Copy the present joint states into `positions`, `velocities` and `efforts`."""
-        np.take(self._d.qpos, self._qpos, out=self.positions)
-        np.take(self._d.qvel, self._dof, out=self.velocities)
-        np.take(self._d.qfrc_actuator, self._dof, out=self.efforts)
+        # "clip" spares numpy a buffer: no number is out of range.
+        self._d.qpos.take(self._qpos, out=self.positions, mode="clip")
+        self._d.qvel.take(self._dof, out=self.velocities, mode="clip")
+        self._d.qfrc_actuator.take(self._dof, out=self.efforts, mode="clip")
         if self._balls:
             self._balls.read(self._d, self.positions, self.velocities)
 
@@ -323,14 +322,10 @@ class Simulation:
         if self._observed is None:
             self._observed = mujoco.MjData(self._m)
         mujoco.mj_copyData(self._observed, self._m, self._d)
-        asleep = self._m.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
         self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-        # What sleeps would touch nothing.
-        self._m.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         # MuJoCo's own time begins anew at each reset of the state.
         self._observed.time = self.time_ns * 1e-9
-        mujoco.mj_forward(self._m, self._observed)
-        self._m.opt.enableflags |= asleep
+        wake(self._m, self._observed)  # what sleeps would touch nothing
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return self._m, self._observed
 
