@@ -385,6 +385,48 @@ def test_a_root_link_is_free_and_on_tf_only_when_that_is_asked_for(ros: RosGraph
     partner.close()
 
 
+WEIGHED = {
+    "navsat": "<topic>/fix</topic>",
+    "altimeter": "<topic>/height</topic>",
+    "air_pressure": "<topic>/pressure</topic>",
+    "magnetometer": "<topic>/field</topic>",
+    "contact": "<topic>/touch</topic><contact><collision>base_link_collision</collision></contact>",
+    "gpu_lidar": f"""<topic>/scan</topic><pose>0 0 0 0 {math.pi / 2} 0</pose><lidar>
+      <scan><horizontal><samples>3</samples><min_angle>-0.5</min_angle><max_angle>0.5</max_angle>
+      </horizontal></scan><range><min>0.1</min><max>9</max></range></lidar>""",
+}
+
+
+def test_what_sensors_measure_of_a_crate_at_rest_is_told_by_commands(ros: RosGraph) -> None:
+    tags = "".join(
+        f'<gazebo reference="base_link"><sensor name="{kind}" type="{kind}">'
+        f"<update_rate>50</update_rate>{content}</sensor></gazebo>"
+        for kind, content in WEIGHED.items()
+    )
+    partner = Partner(CRATE.replace("</robot>", f"{tags}</robot>"))
+    sim = start(ros, "gps_origin:=[47.0, 8.0, 400.0]", "real_time_factor:=0.0")
+    sim.wait_for_line("The root link 'base_link' is free")
+    partner.wait(lambda: partner.clocks and partner.clocks[-1] > 2_000_000_000)
+    topics = ("/fix", "/height", "/pressure", "/field", "/touch", "/scan")
+    echoes = [ros.spawn(f"topic echo --once --json {topic}") for topic in topics]
+    fix, height, pressure, field, touch, scan = (
+        json.loads(echo.wait_for_line(r"\{.*").string) for echo in echoes
+    )
+    partner.close()
+
+    assert (fix["latitude"], fix["longitude"]) == pytest.approx((47.0, 8.0), abs=1e-7)
+    assert fix["altitude"] == pytest.approx(400.5, abs=0.01)
+    assert height["vertical_position"] == pytest.approx(0.5, abs=0.01)
+    # At 400 m above the sea, where the GPS is, a metre of air weighs less than there.
+    assert pressure["fluid_pressure"] == pytest.approx(96610, abs=10)
+    assert field["magnetic_field"]["z"] == pytest.approx(-42.3884e-6, abs=1e-8)
+    (pair,) = touch["contacts"]
+    weight = sum(wrench["body_1_wrench"]["force"]["z"] for wrench in pair["wrenches"])
+    assert weight == pytest.approx(9.81, rel=0.01)
+    slant = 0.5 / math.cos(0.5)
+    assert scan["ranges"] == pytest.approx([slant, 0.5, slant], abs=2e-3)
+
+
 def xyz(message) -> tuple[float, float, float]:
     acceleration = message.linear_acceleration
     return acceleration.x, acceleration.y, acceleration.z

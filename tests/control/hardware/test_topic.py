@@ -258,6 +258,7 @@ def test_a_reset_voids_what_controllers_were_to_do(time_goes_on):
     grip = get_action("control_msgs/action/GripperCommand").Goal()
     grip.command.position = 5.0
     handle = arm.action_servers["gripper/gripper_cmd"].send_goal(grip)
+    assert handle is not None
     for tick in range(1, 200):
         answer = arm.measure([5, 5, 4], tick)
     assert list(answer.position) == pytest.approx([5, 5, 5])
