@@ -94,9 +94,19 @@ def test_describe_dump_and_load(ros, node, tmp_path):
     assert "Set parameter simple_int_param failed" in loaded.stderr
 
 
+# A verb that is meant for several nodes, what it prints of the one that answers, and its status.
+OF_SEVERAL = {
+    "list": ("/simple_parameter:\n  simple_int_param\n", 0),
+    "get simple_int_param": ("/simple_parameter:\n  simple_int_param: Integer value is: ", 1),
+    "set /* simple_int_param 24": ("Set parameter of /simple_parameter successful\n", 1),
+    "dump /*": ("/simple_parameter:\n  ros__parameters:\n", 1),
+}
+
+
 def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, capsys):
     asked = threading.Event()
     init(args=[])
+    written = {}
     try:
         with Node("hanging", enable_rosout=False, start_parameter_services=False) as hanging:
             # Nobody spins this node, so its requests wait for ever.
@@ -105,14 +115,17 @@ def test_a_node_that_does_not_answer_does_not_hide_the_others(ros, node, capsys)
                 "/hanging/list_parameters",
                 lambda *_: asked.set(),
             )
-            status = main.run(["param", "list", "--service-timeout", "0.5"])
+            for line in OF_SEVERAL:
+                status = main.run(["param", *line.split(), "--service-timeout", "0.5"])
+                written[line] = (*capsys.readouterr(), status)
     finally:
         shutdown()
-    written = capsys.readouterr()
     assert not asked.is_set()
-    assert written.out.startswith("/simple_parameter:\n  simple_int_param\n")
-    assert "Node '/hanging' did not answer within 0.5 s" in written.err
-    assert status == 0
+    for line, (text, status) in OF_SEVERAL.items():
+        output, errors, its_status = written[line]
+        assert (output[: len(text)], its_status) == (text, status)
+        assert "Node '/hanging' did not answer" in errors
+    assert "within 0.5 s" in written["list"][1]
 
 
 MANY = Path(__file__).with_name("many_parameters.py")

@@ -9,14 +9,18 @@ from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
     Parameters,
+    with_each,
 )
 from teleopctl.cli.verbs.param.loading import load_values
 from teleopctl.cli.verbs.param.options import HiddenNodes, Nodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.results import Results
-from teleopctl.errors import NotFoundError, TeleopctlError
+from teleopctl.cli.words.patterns import is_pattern
+from teleopctl.errors import NotFoundError
 from teleopctl.typed import TYPE_CHECKING, Annotated, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from teleopctl.node import ParameterFile
 
 NodesOrAll = Annotated[
@@ -35,23 +39,28 @@ def dump_parameters(
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
-) -> None:
+) -> int:
     """Print a node's parameters as a file.
 
     It is what --params-file and `teleopctl param load` read.
     """
+    document: dict[str, Any] = {}
     with Parameters(timeout, service_timeout) as parameters:
+
+        def add(node: str) -> bool:
+            document.update(_document(parameters, node, as_json=as_json))
+            return True
+
         nodes = parameters.meant(node_name, include_hidden=include_hidden)
-        document: dict[str, Any] = {}
-        for node in nodes:
-            document |= _document(parameters, node, as_json=as_json)
+        all_well = with_each(nodes, add, is_one=not is_pattern(node_name))
     if as_json:
         console.out_json(document)
-        return
+        return int(not all_well)
     from teleopctl import ros_yaml
 
     # It ends in an empty line, as ROS 2's does.
     console.out_text(ros_yaml.dump(document))
+    return int(not all_well)
 
 
 def save_parameters(
@@ -69,23 +78,20 @@ def save_parameters(
     from teleopctl import ros_yaml
 
     document: dict[str, Any] = {}
-    failures: list[TeleopctlError] = []
     with Parameters(timeout, service_timeout) as parameters:
-        for node in _nodes(parameters, node_names, include_hidden=include_hidden):
-            try:
-                document |= _document(parameters, node)
-            except TeleopctlError as failure:
-                failures.append(failure)
+
+        def add(node: str) -> bool:
+            document.update(_document(parameters, node))
+            return True
+
+        all_well = _with_each_of(parameters, node_names, add, include_hidden=include_hidden)
     if document:
         Path(parameter_file).write_text(ros_yaml.dump(document), encoding="utf-8")
     if as_json:
         console.out_json({"file": parameter_file, "nodes": list(document)})
     else:
         console.out_lines(f"Saved the parameters of {node}" for node in document)
-    console.flush()
-    for each in failures:
-        console.warn(each.message)
-    return int(bool(failures))
+    return int(not all_well)
 
 
 def load_parameters(
@@ -107,16 +113,19 @@ def load_parameters(
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))
-    failed = False
     told = Results(as_json=as_json)
     with Parameters(timeout, service_timeout) as parameters:
-        for node in parameters.meant(node_name, include_hidden=include_hidden):
+
+        def load(node: str) -> bool:
             values = wanted.for_node(node, use_wildcard=not no_use_wildcard)
             if not values:
                 raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
-            failed |= not load_values(parameters, node, values, told)
+            return load_values(parameters, node, values, told)
+
+        nodes = parameters.meant(node_name, include_hidden=include_hidden)
+        all_well = with_each(nodes, load, is_one=not is_pattern(node_name))
     told.finish()
-    return int(failed)
+    return int(not all_well)
 
 
 def restore_parameters(
@@ -136,30 +145,45 @@ def restore_parameters(
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))
-    failed = False
     told = Results(as_json=as_json)
     with Parameters(timeout, service_timeout) as parameters:
-        names = node_names or _sections(wanted)
-        for node in _nodes(parameters, names, include_hidden=include_hidden):
+
+        def restore(node: str) -> bool:
             values = wanted.for_node(node)
             if not values:
                 raise NotFoundError(f"{parameter_file} has no parameters for '{node}'")
             told.say(f"{node}:")
-            failed |= not load_values(parameters, node, values, told, indent="  ")
+            return load_values(parameters, node, values, told, indent="  ")
+
+        names = node_names or _sections(wanted)
+        all_well = _with_each_of(parameters, names, restore, include_hidden=include_hidden)
     told.finish()
-    return int(failed)
+    return int(not all_well)
 
 
 def _sections(wanted: "ParameterFile") -> list[str]:
     return list(dict.fromkeys(name for name, _ in wanted.sections))
 
 
-def _nodes(parameters: Parameters, names: list[str] | None, *, include_hidden: bool) -> list[str]:
-    """The nodes that are meant; all where none is named."""
+def _with_each_of(
+    parameters: Parameters,
+    names: list[str] | None,
+    do: "Callable[[str], bool]",
+    *,
+    include_hidden: bool,
+) -> bool:
+    """Do it with each node that is meant, all where none is named; whether all went well."""
     if not names:
-        return parameters.nodes(include_hidden=include_hidden)
-    meant = [parameters.meant(name, include_hidden=include_hidden) for name in names]
-    return list(dict.fromkeys(node for nodes in meant for node in nodes))
+        return with_each(parameters.nodes(include_hidden=include_hidden), do, is_one=False)
+    is_one = len(names) == 1
+    nodes: dict[str, None] = {}
+
+    def find(name: str) -> bool:
+        nodes.update(dict.fromkeys(parameters.meant(name, include_hidden=include_hidden)))
+        return True
+
+    all_found = with_each(names, find, is_one=is_one)
+    return with_each(nodes, do, is_one=is_one and not is_pattern(names[0])) and all_found
 
 
 # Any: YAML's values.

@@ -12,7 +12,7 @@ from teleopctl.cli.verbs.param.graph_parameters import (
 from teleopctl.cli.verbs.param.options import HiddenNodes, ServiceTimeout, Timeout
 from teleopctl.cli.verbs.param.text import is_set, type_name, value_text
 from teleopctl.cli.words.patterns import is_pattern
-from teleopctl.errors import UsageError
+from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.typed import TYPE_CHECKING, Annotated
 
 if TYPE_CHECKING:
@@ -50,8 +50,19 @@ def get_parameter(
         else:
             names = [node_name]
             nodes = parameters.nodes(include_hidden=include_hidden)
-        found = {node: parameters.values(node, names) for node in nodes}
-        is_one = bool(parameter_names) and len(names) == 1 and not is_pattern(node_name)
+        is_one_node = bool(parameter_names) and not is_pattern(node_name)
+        is_one = is_one_node and len(names) == 1
+        answers = parameters.values_of_all(nodes, names)
+        failures = [each for each in answers.values() if isinstance(each, TeleopctlError)]
+        if failures and is_one_node:
+            raise failures[0]
+        found = {
+            node: values
+            for node, values in answers.items()
+            if not isinstance(values, TeleopctlError)
+        }
+        for failure in failures:
+            console.warn(failure.message)
         missing = [name for name in names if not any(name in values for values in found.values())]
         if missing and (is_one or len(missing) == len(names)):
             raise not_set(parameters, nodes, missing[0])
@@ -69,7 +80,7 @@ def get_parameter(
     console.flush()
     for name in missing:
         console.warn(f"Parameter not set: {name}")
-    return int(bool(missing))
+    return int(bool(missing or failures))
 
 
 def _print(found: "dict[str, dict[str, ParameterValue]]", *, hide_type: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teleopctl.cli import console
 from teleopctl.cli.live import absolute_name
 from teleopctl.cli.words.numbers import check_not_negative, check_positive
 from teleopctl.cli.words.patterns import fitting, is_pattern
@@ -24,7 +25,7 @@ from teleopctl.wire import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from rcl_interfaces.msg import (
         Parameter as ParameterMessage,
@@ -172,7 +173,26 @@ class Parameters:
         Raises:
             UnavailableError: The node does not answer.
         """
-        values = self.ask(node_name, "GetParameters", names=list(names)).values
+        values = self.values_of_all([node_name], names)[node_name]
+        if isinstance(values, TeleopctlError):
+            raise values
+        return values
+
+    def values_of_all(
+        self, node_names: Iterable[str], names: Sequence[str]
+    ) -> dict[str, dict[str, ParameterValue] | UnavailableError]:
+        """As `values`, of many nodes at once; the error where one does not answer."""
+        answers = self.ask_all(node_names, "GetParameters", names=list(names))
+        return {
+            node: answer
+            if isinstance(answer, UnavailableError)
+            else self._by_name(node, names, answer.values)
+            for node, answer in answers.items()
+        }
+
+    def _by_name(
+        self, node_name: str, names: Sequence[str], values: Sequence[ParameterValue]
+    ) -> dict[str, ParameterValue]:
         if len(values) == len(names):
             return dict(zip(names, values, strict=True))
         if len(names) <= 1:
@@ -197,6 +217,33 @@ class Parameters:
         """
         results = self.ask(node_name, "SetParameters", parameters=list(parameters)).results
         return dict(zip((each.name for each in parameters), results, strict=False))
+
+
+def with_each(nodes: Iterable[str], do: Callable[[str], bool], *, is_one: bool) -> bool:
+    """Do it with each node; where it goes wrong is said, and the others have their turn.
+
+    Args:
+        nodes: Full names.
+        do: Whether it went well.
+        is_one: The user named a single node.
+
+    Returns:
+        Whether all went well.
+
+    Raises:
+        TeleopctlError: What went wrong with a single node.
+    """
+    all_well = True
+    for node in nodes:
+        try:
+            all_well &= do(node)
+        except TeleopctlError as error:
+            if is_one:
+                raise
+            console.flush()
+            console.warn(error.message)
+            all_well = False
+    return all_well
 
 
 def _offers_parameters(graph: Graph, node_name: str) -> bool:

@@ -8,6 +8,7 @@ from teleopctl.cli.verbs.param.graph_parameters import (
     LONGEST_WAIT_S,
     PATIENCE_S,
     Parameters,
+    with_each,
 )
 from teleopctl.cli.verbs.param.options import (
     HiddenNodes,
@@ -79,20 +80,24 @@ class _Setting:
     def together(self) -> int:
         """Set all of a node's, or none."""
         wanted = [_message(name, text) for name, text in self._wishes.items()]
-        failed = False
-        for node in self._nodes:
+
+        def set_together(node: str) -> bool:
             answer = self._parameters.ask(node, "SetParametersAtomically", parameters=wanted)
-            failed |= self._tell(node, "parameters", list(self._wishes), answer.result)
-        return int(failed)
+            return self._tell(node, "parameters", list(self._wishes), answer.result)
+
+        return int(not with_each(self._nodes, set_together, is_one=not self._names_nodes))
 
     def each(self) -> int:
         """Set each for itself."""
-        failed = False
-        for node in self._nodes:
+
+        def set_each(node: str) -> bool:
+            all_well = True
             for name, result in self._set(node).items():
                 what = f"parameter {name}" if self._are_several else "parameter"
-                failed |= self._tell(node, what, [name], result)
-        return int(failed)
+                all_well &= self._tell(node, what, [name], result)
+            return all_well
+
+        return int(not with_each(self._nodes, set_each, is_one=not self._names_nodes))
 
     def _set(self, node: str) -> "dict[str, SetParametersResult]":
         wanted = [_message(name, text) for name, text in self._wishes.items()]
@@ -111,22 +116,22 @@ class _Setting:
     def _tell(
         self, node: str, what: str, names: Sequence[str], result: "SetParametersResult"
     ) -> bool:
-        """Print a result; whether it is a failure.
+        """Print a result; whether it is a success.
 
         Raises:
-            RefusedError: It is one, and nothing else was asked for.
+            RefusedError: It is none, and nothing else was asked for.
         """
         if self._names_nodes:
             what += f" of {node}"
         if result.successful:
             line = _with_reason(f"Set {what} successful", result.reason)
             self._told.tell(line, node, names, result.reason)
-            return False
+            return True
         text = _with_reason(f"Setting {what} failed", result.reason)
         if not self._names_nodes and not self._are_several:
             raise RefusedError(text)
         self._told.tell(text, node, names, result.reason, successful=False)
-        return True
+        return False
 
 
 def _message(name: str, text: str) -> "ParameterMessage":
@@ -156,20 +161,29 @@ def delete_parameter(
     timeout: Timeout = PATIENCE_S,
     service_timeout: ServiceTimeout = LONGEST_WAIT_S,
     as_json: AsJson = False,
-) -> None:
+) -> int:
     """Delete a parameter."""
     from teleopctl.node import Parameter
 
     told = Results(as_json=as_json)
+    is_one = not is_pattern(node_name)
+    nothing = Parameter(parameter_name).to_parameter_msg()
     with Parameters(timeout, service_timeout) as parameters:
-        for node in parameters.meant(node_name, include_hidden=include_hidden):
-            nothing = Parameter(parameter_name).to_parameter_msg()
+
+        def delete(node: str) -> bool:
             result = parameters.set(node, [nothing])[parameter_name]
+            of_node = "" if is_one else f" of {node}"
             if not result.successful:
-                raise RefusedError(_with_reason("Deleting parameter failed", result.reason))
-            line = _with_reason("Deleted parameter successfully", result.reason)
+                said = f"Deleting parameter{of_node} failed"
+                raise RefusedError(_with_reason(said, result.reason))
+            line = _with_reason(f"Deleted parameter{of_node} successfully", result.reason)
             told.tell(line, node, [parameter_name], result.reason)
+            return True
+
+        nodes = parameters.meant(node_name, include_hidden=include_hidden)
+        all_well = with_each(nodes, delete, is_one=is_one)
     told.finish()
+    return int(not all_well)
 
 
 def _with_reason(text: str, reason: str) -> str:
