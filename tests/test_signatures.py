@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "teleopctl"
-FILES = sorted(PACKAGE.rglob("*.py"))
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -61,6 +60,8 @@ def unexplained(source: str) -> list[str]:
     A comment holds for the signature in which it stands, or for all that follows it in its block:
     the module, or the class.
     """
+    if not re.search(r"\bAny\b", source):
+        return []
     known = reasons(source)
     found = []
     for function, class_line in public_functions(ast.parse(source).body):
@@ -77,9 +78,12 @@ def unexplained(source: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
-def test_any_in_a_public_signature_is_explained(file):
-    assert unexplained(file.read_text(encoding="utf-8")) == []
+def test_any_in_a_public_signature_is_explained():
+    found = {
+        str(file.relative_to(PACKAGE)): unexplained(file.read_text(encoding="utf-8"))
+        for file in PACKAGE.rglob("*.py")
+    }
+    assert {file: lines for file, lines in found.items() if lines} == {}
 
 
 @pytest.mark.parametrize(
