@@ -46,17 +46,24 @@ with contextlib.suppress(TeleopctlError):
     choose_backend()
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Share out the whole folder; what is named in it starts no workers for itself."""
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Share out the whole folder; what is named in it starts no workers for itself.
+
+    Half of its time a worker waits for what a test has started: the cores are enough for one more.
+    """
     named = [config.invocation_params.dir / argument for argument in config.args]
-    return None if any(Path(__file__).parent.is_relative_to(path) for path in named) else 0
+    is_whole = any(Path(__file__).parent.is_relative_to(path) for path in named)
+    return (os.cpu_count() or 1) + 1 if is_whole else 0
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Let a test of real processes fail once: how soon these get on is the machine's business.
 
-    What has failed so is listed at the end of the run, to be looked into.
+    What has failed so is listed at the end of the run, to be looked into. Of workers, none is to be
+    left alone at the end with a test that takes long: what is given more time than others is first.
     """
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: item.get_closest_marker("timeout") is None)
     for item in items:
         fixtures = getattr(item, "fixturenames", ())
         if not _GRAPHS.isdisjoint(fixtures) or _OF_PROCESSES & set(item.path.parts):

@@ -293,6 +293,8 @@ class Reader:
 
         def has_come() -> bool:
             has_ended = process.returncode is not None
+            if has_ended:
+                process.wait()  # for all its output
             if not step.lacks(shown, process):
                 return True
             assert not has_ended, f"it ends by itself:\n{process.report()}"
