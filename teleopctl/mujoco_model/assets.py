@@ -72,7 +72,7 @@ def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -
         too_large = oversize(path)
     except TeleopctlError as error:
         return error.message
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         return f"{uri} cannot be read: {reason}"
     if not path.is_file():

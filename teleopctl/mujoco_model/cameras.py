@@ -120,7 +120,7 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
 
     Returns:
         The cameras, each with a name of its own, and a warning for each that got another one, or
-        another frame.
+        another frame, or cannot see.
 
     Raises:
         InvalidDescriptionError: If a ``<gazebo>`` tag is not well formed.
@@ -135,6 +135,9 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
         and (sensor.link in description.links or _is_in_world(sensor, description))
     ]
     for sensor in sensors:
+        if fault := _fault(sensor):
+            warnings.append(f"Camera '{sensor.name}' (line {sensor.line}) is left out: {fault}")
+            continue
         frame, warning = optical_frame(sensor, description)
         if warning:
             warnings.append(warning)
@@ -152,6 +155,17 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
 def _is_in_world(sensor: Sensor, description: RobotDescription) -> bool:
     """Whether a camera stands beside a robot that moves freely, in its MJCF file."""
     return description.mjcf is not None and sensor.link == "world"
+
+
+def _fault(sensor: Sensor) -> str:
+    """Why a camera sees nothing; empty where it does."""
+    camera = sensor.camera
+    assert camera is not None
+    if not 0.0 < camera.horizontal_fov < math.pi:
+        return f"a pinhole has no field of view of {camera.horizontal_fov:g} rad"
+    if not 0.0 < camera.near < camera.far:
+        return f"it sees nothing between {camera.near:g} m and {camera.far:g} m"
+    return ""
 
 
 def _camera(sensor: Sensor, frame: str) -> CameraModel:

@@ -53,8 +53,9 @@ def give_friction(geom: Any, coefficient: float, usual: float) -> None:
         coefficient: Its coefficient of friction.
         usual: That of the shapes that nobody gave any.
     """
+    coefficient = min(coefficient, _ROUGHEST)
     geom.friction[0] = coefficient
-    geom.priority = round((usual - min(coefficient, _ROUGHEST)) * _PRIORITY_STEPS)
+    geom.priority = round((usual - coefficient) * _PRIORITY_STEPS)
 
 
 def exclude_adjacent(spec: mujoco.MjSpec) -> None:

@@ -134,14 +134,14 @@ def _limit(element: Any, limits: JointLimits) -> None:
     lower, upper = limits.stops
     element.limited = math.isfinite(lower) or math.isfinite(upper)
     if element.limited:
-        element.range = _range(lower, upper)
+        element.range = finite_range(lower, upper)
     element.actfrclimited = math.isfinite(limits.effort)
     if element.actfrclimited:
         element.actfrcrange = [-limits.effort, limits.effort]
 
 
-def _range(lower: float, upper: float) -> list[float]:
-    """A range as MuJoCo accepts it: finite, and not of zero width."""
+def finite_range(lower: float, upper: float) -> list[float]:
+    """A joint's range as MuJoCo accepts it: finite, and not of zero width."""
     lower, upper = max(lower, -_FAR), min(upper, _FAR)
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
@@ -230,7 +230,7 @@ def _add_drive(spec: mujoco.MjSpec, joint: JointSpec, inertia: float) -> None:
         drive.ctrlrange = [-limits.velocity, limits.velocity]
     if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         drive.actlimited = True
-        drive.actrange = _range(limits.lower, limits.upper)
+        drive.actrange = finite_range(limits.lower, limits.upper)
 
 
 def compensated_bodies(model: mujoco.MjModel, unsupported_dofs: np.ndarray) -> np.ndarray:

@@ -61,9 +61,13 @@ def with_mesh_paths(urdf: str, folder: Path) -> str:
 
     def whole(match: re.Match[str]) -> str:
         before, name = match.groups()
-        if not name or "://" in name or name.startswith("/") or not (folder / name).is_file():
+        if not name or "://" in name or name.startswith("/"):
             return match[0]
-        return f"{before}{(folder / name).resolve().as_uri()}"
+        try:
+            is_there = (folder / name).is_file()
+        except OSError:  # too long for a file's name
+            is_there = False
+        return f"{before}{(folder / name).resolve().as_uri()}" if is_there else match[0]
 
     return _MESH.sub(whole, urdf)
 

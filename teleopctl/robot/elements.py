@@ -107,13 +107,16 @@ def to_number(text: str) -> float | None:
     return None if math.isnan(value) or "_" in text else value
 
 
-def number(element: Element, attribute: str, default: float | None = None) -> float:
+def number(
+    element: Element, attribute: str, default: float | None = None, *, finite: bool = True
+) -> float:
     """Return an attribute as a number.
 
     Args:
         element: The element.
         attribute: The attribute's name.
         default: What a missing attribute means, or None when it is required.
+        finite: Whether infinity is none.
 
     Raises:
         InvalidDescriptionError: When it is required and missing, or is no number.
@@ -122,15 +125,16 @@ def number(element: Element, attribute: str, default: float | None = None) -> fl
     if text is None and default is not None:
         return default
     value = to_number(required(element, attribute))
-    if value is None:
+    if value is None or (finite and math.isinf(value)):
+        kind = "a number" if value is None else "a finite number"
         raise InvalidDescriptionError(
-            f"{describe(element)}: attribute '{attribute}' should be a number, got '{text}'"
+            f"{describe(element)}: attribute '{attribute}' should be {kind}, got '{text}'"
         )
     return value
 
 
 def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
-    """Return an attribute that holds ``count`` numbers separated by blanks.
+    """Return an attribute that holds ``count`` finite numbers separated by blanks.
 
     Raises:
         InvalidDescriptionError: When it is missing or holds anything else.
@@ -138,9 +142,13 @@ def numbers(element: Element, attribute: str, count: int) -> tuple[float, ...]:
     text = required(element, attribute)
     values = [to_number(part) for part in text.split()]
     found = tuple(value for value in values if value is not None)
-    if len(values) != count or len(found) != count:
+    if not len(values) == len(found) == count:
         raise InvalidDescriptionError(
             f"{describe(element)}: attribute '{attribute}' should be {count} numbers, got '{text}'"
+        )
+    if not all(map(math.isfinite, found)):
+        raise InvalidDescriptionError(
+            f"{describe(element)}: attribute '{attribute}' should be finite, got '{text}'"
         )
     return found
 

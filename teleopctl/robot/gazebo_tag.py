@@ -6,7 +6,8 @@ Lengths in metres, angles in radians, rates in Hz.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from teleopctl.robot.elements import Element, child_text
+from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.elements import Element, child_text, describe
 from teleopctl.robot.sensors.sensor_tag import (
     Plugin,
     Sensor,
@@ -81,9 +82,14 @@ def _read_physics(element: Element, before: LinkPhysics) -> LinkPhysics:
     if gravity:
         inverted = element.find("gravity") is None
         has_gravity = flag(element, gravity) != inverted
+    friction = number_in(element, "mu1", before.mu1, finite=False)
+    if friction is not None and friction < 0.0:
+        raise InvalidDescriptionError(
+            f"{describe(element)}: <mu1> should not be negative, got {friction:g}"
+        )
     return LinkPhysics(
         material=child_text(element, "material", before.material),
-        mu1=number_in(element, "mu1", before.mu1),
+        mu1=friction,
         mu2=number_in(element, "mu2", before.mu2),
         kp=number_in(element, "kp", before.kp),
         kd=number_in(element, "kd", before.kd),

@@ -189,7 +189,7 @@ def read_links(robot: Element) -> dict[str, Link]:
     for element in robot.findall("link"):
         name = required(element, "name")
         if name in links:
-            raise InvalidDescriptionError(f"link '{name}' is not unique")
+            raise InvalidDescriptionError(f"{describe(element)}: link '{name}' is not unique")
         inertial = element.find("inertial")
         links[name] = Link(
             name=name,
@@ -210,7 +210,9 @@ def read_joints(robot: Element) -> dict[str, Joint]:
     for element in robot.findall("joint"):
         joint = _read_joint(element)
         if joint.name in joints:
-            raise InvalidDescriptionError(f"joint '{joint.name}' is not unique")
+            raise InvalidDescriptionError(
+                f"{describe(element)}: joint '{joint.name}' is not unique"
+            )
         joints[joint.name] = joint
     return joints
 
@@ -266,10 +268,10 @@ def _linked(joint: Element, tag: str) -> str:
 
 def _read_limit(element: Element) -> Limit:
     return Limit(
-        lower=number(element, "lower", 0.0),
-        upper=number(element, "upper", 0.0),
-        effort=number(element, "effort", 0.0),
-        velocity=number(element, "velocity", 0.0),
+        lower=number(element, "lower", 0.0, finite=False),
+        upper=number(element, "upper", 0.0, finite=False),
+        effort=number(element, "effort", 0.0, finite=False),
+        velocity=number(element, "velocity", 0.0, finite=False),
     )
 
 
@@ -300,6 +302,8 @@ def read_inertial(element: Element) -> Inertial:
     mass, inertia = element.find("mass"), element.find("inertia")
     if mass is None or inertia is None:
         raise InvalidDescriptionError(f"{describe(element)}: needs a <mass> and an <inertia>")
+    if number(mass, "value") < 0.0:
+        raise InvalidDescriptionError(f"{describe(element)}: a mass of {mass.get('value')} kg")
     return Inertial(
         mass=number(mass, "value"),
         origin=_read_origin(element),

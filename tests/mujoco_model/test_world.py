@@ -112,7 +112,7 @@ def test_a_link_that_the_robot_has_too_is_one_error_with_the_file(tmp_path: Path
 
 
 def test_what_mujoco_refuses_is_told_with_the_file(tmp_path: Path) -> None:
-    text = world_urdf(cube()).replace('mass value="0.5"', 'mass value="1e400"')
+    text = world_urdf('<mujoco><compiler angle="turns"/></mujoco>', cube())
     with pytest.raises(InvalidDescriptionError, match=r"world.xml: "):
         build(tmp_path, text)
 

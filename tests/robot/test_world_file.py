@@ -59,7 +59,7 @@ def test_a_scene_of_mujocos_is_left_to_mujoco(tmp_path):
         (b"<robot/>", "{file}: No link elements found in urdf file"),
         (
             CUBE.replace("</joint>", '<origin xyz="inf 0 0"/></joint>').encode(),
-            '{file}:6: xyz="inf 0 0" is not finite',
+            "{file}: <origin> (line 6): attribute 'xyz' should be finite, got 'inf 0 0'",
         ),
         (
             CUBE.replace('<link name="cube"/>', BAD_BOX).encode(),

@@ -11,6 +11,7 @@ import numpy as np
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.contacts import give_friction
 from teleopctl.mujoco_model.convex import HOLLOW, can_decompose, hull_ratio, slabs
+from teleopctl.mujoco_model.drives import finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.urdf_import import (
     COLLISION_GROUP,
@@ -46,6 +47,9 @@ _LIGHTS = {
     "point": mujoco.mjtLightType.mjLIGHT_POINT,
     "spot": mujoco.mjtLightType.mjLIGHT_SPOT,
 }
+MIMIC_LEFT_OUT = (
+    "The <mimic> of joint '{}' is left out: what is on joints in a world moves as it is pushed"
+)
 # MuJoCo draws no more.
 _MOST_LIGHTS = 90
 # How far below its lowest point a heightmap reaches, in metres.
@@ -142,24 +146,24 @@ class _Builder:
             joints: The model's joints by their children.
             still: Whether the body may stand in the world for ever.
         """
-        part = model.bodies[name]
-        here = frame.inverse() @ part.pose
-        joint = joints.get(name)
-        still = still and (joint is None or joint.kind == "fixed")
-        self._add_shapes(body, part, here, still=still)
-        if part.inertial is not None and not still:
-            _weigh(body, part.inertial, here)
-        elif not still and any(shape.touches for shape in part.shapes):
-            self.weighed_by_shape.add(body.name)
-        body.gravcomp = 0.0 if part.gravity else 1.0
-        for child, link in joints.items():
-            if link.parent != name:
-                continue
-            own = model.bodies[child].pose
-            below = body.add_body(name=f"{model.name}/{child}")
-            _put(below, frame.inverse() @ own)
-            self._add_joint(below, link, own)
-            self._fill(below, model, child, own, joints, still=still)
+        pending = [(body, name, frame, still)]
+        for body, name, frame, still in pending:
+            part, joint = model.bodies[name], joints.get(name)
+            here = frame.inverse() @ part.pose
+            still = still and (joint is None or joint.kind == "fixed")
+            self._add_shapes(body, part, here, still=still)
+            if part.inertial is not None and not still:
+                _weigh(body, part.inertial, here)
+            elif not still and any(shape.touches for shape in part.shapes):
+                self.weighed_by_shape.add(body.name)
+            body.gravcomp = 0.0 if part.gravity else 1.0
+            for child, link in joints.items():
+                if link.parent == name:
+                    own = model.bodies[child].pose
+                    below = body.add_body(name=f"{model.name}/{child}")
+                    _put(below, frame.inverse() @ own)
+                    self._add_joint(below, link, own)
+                    pending.append((below, child, own, still))
 
     def _add_joint(self, body: Any, joint: SceneJoint, frame: Transform) -> None:
         if joint.kind == "fixed":
@@ -177,10 +181,13 @@ class _Builder:
             axis=list(rotate(place.rotation, joint.axis)),
             frictionloss=joint.friction,
         )
-        made.damping[0] = joint.damping
-        if math.isfinite(joint.lower) and math.isfinite(joint.upper) and joint.lower < joint.upper:
+        made.damping[0], made.stiffness[0] = joint.damping, joint.stiffness
+        made.springref = joint.relaxed
+        if math.isfinite(joint.lower) or math.isfinite(joint.upper):
             made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-            made.range = [joint.lower, joint.upper]
+            made.range = finite_range(joint.lower, joint.upper)
+        if joint.mimic is not None:
+            self.warnings.append(MIMIC_LEFT_OUT.format(joint.name))
 
     def _add_shapes(self, body: Any, part: SceneBody, frame: Transform, *, still: bool) -> None:
         for shape in part.shapes:
@@ -221,6 +228,8 @@ class _Builder:
                 give_friction(geom, shape.friction, self._friction)
             if shape.mass is not None:
                 geom.mass = shape.mass
+            if shape.density is not None:
+                geom.density = shape.density
 
     def _mesh(self, shape: SceneShape) -> str:
         # What is seen and what touches are drawn, and simplified, each in its own way.
@@ -262,8 +271,8 @@ class _Builder:
         return self._assets[key]
 
     def _tell_left_out(self, model: SceneModel) -> None:
-        sensors = [s for body in model.bodies.values() for s in body.sensors]
-        sensors += [sensor for joint in model.joints for sensor in joint.sensors]
+        holders = (*model.bodies.values(), *model.joints)
+        sensors = [sensor.element for holder in holders for sensor in holder.sensors]
         for words, elements in (("sensors", sensors), ("plug-ins", model.plugins)):
             if elements:
                 names = ", ".join(dict.fromkeys(str(e.get("name") or e.tag) for e in elements))

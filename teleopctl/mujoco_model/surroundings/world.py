@@ -12,7 +12,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.free_bodies import FreeBody
 from teleopctl.mujoco_model.inertia import repair_inertias
-from teleopctl.mujoco_model.surroundings.scene_spec import scene_spec
+from teleopctl.mujoco_model.surroundings.scene_spec import MIMIC_LEFT_OUT, scene_spec
 from teleopctl.mujoco_model.unserved import unserved_tags
 from teleopctl.mujoco_model.urdf_import import apply_gazebo, import_urdf
 
@@ -171,8 +171,7 @@ def _import(
     warnings += repair_inertias(things) + unserved_tags(description.urdf)
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     warnings += [
-        f"The <mimic> of joint '{joint.name}' is left out: what is on joints in a world moves as "
-        "it is pushed"
+        MIMIC_LEFT_OUT.format(joint.name)
         for joint in description.joints.values()
         if joint.mimic is not None
     ]

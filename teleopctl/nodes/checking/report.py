@@ -94,11 +94,14 @@ def check_robot(
     report = RobotReport(file, model_kind(file))
     try:
         text = with_mesh_paths(read_model(file, dict(arguments)).text, file.absolute().parent)
-        report.description = description = RobotDescription.from_urdf(text)
-        _see_files(report, description)
-        _see_controllers(report, description)
-        _ = description.ros2_control  # a mistake in it is one of the file's
-        urdf = simulated(text).urdf
+        try:
+            report.description = description = RobotDescription.from_urdf(text)
+            _see_files(report, description)
+            _see_controllers(report, description)
+            _ = description.ros2_control  # a mistake in it is one of the file's
+            urdf = simulated(text).urdf
+        except TeleopctlError as error:
+            raise error.at(str(file)) from error
     except TeleopctlError as error:
         report.error = f"{error.message} ({error.hint})" if error.hint else error.message
         return report
@@ -147,7 +150,7 @@ def _see_files(report: RobotReport, description: RobotDescription) -> None:
         try:
             path = resolve_uri(uri)
             report.meshes[uri] = str(path) if path.is_file() else None
-        except TeleopctlError:
+        except (TeleopctlError, OSError):  # too long for a file's name
             report.meshes[uri] = None
         if uri.startswith(_PACKAGE):
             package = uri.removeprefix(_PACKAGE).partition("/")[0]

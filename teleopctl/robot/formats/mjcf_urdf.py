@@ -25,6 +25,7 @@ from teleopctl.robot.formats.mjcf_actuators import (
 from teleopctl.robot.formats.mjcf_sensors import sensor_tags
 from teleopctl.robot.formats.mjcf_shapes import add_shapes
 from teleopctl.robot.formats.places import add_origin, numbers, transform
+from teleopctl.robot.repair import REMARK
 from teleopctl.robot.simulated_hardware import SIMULATOR
 from teleopctl.robot.urdf import Mimic
 from teleopctl.robot.xacro_file import ExpandedXacro
@@ -51,7 +52,8 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
     # The element in which URDF speaks to MuJoCo, which has no such attribute itself.
     etree.SubElement(robot, "mujoco", file=mjcf.path.as_uri())
     actuators, _ = joint_actuators(mjcf.model)
-    _add_links(robot, mjcf)
+    for remark in _add_links(robot, mjcf):
+        etree.SubElement(robot, REMARK).text = remark
     _add_joints(robot, mjcf, actuators)
     if actuators:
         _add_control(robot, mjcf, actuators)
@@ -64,15 +66,18 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
 def _included(path: Path) -> list[Path]:
     """The files that an MJCF file includes, which are there: MuJoCo has read them."""
     found = []
-    for element in etree.parse(str(path)).iter("include"):
+    # MuJoCo reads what XML forbids, such as two hyphens in a comment.
+    parser = etree.XMLParser(recover=True, resolve_entities=False)
+    for element in etree.parse(str(path), parser).iter("include"):
         file = (path.parent / (element.get("file") or "")).resolve()
         if file.is_file():
             found += [file, *_included(file)]
     return found
 
 
-def _add_links(robot: etree._Element, mjcf: Mjcf) -> None:
-    m = mjcf.model
+def _add_links(robot: etree._Element, mjcf: Mjcf) -> list[str]:
+    """Add the links; returns what of them URDF has no form for."""
+    m, remarks = mjcf.model, list[str]()
     if mjcf.root == WORLD:
         etree.SubElement(robot, "link", name=WORLD)
     for body in mjcf.bodies():
@@ -85,7 +90,8 @@ def _add_links(robot: etree._Element, mjcf: Mjcf) -> None:
             xx, yy, zz = (numbers(float(moment)) for moment in m.body_inertia[body])
             zero = {"ixy": "0", "ixz": "0", "iyz": "0"}
             etree.SubElement(inertial, "inertia", {"ixx": xx, "iyy": yy, "izz": zz, **zero})
-        add_shapes(link, mjcf, body)
+        remarks += add_shapes(link, mjcf, body)
+    return remarks
 
 
 def _add_joints(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
@@ -175,7 +181,9 @@ def _add_moving(
     own = [actuator for actuator in actuators if actuator.joint == name]
     effort = max((actuator.effort for actuator in own), default=0.0)
     if m.jnt_actfrclimited[joint]:
-        effort = max(map(abs, m.jnt_actfrcrange[joint].tolist()))
+        # What its actuators give together is cut to this; 0 is no limit.
+        most = max(map(abs, m.jnt_actfrcrange[joint].tolist()))
+        effort = min(effort or most, most)
     speed = max((a.most for a in own if a.interface == "velocity"), default=0.0)
     etree.SubElement(
         element,

@@ -31,7 +31,11 @@ def model_kind(path: Path | str) -> ModelKind:
     try:
         with Path(path).open("rb") as file:
             events = etree.iterparse(
-                file, events=("start",), resolve_entities=False, remove_comments=True
+                file,
+                events=("start",),
+                resolve_entities=False,
+                remove_comments=True,
+                recover=True,
             )
             _, root = next(events)
     except (OSError, etree.XMLSyntaxError, StopIteration):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform
 
 Vector3 = tuple[float, float, float]
@@ -33,7 +35,8 @@ class SceneShape:
         file: The file of a mesh or the picture of a heightmap.
         rgba: Its colour; None for one that nobody gave it.
         friction: Its coefficient of friction; None for the usual one.
-        mass: In kilograms; None for that of a body as dense as water, where it is asked for.
+        mass: In kilograms; None for that by its density, where it is asked for.
+        density: In kg/m³; None for that of water.
         place: Its file and line, for messages; empty where nobody needs them.
     """
 
@@ -45,7 +48,22 @@ class SceneShape:
     rgba: Rgba | None = None
     friction: float | None = None
     mass: float | None = None
+    density: float | None = None
     place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SceneSensor:
+    """A sensor of a body or a joint.
+
+    Attributes:
+        element: Its ``<sensor>``, whose own pose does not count.
+        pose: Where it is in the body, or in the joint's frame.
+    """
+
+    # Any: an element of lxml, which whoever reads sensors takes.
+    element: Any
+    pose: Transform
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +91,7 @@ class SceneBody:
         shapes: What it looks like and touches with.
         inertial: Its mass; None where it is that of its shapes.
         gravity: Whether it falls.
-        sensors: Its ``<sensor>`` elements, as they stand in the file.
+        sensors: What measures on it.
     """
 
     name: str
@@ -81,8 +99,7 @@ class SceneBody:
     shapes: tuple[SceneShape, ...]
     inertial: SceneInertial | None = None
     gravity: bool = True
-    # Any: elements of lxml, which whoever reads sensors takes.
-    sensors: tuple[Any, ...] = ()
+    sensors: tuple[SceneSensor, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,7 +119,10 @@ class SceneJoint:
         velocity: The greatest speed; inf for any.
         damping: N m s/rad or N s/m.
         friction: N m or N.
-        sensors: Its ``<sensor>`` elements.
+        stiffness: Of its spring, N m/rad or N/m.
+        relaxed: Where its spring pulls to, rad or m.
+        mimic: The joint that it follows, or None.
+        sensors: What measures on it.
         place: Its file and line, for messages.
     """
 
@@ -118,8 +138,10 @@ class SceneJoint:
     velocity: float = float("inf")
     damping: float = 0.0
     friction: float = 0.0
-    # Any: as of `SceneBody`.
-    sensors: tuple[Any, ...] = ()
+    stiffness: float = 0.0
+    relaxed: float = 0.0
+    mimic: Mimic | None = None
+    sensors: tuple[SceneSensor, ...] = ()
     place: str = ""
 
 
@@ -134,6 +156,8 @@ class SceneModel:
         joints: What is between them.
         static: Whether it stands still.
         plugins: Its ``<plugin>`` elements.
+        frames: Its frames by name, those of its bodies too: the body that each is fixed to, and
+            where it is in the model.
     """
 
     name: str
@@ -141,8 +165,9 @@ class SceneModel:
     bodies: dict[str, SceneBody]
     joints: tuple[SceneJoint, ...] = ()
     static: bool = False
-    # Any: as of `SceneBody`.
+    # Any: as of `SceneSensor`.
     plugins: tuple[Any, ...] = ()
+    frames: Mapping[str, tuple[str, Transform]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

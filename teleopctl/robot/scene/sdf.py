@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +18,9 @@ from teleopctl.robot.scene.scene import (
     SceneShape,
     Vector3,
 )
-from teleopctl.robot.scene.sdf_frames import Frames
+from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_model import Reading
-from teleopctl.robot.scene.sdf_reading import SdfFile, parse_sdf
+from teleopctl.robot.scene.sdf_reading import SdfFile, parse_sdf, relative_to
 from teleopctl.tf import Transform
 
 _LIGHTS: dict[str, LightKind] = {"directional": "directional", "point": "point", "spot": "spot"}
@@ -75,12 +77,13 @@ def read_sdf_text(text: str, path: Path) -> Scene:
 def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
     world = root.find("world")
     if world is None:
+        file.leave_rest(root, ("model", "light"))
         models = [reading.model(file, element) for element in root.findall("model")]
         if not models:
             raise InvalidDescriptionError(
                 f"{file.path}:{root.sourceline}: there is neither a world nor a model in it"
             )
-        lights = [_light(file, element) for element in root.findall("light")]
+        lights = [_light(file, element, Frames(file)) for element in root.findall("light")]
         return Scene(
             models[0].name,
             tuple(models),
@@ -90,6 +93,9 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
             tuple(reading.files),
             is_model=len(models) == 1,
         )
+    file.leave_rest(root, ("world",))
+    for other in root.findall("world")[1:]:
+        file.leave_out(other, "is left out: of several worlds the first is taken")
     file.leave_rest(world, _WORLD)
     for joint in world.findall("joint"):
         file.leave_out(joint, "is left out: joints are within models")
@@ -97,14 +103,15 @@ def _scene(reading: Reading, root: Any, file: SdfFile) -> Scene:
         filename = plugin.get("filename") or ""
         if not any(system in filename for system in _SYSTEMS):
             file.leave_out(plugin, f"({filename}) is left out")
-    lights = [_light(file, element) for element in world.findall("light")]
-    models = _models(reading, file, world, lights)
+    frames, suns = Frames(file), list[SceneLight]()
+    models = _models(reading, file, world, suns, frames)
+    lights = [_light(file, element, frames) for element in world.findall("light")]
     gravity = world.find("gravity")
     origin = _origin(file, world.find("spherical_coordinates"))
     return Scene(
         world.get("name") or "",
         tuple(_with_states(file, world, models)),
-        tuple(lights),
+        (*lights, *suns),
         None if gravity is None else _vector(file, gravity),
         reading.remarks.sentences(),
         tuple(reading.files),
@@ -135,57 +142,52 @@ def _is_zero(text: str) -> bool:
 
 
 def _models(
-    reading: Reading, file: SdfFile, world: Any, lights: list[SceneLight]
+    reading: Reading, file: SdfFile, world: Any, suns: list[SceneLight], frames: Frames
 ) -> list[SceneModel]:
-    """The models of a world, each in its place and with a name of its own."""
-    frames = Frames(file)
-    for element in (*world.findall("frame"), *world.findall("model")):
-        frames.put(element.get("name") or "", element)
-    found: list[SceneModel] = []
+    """The models of a world, each in its place and with a name of its own.
+
+    Args:
+        reading: Reads them.
+        file: The file.
+        world: The ``<world>``.
+        suns: Takes what shines of what is included.
+        frames: Takes the frames of the world.
+    """
+    for element in world.findall("frame"):
+        frames.put(element.get("name") or "", element, element.get("attached_to") or MODEL)
+    found: dict[str, tuple[SceneModel, Any]] = {}
     for element in world:
         model = None
         if element.tag == "model":
             model = reading.model(file, element)
-            pose = element.find("pose")
+        elif element.tag == "include" and _last_word(element) == "sun":
+            suns.append(SceneLight("directional", Transform((0.0, 0.0, 10.0)), (-0.5, 0.1, -0.9)))
+        elif element.tag == "include" and _last_word(element) == "ground plane":
+            model = _ground(file, element)
         elif element.tag == "include":
-            standard = _standard(file, element, lights)
-            if standard is None and not _is_sun(element):
-                model = reading.include(file, element, 0)
-            else:
-                model = standard
-            pose = element.find("pose")
-        if model is None:
-            continue
-        relative = None if pose is None else (pose.get("relative_to") or pose.get("frame"))
-        place = model.pose if not relative else frames.find(relative, element) @ model.pose
-        found.append(_named(model, place, {other.name for other in found}))
-    return found
+            model = reading.include(file, element, 0)
+        if model is not None:
+            model = replace(model, name=_free_name(model.name or "model", found))
+            found[model.name] = model, element
+            frames.put_model(model, element, f"{model.name}::")
+    return [replace(model, pose=frames.find(model.name, e)) for model, e in found.values()]
 
 
-def _named(model: SceneModel, place: Transform, taken: set[str]) -> SceneModel:
-    name, number = model.name or "model", 0
+def _free_name(wanted: str, taken: Container[str]) -> str:
+    name, number = wanted, 0
     while name in taken:
         number += 1
-        name = f"{model.name or 'model'}_{number}"
-    return SceneModel(name, place, model.bodies, model.joints, model.static, model.plugins)
-
-
-def _is_sun(element: Any) -> bool:
-    return _last_word(element) == "sun"
+        name = f"{wanted}_{number}"
+    return name
 
 
 def _last_word(element: Any) -> str:
+    """What an ``<include>`` includes; the ground and the sun nearly all do, and nobody has them."""
     uri = (element.findtext("uri") or "").strip().rstrip("/")
     return str(uri.rpartition("/")[2].replace("_", " ").replace("%20", " ").lower())
 
 
-def _standard(file: SdfFile, element: Any, lights: list[SceneLight]) -> SceneModel | None:
-    """What nearly all worlds include, and nobody has on the disk: the ground and the sun."""
-    if _is_sun(element):
-        lights.append(SceneLight("directional", Transform((0.0, 0.0, 10.0)), (-0.5, 0.1, -0.9)))
-        return None
-    if _last_word(element) != "ground plane":
-        return None
+def _ground(file: SdfFile, element: Any) -> SceneModel:
     plane = SceneShape("plane", (0.0, 0.0, 0.0))
     seen = SceneShape("plane", (0.0, 0.0, 0.0), touches=False, rgba=(0.8, 0.8, 0.8, 1.0))
     body = SceneBody("link", Transform(), (plane, seen))
@@ -200,13 +202,10 @@ def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[Sc
         for element in world.iterfind("state/model")
         if element.find("pose") is not None
     }
-    return [
-        SceneModel(m.name, places.get(m.name, m.pose), m.bodies, m.joints, m.static, m.plugins)
-        for m in models
-    ]
+    return [replace(model, pose=places.get(model.name, model.pose)) for model in models]
 
 
-def _light(file: SdfFile, element: Any) -> SceneLight:
+def _light(file: SdfFile, element: Any, frames: Frames) -> SceneLight:
     kind = _LIGHTS.get(element.get("type") or "", "point")
     parts = (element.findtext("diffuse") or "1 1 1 1").split()
     try:
@@ -215,9 +214,10 @@ def _light(file: SdfFile, element: Any) -> SceneLight:
         raise InvalidDescriptionError(
             f"{file.place(element)}: the <diffuse> of a light is '{' '.join(parts)}'"
         ) from error
+    pose = element.find("pose")
     return SceneLight(
         kind,
-        file.pose(element.find("pose")),
+        frames.find(relative_to(pose), element) @ file.pose(pose),
         file.vector(element, "direction", (0.0, 0.0, -1.0)),
         (red, green, blue),
         min(max(file.number(element, "spot/outer_angle", 1.6) / 2.0, 0.0), math.pi / 2.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 from collections.abc import Iterator
@@ -79,7 +80,7 @@ def model_file(path: Path) -> Path:
         config = None
     for element in [] if config is None else config.findall("sdf"):
         words = (element.get("version") or "0").split(".")
-        version = tuple(int(word) for word in words if word.isdigit())
+        version = tuple(int(word) for word in words if word.isdecimal() and len(word) < 5)
         found.append((version, (element.text or "").strip()))
     for _, name in sorted(found, reverse=True):
         if (path / name).is_file():
@@ -111,7 +112,7 @@ def _in_fuel(name: str, folder: Path) -> Iterator[Path]:
     """A model of Fuel's by its name: where Gazebo keeps it, or among other models."""
     parts = name.strip("/").split("/")
     for cache in (Path.home() / ".gz/fuel", Path.home() / ".ignition/fuel"):
-        for versions in cache.glob(f"*/*/models/{parts[0].lower()}"):
+        for versions in cache.glob(f"*/*/models/{glob.escape(parts[0].lower())}/"):
             yield from sorted(versions.iterdir(), reverse=True)
     yield from _in_models(parts[0], folder)
 

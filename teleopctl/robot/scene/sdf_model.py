@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
-from teleopctl.robot.scene.scene import JointKind, SceneBody, SceneJoint, SceneModel, Vector3
+from teleopctl.robot.scene.scene import (
+    JointKind,
+    SceneBody,
+    SceneJoint,
+    SceneModel,
+    SceneSensor,
+    Vector3,
+)
 from teleopctl.robot.scene.sdf_frames import MODEL, Frames
 from teleopctl.robot.scene.sdf_includes import find_file, model_file
-from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf
+from teleopctl.robot.scene.sdf_reading import Remarks, SdfFile, parse_sdf, relative_to
 from teleopctl.robot.scene.sdf_shapes import read_inertial, read_shape
+from teleopctl.robot.urdf import Mimic
 from teleopctl.tf import Transform, conjugate, rotate
 
 _KINDS: dict[str, JointKind] = {
@@ -33,8 +42,19 @@ _LINK = frozenset(
 )
 _JOINT = frozenset({"pose", "parent", "child", "axis", "sensor", "physics"})
 _AXIS = frozenset(
-    {"xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position"},
+    {"xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position", "mimic"}
 )
+_INCLUDE = frozenset({"uri", "name", "static", "pose", "placement_frame", "plugin"})
+# What is read by nobody, and matters unless it says what is so here: links touch one another, and
+# nothing but contacts slows them down.
+_ODD_IN_MODEL = {"self_collide": ("true", "1")}
+_ODD_IN_LINK: dict[str, tuple[str, ...]] = {
+    "kinematic": ("false", "0"),
+    "self_collide": ("true", "1"),
+    "velocity_decay/linear": (),
+    "velocity_decay/angular": (),
+}
+_ODD_IN_AXIS: dict[str, tuple[str, ...]] = {"initial_position": ()}
 # An include that includes itself ends here.
 _DEEPEST, _MOST_MODELS = 16, 20_000
 # What Gazebo writes where there was a plug-in of its own.
@@ -64,14 +84,15 @@ class Reading:
         Raises:
             InvalidDescriptionError: It is broken, or includes itself.
         """
+        file.leave_rest(element, _INCLUDE)
         uri = (element.findtext("uri") or "").strip()
-        path, error = None, ""
+        if not uri:
+            file.leave_out(element, "is left out: it has no <uri>")
+            return None
         try:
             path = model_file(find_file(uri, file.path.parent)).absolute()
-        except NotFoundError as missing:
-            error = missing.message
-        if path is None:
-            file.leave_out(element, f"is left out: {error}")
+        except NotFoundError as error:
+            file.leave_out(element, f"is left out: {error.message}")
             return None
         if depth > _DEEPEST:
             raise InvalidDescriptionError(
@@ -82,15 +103,19 @@ class Reading:
         if top is None:
             file.leave_out(element, f"is left out: there is no model in {path}")
             return None
-        model = self.model(inner, top, depth + 1)
-        name = (element.findtext("name") or "").strip()
-        static = element.find("static")
         pose = element.find("pose")
+        model = self.model(
+            inner,
+            top,
+            depth + 1,
+            pose=None if pose is None else file.pose(pose),
+            placement=(element.findtext("placement_frame") or "").strip(),
+        )
+        name = (element.findtext("name") or "").strip()
         return replace(
             model,
             name=name or model.name,
-            static=model.static if static is None else file.flag(element, "static"),
-            pose=model.pose if pose is None else file.pose(pose),
+            static=file.flag(element, "static", default=model.static),
             plugins=(*model.plugins, *element.findall("plugin")),
         )
 
@@ -108,8 +133,23 @@ class Reading:
             self.files.append(path)
         return parse_sdf(path, content, self.remarks)
 
-    def model(self, file: SdfFile, element: Any, depth: int = 0) -> SceneModel:
+    def model(
+        self,
+        file: SdfFile,
+        element: Any,
+        depth: int = 0,
+        *,
+        pose: Transform | None = None,
+        placement: str = "",
+    ) -> SceneModel:
         """Read a ``<model>``, with the models in it.
+
+        Args:
+            file: The file.
+            element: The element.
+            depth: How many models or includes it is in.
+            pose: Where it is to be; None for where it says.
+            placement: The frame of it that is to be there; by default the one that it says.
 
         Raises:
             InvalidDescriptionError: Something in it means nothing, or has no sense.
@@ -120,27 +160,34 @@ class Reading:
                 f"{file.place(element)}: more than {_MOST_MODELS} models in one another"
             )
         file.leave_rest(element, _MODEL)
+        file.leave_odd(element, _ODD_IN_MODEL)
         frames = Frames(file)
         for link in element.findall("link"):
             frames.put(link.get("name") or "", link)
         for frame in element.findall("frame"):
-            frames.put(frame.get("name") or "", frame)
+            name, holder = frame.get("name") or "", frame.get("attached_to") or MODEL
+            frames.put(name, frame, holder)
+            frames.attached[name] = holder
         for joint in element.findall("joint"):
-            child = (joint.findtext("child") or "").strip()
-            frames.put(joint.get("name") or "", joint, child)
+            name, child = joint.get("name") or "", (joint.findtext("child") or "").strip()
+            frames.put(name, joint, child)
+            frames.attached[name] = child
         parts = self._nested(file, element, frames, depth)
         still = file.flag(element, "static")
         bodies = {
             link.get("name") or "": _body(file, link, frames, weighs=not still)
             for link in element.iterfind("link")
         }
-        joints = [
-            read for joint in element.iterfind("joint") if (read := _joint(file, joint, frames))
-        ]
         for prefix, place, part in parts:
             for body in part.bodies.values():
                 name = f"{prefix}{body.name}"
                 bodies[name] = replace(body, name=name, pose=place @ body.pose)
+        # The frame of a model is fixed to its canonical link, by default the first.
+        frames.attached[MODEL] = element.get("canonical_link") or next(iter(bodies), "")
+        joints = [
+            _joint(file, joint, frames, bodies.keys()) for joint in element.iterfind("joint")
+        ]
+        for prefix, place, part in parts:
             joints += [_moved(joint, prefix, place) for joint in part.joints]
         plugins = [p for p in element.findall("plugin") if p.get("filename") != _NO_PLUGIN]
         for _, _, part in parts:
@@ -148,12 +195,17 @@ class Reading:
         static = still or (
             bool(parts) and not element.findall("link") and all(part.static for *_, part in parts)
         )
-        pose = file.pose(element.find("pose"))
-        placed = element.get("placement_frame")
-        if placed:
-            pose = pose @ frames.find(placed, element).inverse()
+        where = file.pose(element.find("pose")) if pose is None else pose
+        if placed := placement or element.get("placement_frame"):
+            where = where @ frames.find(placed, element).inverse()
         return SceneModel(
-            element.get("name") or "", pose, bodies, tuple(joints), static, tuple(plugins)
+            element.get("name") or "",
+            where,
+            bodies,
+            tuple(joints),
+            static,
+            tuple(plugins),
+            {name: (frames.link_of(name), frames.find(name, element)) for name in frames},
         )
 
     def _nested(
@@ -168,57 +220,62 @@ class Reading:
                     found.append((child, included))
             else:
                 found.append((child, self.model(file, child, depth + 1)))
-        for child, part in found:
-            frames.put(part.name, child)
-            if child.find("pose") is None and child.tag == "include":
-                frames.put_fixed(part.name, part.pose)
         parts = []
         for child, part in found:
-            place = frames.find(part.name, child)
             prefix = "" if child.get("merge") == "true" else f"{part.name}::"
-            for body in part.bodies.values():
-                frames.put_fixed(f"{prefix}{body.name}", place @ body.pose)
-            parts.append((prefix, place, part))
-        return parts
+            frames.put_model(part, child, prefix)
+            parts.append((prefix, part, child))
+        return [(prefix, frames.find(part.name, child), part) for prefix, part, child in parts]
+
+
+def _within(file: SdfFile, element: Any, name: str, frames: Frames) -> Transform:
+    """Where something is in the frame of the link, or the joint, that it is in."""
+    pose = element.find("pose")
+    here, relative = file.pose(pose), relative_to(pose)
+    if relative in ("", name):
+        return here
+    return frames.find(name, element).inverse() @ frames.find(relative, element) @ here
+
+
+def _sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, ...]:
+    name = holder.get("name") or ""
+    return tuple(
+        SceneSensor(sensor, _within(file, sensor, name, frames))
+        for sensor in holder.iterfind("sensor")
+    )
 
 
 def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool) -> SceneBody:
     file.leave_rest(link, _LINK)
+    file.leave_odd(link, _ODD_IN_LINK)
     name = link.get("name") or ""
-    place = frames.find(name, link)
-
-    def within(element: Any) -> Transform:
-        pose = element.find("pose")
-        relative = None if pose is None else (pose.get("relative_to") or pose.get("frame"))
-        here = file.pose(pose)
-        if not relative or relative == name:
-            return here
-        return place.inverse() @ frames.find(relative, element) @ here
-
     shapes = [
-        read_shape(file, element, within(element))
+        read_shape(file, element, _within(file, element, name, frames))
         for element in (*link.findall("visual"), *link.findall("collision"))
     ]
+    inertial = link.find("inertial")
+    at = Transform() if inertial is None else _within(file, inertial, name, frames)
     return SceneBody(
         name,
-        place,
+        frames.find(name, link),
         tuple(shape for shape in shapes if shape is not None),
-        read_inertial(file, link, within) if weighs else None,
+        read_inertial(file, link, at) if weighs else None,
         file.flag(link, "gravity", default=True),
-        tuple(link.findall("sensor")),
+        _sensors(file, link, frames),
     )
 
 
-def _joint(file: SdfFile, element: Any, frames: Frames) -> SceneJoint | None:
+def _joint(file: SdfFile, element: Any, frames: Frames, links: Container[str]) -> SceneJoint:
     file.leave_rest(element, _JOINT)
     name = element.get("name") or ""
     kind = _KINDS.get(element.get("type") or "")
-    parent, child = ((element.findtext(tag) or "").strip() for tag in ("parent", "child"))
+    ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
     if kind is None:
         file.leave_out(element, f"of the type {element.get('type')} is taken for a fixed one")
         kind = "fixed"
-    for end in (parent, child):
-        if end != "world" and end not in frames:
+    parent, child = map(frames.link_of, ends)
+    for end, link in zip(ends, (parent, child), strict=True):
+        if link != "world" and link not in links:
             raise InvalidDescriptionError(
                 f"{file.place(element)}: joint '{name}' is at '{end}', which is no link"
             )
@@ -231,13 +288,14 @@ def _joint(file: SdfFile, element: Any, frames: Frames) -> SceneJoint | None:
             parent,
             child,
             place,
-            sensors=tuple(element.findall("sensor")),
+            sensors=_sensors(file, element, frames),
             place=file.place(element),
         )
     file.leave_rest(axis, _AXIS)
-    endless = element.get("type") == "continuous"
-    lower = file.number(axis, "limit/lower", -math.inf)
-    upper = file.number(axis, "limit/upper", math.inf)
+    file.leave_odd(axis, _ODD_IN_AXIS)
+    lower, upper = _limits(file, axis)
+    if element.get("type") == "continuous":
+        lower, upper = -math.inf, math.inf
     return SceneJoint(
         name,
         kind,
@@ -245,15 +303,42 @@ def _joint(file: SdfFile, element: Any, frames: Frames) -> SceneJoint | None:
         child,
         place,
         _axis(file, axis, frames, place),
-        -math.inf if endless or lower <= -_NO_LIMIT else lower,
-        math.inf if endless or upper >= _NO_LIMIT else upper,
+        lower,
+        upper,
         _most(file.number(axis, "limit/effort", -1.0)),
         _most(file.number(axis, "limit/velocity", -1.0)),
         max(0.0, file.number(axis, "dynamics/damping", 0.0)),
         max(0.0, file.number(axis, "dynamics/friction", 0.0)),
-        tuple(element.findall("sensor")),
+        max(0.0, file.number(axis, "dynamics/spring_stiffness", 0.0)),
+        file.number(axis, "dynamics/spring_reference", 0.0),
+        _mimic(file, axis.find("mimic")),
+        _sensors(file, element, frames),
         file.place(element),
     )
+
+
+def _limits(file: SdfFile, axis: Any) -> tuple[float, float]:
+    """The lower and the upper end of a joint's range, infinite where there is none."""
+    lower = file.number(axis, "limit/lower", -math.inf)
+    upper = file.number(axis, "limit/upper", math.inf)
+    if lower > upper:
+        file.leave_out(axis.find("limit"), "is left out: its lower end is above its upper one")
+        return -math.inf, math.inf
+    return (
+        -math.inf if lower <= -_NO_LIMIT else lower,
+        math.inf if upper >= _NO_LIMIT else upper,
+    )
+
+
+def _mimic(file: SdfFile, element: Any | None) -> Mimic | None:
+    """The joint that one follows: multiplier * (leader - reference) + offset."""
+    if element is None:
+        return None
+    multiplier, offset, reference = (
+        file.number(element, tag, usual)
+        for tag, usual in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0))
+    )
+    return Mimic(element.get("joint") or "", multiplier, offset - multiplier * reference)
 
 
 def _axis(file: SdfFile, axis: Any, frames: Frames, place: Transform) -> Vector3:
@@ -262,7 +347,7 @@ def _axis(file: SdfFile, axis: Any, frames: Frames, place: Transform) -> Vector3
     vector = file.vector(axis, "xyz", (0.0, 0.0, 1.0))
     if not any(vector):
         raise InvalidDescriptionError(f"{file.place(axis)}: an axis of length 0")
-    frame = None if xyz is None else xyz.get("expressed_in")
+    frame = (None if xyz is None else xyz.get("expressed_in")) or None
     # Until SDF 1.5 an axis was along those of the model.
     old = axis.find("use_parent_model_frame") is None and file.version < (1, 5)
     if frame is None and (old or file.flag(axis, "use_parent_model_frame")):
@@ -280,9 +365,11 @@ def _most(value: float) -> float:
 
 def _moved(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoint:
     parent = joint.parent if joint.parent == "world" else f"{prefix}{joint.parent}"
+    mimic = joint.mimic and replace(joint.mimic, joint=f"{prefix}{joint.mimic.joint}")
     return replace(
         joint,
         name=f"{prefix}{joint.name}",
+        mimic=mimic,
         parent=parent,
         child=f"{prefix}{joint.child}",
         pose=place @ joint.pose,

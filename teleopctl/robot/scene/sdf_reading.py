@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ from typing import Any
 from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
+from teleopctl.robot.elements import to_number
 from teleopctl.robot.scene.scene import NOWHERE, Vector3
 from teleopctl.tf import Transform, quaternion_from_rpy
 
 # Lines that are listed of one kind of remark.
 _MOST_LINES = 5
 _TRUE = frozenset({"1", "true"})
+_VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})", re.ASCII)
+_UNSAID_VERSION = (1, 6)
 
 
 @dataclass
@@ -58,7 +62,7 @@ class SdfFile:
     """
 
     path: Path
-    version: tuple[int, ...]
+    version: tuple[int, int]
     remarks: Remarks
 
     def place(self, element: Any) -> str:
@@ -77,6 +81,21 @@ class SdfFile:
             if isinstance(child.tag, str) and child.tag not in known:
                 self.leave_out(child)
 
+    def leave_odd(self, element: Any, usual: Mapping[str, Sequence[str]]) -> None:
+        """Note the descendants that ask for something else than what is so here.
+
+        Args:
+            element: The element.
+            usual: By path, what may stand there without being noted; zero where that is nothing.
+        """
+        for path, texts in usual.items():
+            for found in element.iterfind(path):
+                text = " ".join((found.text or "").split()).lower()
+                numbers = [to_number(word) for word in text.split()]
+                if text not in texts and (texts or any(number != 0.0 for number in numbers)):
+                    words = f"<{path}> ({text}) has no effect"
+                    self.remarks.add(self.path, found.sourceline or 0, words)
+
     def numbers(self, element: Any, count: int) -> tuple[float, ...]:
         """The numbers in an element.
 
@@ -84,11 +103,8 @@ class SdfFile:
             InvalidDescriptionError: They are not as many, or not finite.
         """
         words = (element.text or "").split()
-        try:
-            values = tuple(map(float, words))
-        except ValueError:
-            values = ()
-        if len(values) != count or not all(map(math.isfinite, values)):
+        values = tuple(value for word in words if (value := to_number(word)) is not None)
+        if not len(words) == len(values) == count or not all(map(math.isfinite, values)):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
             raise InvalidDescriptionError(
                 f"{self.place(element)}: <{element.tag}> should be {wanted}, "
@@ -102,7 +118,7 @@ class SdfFile:
         if child is None:
             return default
         text = (child.text or "").strip().lower()
-        if text in ("inf", "+inf", "infinity", "1e+16"):
+        if text in ("inf", "+inf", "infinity"):
             return math.inf
         if text in ("-inf", "-infinity"):
             return -math.inf
@@ -156,6 +172,11 @@ def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFil
         raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
     if root.tag not in ("sdf", "gazebo"):
         raise InvalidDescriptionError(f"{path}:{root.sourceline}: <{root.tag}> is no SDF")
-    words = (root.get("version") or "1.6").split(".")
-    version = tuple(int(word) for word in words if word.isdigit())
+    said = _VERSION.match(root.get("version") or "")
+    version = (int(said[1]), int(said[2])) if said else _UNSAID_VERSION
     return root, SdfFile(path, version, remarks)
+
+
+def relative_to(pose: Any | None) -> str:
+    """The frame that a ``<pose>`` is in, if it says; before SDF 1.7 the attribute was ``frame``."""
+    return "" if pose is None else pose.get("relative_to") or pose.get("frame") or ""

@@ -18,6 +18,19 @@ _VISUAL = frozenset(
     | {"laser_retro", "plugin"}
 )
 _COLLISION = frozenset({"pose", "geometry", "surface", "max_contacts", "laser_retro", "density"})
+# What is read by nobody, and matters unless it is what it is here.
+_ODD_IN_COLLISION: dict[str, tuple[str, ...]] = {
+    "laser_retro": (),
+    "surface/bounce/restitution_coefficient": (),
+    "surface/friction/ode/slip1": (),
+    "surface/friction/ode/slip2": (),
+    "surface/friction/torsional/patch_radius": (),
+    "surface/friction/torsional/surface_radius": (),
+    "surface/contact/collide_without_contact": ("false", "0"),
+    "surface/contact/collide_bitmask": ("65535", "0xffff"),
+    "surface/contact/ode/kp": ("1000000000000", "1e12", "1e+12", "1000000000000.0"),
+    "surface/contact/ode/kd": ("1", "1.0"),
+}
 
 
 # Any, here and below: elements of lxml, whose class has no types.
@@ -36,16 +49,17 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
     file.leave_rest(element, _COLLISION if touches else _VISUAL)
     geometry = element.find("geometry")
     solid = None if geometry is None else next(iter(geometry), None)
-    if solid is None or solid.tag == "empty":
+    if solid is None:
+        file.leave_out(element, "is left out: it has no shape")
+        return None
+    if solid.tag == "empty":
         return None
     found = _geometry(file, solid)
     if found is None:
         return None
     kind, size, path, turn = found
-    friction = None
-    if touches:
-        ode = file.number(element, "surface/friction/ode/mu", math.nan)
-        friction = None if math.isnan(ode) else max(ode, 0.0)
+    friction = _friction(file, element) if touches else None
+    density = file.number(element, "density", math.nan)
     return SceneShape(
         kind,
         size,
@@ -54,11 +68,26 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         path,
         None if touches else _colour(file, element),
         friction,
+        density=None if math.isnan(density) else density,
         place=file.place(solid),
     )
 
 
-def read_inertial(file: SdfFile, link: Any, place: Any) -> SceneInertial | None:
+def _friction(file: SdfFile, collision: Any) -> float | None:
+    """The coefficient of friction of a shape, None where it says none."""
+    file.leave_odd(collision, _ODD_IN_COLLISION)
+    coefficient = file.number(collision, "surface/friction/ode/mu", math.nan)
+    across = collision.find("surface/friction/ode/mu2")
+    if across is not None and file.number(across, ".", math.nan) != coefficient:
+        file.leave_out(across, "has no effect: friction is <mu> in all directions")
+    if coefficient < 0.0:
+        raise InvalidDescriptionError(
+            f"{file.place(collision)}: a coefficient of friction of {coefficient:g}"
+        )
+    return None if math.isnan(coefficient) else coefficient
+
+
+def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:
     """Read the ``<inertial>`` of a link; None where it asks to have it computed.
 
     A link that says nothing has what SDF says: 1 kg, and moments of 1 kg m².
@@ -66,7 +95,7 @@ def read_inertial(file: SdfFile, link: Any, place: Any) -> SceneInertial | None:
     Args:
         file: The file.
         link: The ``<link>``.
-        place: Returns where an element is in the link.
+        place: Where its ``<inertial>`` is in the link.
 
     Raises:
         InvalidDescriptionError: A number in it is none, or the mass is negative.
@@ -90,7 +119,7 @@ def read_inertial(file: SdfFile, link: Any, place: Any) -> SceneInertial | None:
             f"{file.place(element)}: link '{link.get('name')}' has a negative moment of inertia"
         )
     xx, xy, xz, yy, yz, zz = moments
-    return SceneInertial(mass, (xx, xy, xz, yy, yz, zz), place(element))
+    return SceneInertial(mass, (xx, xy, xz, yy, yz, zz), place)
 
 
 _Found = tuple[ShapeKind, Vector3, Any, Transform]

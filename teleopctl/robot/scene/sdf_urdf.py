@@ -3,13 +3,14 @@
 In URDF a link is where the joint is that moves it; in SDF the two may differ. So frames of links
 are those of their joints, as ROS's own reader of SDF has it, and what is in a link keeps its place.
 URDF knows no ball joints: a ball that carries nothing, such as a caster, slides instead of rolling.
-Nor has it ellipsoids, which become meshes; planes and heightmaps are left out, and named.
+Nor has it ellipsoids, which become meshes; planes, heightmaps and springs are left out, and named.
 """
 
 from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,17 +19,23 @@ from lxml import etree
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.formats.mesh_export import unit_ball
-from teleopctl.robot.formats.places import add_origin, numbers
+from teleopctl.robot.formats.places import add_origin, numbers, pose_text
 from teleopctl.robot.repair import REMARK
-from teleopctl.robot.scene.scene import SceneBody, SceneJoint, SceneModel, SceneShape
+from teleopctl.robot.scene.scene import (
+    SceneBody,
+    SceneJoint,
+    SceneModel,
+    SceneSensor,
+    SceneShape,
+)
 from teleopctl.robot.scene.sdf import read_sdf
 from teleopctl.robot.xacro_file import ExpandedXacro
-from teleopctl.tf import Transform, quaternion_from_rpy, rpy_from_quaternion
+from teleopctl.tf import Transform
 
 _NO_FORM = frozenset({"plane", "heightmap"})
 _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-# What URDF asks of a limit that SDF leaves open.
-_ANY_EFFORT, _ANY_SPEED = 1000.0, 100.0
+# The end of a range that is open on one side, rad or m: URDF has ranges with two ends alone.
+_FAR = 1e6
 
 
 def sdf_as_urdf(path: Path) -> ExpandedXacro:
@@ -45,7 +52,8 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
         )
     (model,) = scene.models
     robot = etree.Element("robot", name=model.name or path.stem)
-    for remark in (*scene.remarks, *_without_form(model)):
+    model = replace(model, joints=tuple(map(_held, model.joints)))
+    for remark in (*scene.remarks, *_without_form(scene.models[0])):
         # Whoever takes the text is to say what it lacks.
         etree.SubElement(robot, REMARK).text = remark
     parents = {joint.parent for joint in model.joints}
@@ -57,6 +65,8 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     }
     for body in model.bodies.values():
         _add_link(robot, body, frames[body.name].inverse() @ body.pose)
+    # What joins it to the world starts where that is.
+    frames["world"] = model.pose.inverse()
     _add_world(robot, model, frames)
     for joint in model.joints:
         rolls = joint.kind == "ball" and joint.child in casters
@@ -69,15 +79,31 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     return ExpandedXacro(text, scene.files)
 
 
-def _without_form(model: SceneModel) -> list[str]:
-    """A sentence for each shape that URDF has no form for."""
-    return [
-        f"{shape.place}: the {shape.kind} of link '{body.name}' is left out: "
-        "a robot has none, a world may"
-        for body in model.bodies.values()
-        for shape in body.shapes
-        if shape.kind in _NO_FORM
-    ]
+def _without_form(model: SceneModel) -> Iterator[str]:
+    """A sentence for each thing that URDF has no form for."""
+    for body in model.bodies.values():
+        for shape in body.shapes:
+            if shape.kind in _NO_FORM:
+                yield (
+                    f"{shape.place}: the {shape.kind} of link '{body.name}' is left out: "
+                    "a robot has none, a world may"
+                )
+            if shape.density is not None and body.inertial is None:
+                yield f"{shape.place}: the <density> in link '{body.name}' is taken for water's"
+    for joint in model.joints:
+        if joint.stiffness:
+            yield f"{joint.place}: the spring of joint '{joint.name}' is left out: URDF has none"
+        if _is_held(joint):
+            yield f"{joint.place}: joint '{joint.name}' is a fixed one: its range is one point, 0"
+
+
+def _is_held(joint: SceneJoint) -> bool:
+    """Whether a joint cannot move; of URDF a range from 0 to 0 says nothing."""
+    return joint.kind in ("revolute", "prismatic") and joint.lower == joint.upper == 0.0
+
+
+def _held(joint: SceneJoint) -> SceneJoint:
+    return replace(joint, kind="fixed") if _is_held(joint) else joint
 
 
 def _of_ball(joint: SceneJoint, *, rolls: bool) -> str:
@@ -142,8 +168,8 @@ def _add_world(robot: etree._Element, model: SceneModel, frames: dict[str, Trans
 
 def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Transform]) -> None:
     kind = _TYPES.get(joint.kind, "floating")
-    has_ends = math.isfinite(joint.lower) and math.isfinite(joint.upper)
-    if kind == "revolute" and not has_ends:
+    is_endless = math.isinf(joint.lower) and math.isinf(joint.upper)
+    if kind == "revolute" and is_endless:
         kind = "continuous"
     element = etree.SubElement(robot, "joint", name=joint.name, type=kind)
     parent = frames.get(joint.parent, Transform())
@@ -153,13 +179,22 @@ def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Trans
     if kind in ("fixed", "floating"):
         return
     etree.SubElement(element, "axis", xyz=numbers(*joint.axis))
+    # Zero limits nothing, neither effort nor speed nor, from 0 to 0, the range.
     limit = {
-        "effort": numbers(joint.effort if math.isfinite(joint.effort) else _ANY_EFFORT),
-        "velocity": numbers(joint.velocity if math.isfinite(joint.velocity) else _ANY_SPEED),
+        "effort": numbers(joint.effort if math.isfinite(joint.effort) else 0.0),
+        "velocity": numbers(joint.velocity if math.isfinite(joint.velocity) else 0.0),
+        "lower": numbers(0.0 if is_endless else max(joint.lower, -_FAR)),
+        "upper": numbers(0.0 if is_endless else min(joint.upper, _FAR)),
     }
-    if kind != "continuous":
-        limit["lower"], limit["upper"] = numbers(joint.lower), numbers(joint.upper)
     etree.SubElement(element, "limit", limit)
+    if joint.mimic is not None:
+        etree.SubElement(
+            element,
+            "mimic",
+            joint=joint.mimic.joint,
+            multiplier=numbers(joint.mimic.multiplier),
+            offset=numbers(joint.mimic.offset),
+        )
     etree.SubElement(
         element, "dynamics", damping=numbers(joint.damping), friction=numbers(joint.friction)
     )
@@ -179,7 +214,7 @@ def _add_gazebo(
             continue
         element = etree.SubElement(robot, "gazebo", reference=body.name)
         for sensor in body.sensors:
-            element.append(_placed(sensor, place))
+            element.append(_sensor(sensor, place))
         if rough:
             for tag in ("mu1", "mu2"):
                 etree.SubElement(element, tag).text = numbers(min(rough))
@@ -189,25 +224,17 @@ def _add_gazebo(
         if joint.sensors:
             element = etree.SubElement(robot, "gazebo", reference=joint.name)
             for sensor in joint.sensors:
-                element.append(copy.deepcopy(sensor))
+                element.append(_sensor(sensor, Transform()))
     if model.plugins:
         element = etree.SubElement(robot, "gazebo")
         for plugin in model.plugins:
             element.append(copy.deepcopy(plugin))
 
 
-def _placed(sensor: Any, place: Transform) -> Any:
+def _sensor(sensor: SceneSensor, place: Transform) -> Any:
     """A sensor with its pose in the link's frame of URDF."""
-    made = copy.deepcopy(sensor)
-    pose = made.find("pose")
-    here = Transform()
-    if pose is not None:
-        numbers_there = (pose.text or "0 0 0 0 0 0").split()
-        x, y, z, roll, pitch, yaw = map(float, numbers_there)
-        here = Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
+    made = copy.deepcopy(sensor.element)
+    for pose in made.findall("pose"):
         made.remove(pose)
-    where = place @ here
-    rpy_now = rpy_from_quaternion(where.rotation)
-    if any(where.translation) or any(rpy_now):
-        etree.SubElement(made, "pose").text = numbers(*where.translation, *rpy_now)
+    etree.SubElement(made, "pose").text = pose_text(place @ sensor.pose)
     return made

@@ -8,7 +8,6 @@ SDF, as Gazebo has it, a scene of MuJoCo's (MJCF), which MuJoCo reads, or YAML o
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +26,6 @@ from teleopctl.robot.xacro_file import expand_xacro
 
 _SOLIDS = ".//geometry/*"
 _SIZES = ("size", "radius", "length")
-_NUMBERS = ("xyz", "rpy", *_SIZES)
 _YAML = frozenset({".yaml", ".yml"})
 # What a world of ours has on a line of its own, which XML has not.
 _OURS = re.compile(r"^\s*things\s*:", re.MULTILINE)
@@ -169,23 +167,20 @@ def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
         raise error.at(str(path)) from error
     robot = parse(text)
     repair_urdf(robot)
-    for element in (*robot.findall("joint"), *robot.findall(".//origin"), *robot.findall(_SOLIDS)):
+    for element in (*robot.findall("joint"), *robot.findall(_SOLIDS)):
         place = f"{path}:{element.sourceline}" if has_lines else str(path)
         if element.tag == "joint":
             _check_joint(element, place)
         else:
-            _check_numbers(element, place)
+            _check_sizes(element, place)
     return description
 
 
-def _check_numbers(element: Element, place: str) -> None:
-    """See that a place or a size is one; the description has seen that all are numbers."""
-    for attribute in _NUMBERS:
+def _check_sizes(element: Element, place: str) -> None:
+    """See that sizes are some; the description has seen that they are finite numbers."""
+    for attribute in _SIZES:
         text = element.get(attribute) or ""
-        values = [float(word) for word in text.split()]
-        if not all(map(math.isfinite, values)):
-            raise InvalidDescriptionError(f'{place}: {attribute}="{text}" is not finite')
-        if attribute in _SIZES and min(values, default=1.0) <= 0.0:
+        if min(map(float, text.split()), default=1.0) <= 0.0:
             raise InvalidDescriptionError(f'{place}: {attribute}="{text}" is no size')
 
 

@@ -239,9 +239,10 @@ def _color(entry: Entry) -> Rgba:
 def _file(entry: Entry) -> Path:
     try:
         path = entry.path.parent / resolve_uri(entry.text())
-    except NotFoundError as error:
-        raise entry.refuse(f"is not found: {error.message}") from error
-    if not path.is_file():
+        is_there = path.is_file()
+    except (NotFoundError, OSError) as error:
+        raise entry.refuse(f"is not found: {error}") from error
+    if not is_there:
         raise entry.refuse(f"is not found: {path} is no file")
     return path.absolute()
 

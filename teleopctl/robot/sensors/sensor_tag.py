@@ -4,6 +4,7 @@ Lengths in metres, angles in radians, rates in Hz. The same element stands in ``
 and in the links of an SDF model.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -24,8 +25,9 @@ _FORCE_TORQUE = {
     "measure_direction": ("child_to_parent", "parent_to_child"),
 }
 _FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
-# A gigabyte of rays is a mistake, not a lidar.
+# A gigabyte of rays is a mistake, not a lidar; nor does OpenGL draw larger pictures.
 _MOST_RAYS = 4_000_000
+_MOST_PIXELS = 16_384
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,6 +265,11 @@ def _noises(element: Element, path: str) -> Iterator[tuple[str, Noise]]:
             if kind in ("gaussian", "gaussian_quantized"):
                 names = Noise.__dataclass_fields__
                 values = {name: number_in(child, name, 0.0) for name in names}
+                for name, value in values.items():
+                    if value < 0.0 and "mean" not in name:
+                        raise InvalidDescriptionError(
+                            f"{describe(child)}: <{name}> should not be negative, got {value:g}"
+                        )
                 yield path, Noise(**values)
         elif child.tag != "plugin":
             yield from _noises(child, f"{path}/{child.tag}".lstrip("/"))
@@ -281,7 +288,7 @@ def _read_rays(element: Element) -> Rays:
         sweep("horizontal"),
         sweep("vertical"),
         near=number_in(element, "range/min", 0.0),
-        far=number_in(element, "range/max", float("inf")),
+        far=number_in(element, "range/max", math.inf, finite=False),
     )
     if rays.horizontal.count * rays.vertical.count > _MOST_RAYS:
         raise InvalidDescriptionError(f"{describe(element)}: more than {_MOST_RAYS} rays")
@@ -320,8 +327,8 @@ def _read_camera(element: Element) -> Camera:
     return Camera(
         name=element.get("name") or "",
         horizontal_fov=_required_number(element, "horizontal_fov"),
-        width=int(_required_number(image, "width")),
-        height=int(_required_number(image, "height")),
+        width=_pixels(image, "width"),
+        height=_pixels(image, "height"),
         format=child_text(image, "format", "R8G8B8"),
         vertical_fov=number_in(element, "vertical_fov", None),
         # Nothing can be drawn from a distance of zero on.
@@ -331,6 +338,15 @@ def _read_camera(element: Element) -> Camera:
         intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
         **coefficients,
     )
+
+
+def _pixels(image: Element, tag: str) -> int:
+    value = _required_number(image, tag)
+    if not 1.0 <= value <= _MOST_PIXELS:
+        raise InvalidDescriptionError(
+            f"{describe(image)}: <{tag}> should be 1 to {_MOST_PIXELS} pixels, got {value:g}"
+        )
+    return int(value)
 
 
 def _read_intrinsics(element: Element | None) -> tuple[float, float, float, float] | None:
@@ -356,8 +372,16 @@ def _vector(element: Element, text: str, count: int) -> list[float]:
     return values
 
 
-def number_in(element: Element | None, tag: str, default: Default) -> float | Default:
+def number_in(
+    element: Element | None, tag: str, default: Default, *, finite: bool = True
+) -> float | Default:
     """Return a child's number; Gazebo takes it as text or as the attribute ``value``.
+
+    Args:
+        element: The element, if there is one.
+        tag: The child.
+        default: What a missing child means.
+        finite: Whether infinity is none.
 
     Raises:
         InvalidDescriptionError: When it is something else.
@@ -367,9 +391,10 @@ def number_in(element: Element | None, tag: str, default: Default) -> float | De
         return default
     text = (child.text or "").strip() or child.get("value") or ""
     value = to_number(text)
-    if value is None:
+    if value is None or (finite and math.isinf(value)):
+        kind = "a number" if value is None else "a finite number"
         raise InvalidDescriptionError(
-            f"{describe(element)}: <{tag}> should be a number, got '{text}'"
+            f"{describe(element)}: <{tag}> should be {kind}, got '{text}'"
         )
     return value
 
