@@ -9,11 +9,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.mujoco_model.cameras import CameraModel as CameraModel
-    from teleopctl.mujoco_model.convex import (
-        HOLLOW as HOLLOW,
-        can_decompose as can_decompose,
-        hull_ratio as hull_ratio,
-    )
     from teleopctl.mujoco_model.drives import (
         SPEED_LAG_S as SPEED_LAG_S,
         SPEED_STIFFNESS as SPEED_STIFFNESS,
@@ -45,7 +40,6 @@ else:
         __name__,
         {
             "cameras": "CameraModel",
-            "convex": "HOLLOW can_decompose hull_ratio",
             "drives": (
                 "SPEED_LAG_S SPEED_STIFFNESS compensated_bodies drive_name motor_name rotors_told"
             ),

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, split, touching
+from teleopctl.mujoco_model.convex import can_decompose, convex_pieces, hull_of, split, touching
 from teleopctl.mujoco_model.mesh_content import oversize, read_mesh
 from teleopctl.mujoco_model.paint import drawn_by, paint
 from teleopctl.packages import resolve_uri
@@ -33,7 +33,7 @@ def resolve_meshes(
             first only; each by itself costs the time of reading it once more.
 
     Returns:
-        One warning per mesh that was dropped.
+        One warning per mesh that was dropped, or touches as something else than it is.
     """
     warnings: list[str] = []
     complained: set[str] = set()
@@ -43,8 +43,9 @@ def resolve_meshes(
             continue  # it has its corners
         reason = _use_file(spec, mesh, folder or Path(), try_each=try_each)
         if reason is None:
-            if not try_each and (count := _cut(spec, mesh, (folder or Path()) / resolve_uri(uri))):
-                warnings.append(f"Mesh '{uri}' is hollow: it touches as {count} convex pieces")
+            path = (folder or Path()) / resolve_uri(uri)
+            if words := _touch(spec, mesh, path, may_cut=not try_each):
+                warnings.append(f"Mesh '{uri}' {words}")
             continue
         if uri not in complained:
             complained.add(uri)
@@ -54,14 +55,19 @@ def resolve_meshes(
 
 
 # Any stands for MuJoCo's meshes, here and below: their class has no types.
-def _cut(spec: mujoco.MjSpec, mesh: Any, path: Path) -> int:
-    """Cut a mesh that touches into convex pieces where it needs that; returns how many."""
-    if not (can_decompose() and touching(spec, mesh)):
-        return 0
-    pieces = convex_pieces(path)
-    if pieces:
-        split(spec, mesh, pieces)
-    return len(pieces)
+def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
+    """Cut a mesh that touches into convex pieces where it needs that.
+
+    Returns:
+        What it touches as, as a sentence's end; empty for itself.
+    """
+    if not touching(spec, mesh):
+        return ""
+    pieces = convex_pieces(path) if may_cut and can_decompose() else []
+    if not pieces:
+        return hull_of(path).fault
+    split(spec, mesh, pieces)
+    return f"is hollow: it touches as {len(pieces)} convex pieces"
 
 
 def _use_file(spec: mujoco.MjSpec, mesh: Any, folder: Path, *, try_each: bool) -> str | None:

@@ -8,6 +8,7 @@ touches everything.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +78,20 @@ def exclude_adjacent(spec: mujoco.MjSpec) -> None:
                 break
         if parent is not body and _touches(parent):
             spec.add_exclude(bodyname1=parent.name, bodyname2=body.name)
+
+
+def exclude_links(spec: mujoco.MjSpec, links: Iterable[str], robot: Sequence[str]) -> None:
+    """Exclude contacts between some links of a robot and all of it.
+
+    Args:
+        spec: The ``mujoco.MjSpec`` to edit.
+        links: Those that touch nothing of their robot.
+        robot: All of its links.
+    """
+    for link in links:
+        for other in robot:
+            if other != link and _touches(spec.body(link)) and _touches(spec.body(other)):
+                spec.add_exclude(bodyname1=link, bodyname2=other)
 
 
 def _is_free(body: Any) -> bool:

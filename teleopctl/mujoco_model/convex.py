@@ -4,17 +4,18 @@ MuJoCo lets a mesh touch as its convex hull, so that nothing goes into a ring or
 of one part. Where CoACD is installed (the extra ``decomposition``) such meshes are cut into
 pieces. That takes a second or more for each, once: they are kept in the user's cache folder.
 What stands and has few triangles, such as walls, needs no such cut: it touches with a slab below
-each triangle.
+each triangle. What stays a hull that is larger than its mesh is told.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -24,7 +25,12 @@ from teleopctl.folders import cache_dir
 from teleopctl.mujoco_model.mesh_content import read_mesh
 
 # A hull with so many times a mesh's volume fills what is hollow; below it is the mesh, nearly.
-HOLLOW = 1.5
+_HOLLOW = 1.5
+# A mesh is open where its open edges are longer than it is wide, deep and high together: seams that
+# do not meet exactly, which CAD leaves, are shorter, an open box or a tube has more. Corners that
+# are nearer than this part of its size are one.
+_OPEN_EDGES = 1.0
+_SAME_CORNER = 1e-5
 
 # CoACD's own defaults take ten seconds for each mesh; with these it takes one, for the same pieces
 # of simple parts. Concavity is what a piece may miss, as a part of its size.
@@ -38,7 +44,7 @@ _SETTINGS = {
     "mcts_max_depth": 2,
     "seed": 0,
 }
-_EDITION = b"1"
+_EDITION = b"2"
 # What a piece has of the shape that it is of.
 _KEPT = (
     *("pos", "quat", "group", "rgba", "contype", "conaffinity", "condim", "priority", "friction"),
@@ -57,40 +63,59 @@ def can_decompose() -> bool:
     return find_spec("coacd") is not None
 
 
-def hull_ratio(path: Path) -> float:
-    """How many times a mesh's volume its convex hull has; 1 where that cannot be told."""
-    mesh = _trimesh(path)
-    if mesh is None:
-        return 1.0
+class Hull(NamedTuple):
+    """The convex hull of a mesh beside the mesh.
+
+    Attributes:
+        ratio: How many times the mesh's volume it has; 1 where that cannot be told.
+        is_open: Whether the mesh is far from closed, so that it has no volume to speak of.
+    """
+
+    ratio: float
+    is_open: bool
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with it in the mesh's place, as a sentence's end; empty for nothing."""
+        if self.is_open:
+            return "touches as its convex hull: it is not closed"
+        if self.ratio <= _HOLLOW:
+            return ""
+        cure = "" if can_decompose() else "; `pip install 'teleopctl[decomposition]'` cures that"
+        return f"touches as its convex hull, which has {self.ratio:.1f} times its volume{cure}"
+
+
+def hull_of(path: Path) -> Hull:
+    """What a mesh file's hull is like, kept by the file's content."""
+    kept = _kept_at(path, ".hull")
     try:
-        volume, hull = abs(float(mesh.volume)), float(mesh.convex_hull.volume)
-    except Exception:  # noqa: BLE001 - flat and broken meshes have none, in many ways
-        return 1.0
-    # What has no inside has no volume to speak of.
-    return hull / volume if volume > 1e-3 * hull > 0.0 else 1.0
+        ratio, is_open = kept.read_text("utf-8").split()
+        return Hull(float(ratio), is_open == "open")
+    except (OSError, ValueError):
+        pass  # nothing of use is there
+    hull = _measured(path)
+    _keep(kept, f"{hull.ratio!r} {'open' if hull.is_open else 'closed'}".encode())
+    return hull
 
 
 def convex_pieces(path: Path) -> list[Piece]:
-    """The convex pieces of a mesh file; none where its hull is as good."""
-    digest = hashlib.sha256(_EDITION + path.suffix.lower().encode() + path.read_bytes())
-    kept = Path(cache_dir()) / "meshes" / f"{digest.hexdigest()}.convex.npz"
+    """The convex pieces of a mesh file; none where its hull is as good, or it is not closed."""
+    hull = hull_of(path)
+    if hull.is_open or hull.ratio <= _HOLLOW:
+        return []
+    kept = _kept_at(path, ".convex.npz")
     try:
         if kept.is_file():
             return _loaded(kept)
     except (OSError, ValueError, KeyError):
         pass  # nothing of use is there
-    pieces = _cut(path) if hull_ratio(path) > HOLLOW else []
+    pieces = _cut(path)
     arrays: dict[str, npt.NDArray[Any]] = {}
     for number, (vertices, faces) in enumerate(pieces):
         arrays[f"vertices{number}"], arrays[f"faces{number}"] = vertices, faces
-    try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = kept.with_suffix(f".{os.getpid()}")
-        with unfinished.open("wb") as stream:
-            np.savez(stream, count=np.array(len(pieces)), **arrays)  # type: ignore[arg-type]
-        unfinished.replace(kept)
-    except OSError:
-        pass  # it is cut anew the next time
+    stream = io.BytesIO()
+    np.savez(stream, count=np.array(len(pieces)), **arrays)  # type: ignore[arg-type]
+    _keep(kept, stream.getvalue())
     return pieces
 
 
@@ -109,7 +134,7 @@ def slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
     if mesh is None or not 0 < len(mesh.faces) <= _MOST_SLABS:
         return []
     mesh.apply_transform(np.diag([*scale, 1.0]))
-    if not mesh.is_watertight or hull_ratio(path) <= HOLLOW:
+    if not mesh.is_watertight or hull_of(path).ratio <= _HOLLOW:
         return []
     # Half as thick as the mesh is on average, so that no slab comes out on the other side.
     depth = min(abs(mesh.volume) / mesh.area, _SLAB_M)
@@ -159,6 +184,52 @@ def _trimesh(path: Path) -> Any:
     if isinstance(content, str):
         return None
     return trimesh.Trimesh(content.vertices, content.faces)
+
+
+def _measured(path: Path) -> Hull:
+    mesh = _trimesh(path)
+    if mesh is None:
+        return Hull(1.0, is_open=False)
+    try:
+        # Of what has no volume trimesh computes the centre too.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            volume, hull = abs(float(mesh.volume)), float(mesh.convex_hull.volume)
+    except Exception:  # noqa: BLE001 - flat and broken meshes have none, in many ways
+        return Hull(1.0, is_open=False)
+    if hull <= 0.0:
+        return Hull(1.0, is_open=False)
+    # Sheets that are drawn from both sides are closed, and have no inside.
+    if volume <= 1e-3 * hull or _open_edges(mesh) > _OPEN_EDGES:
+        return Hull(1.0, is_open=True)
+    return Hull(hull / volume, is_open=False)
+
+
+# Any: trimesh's mesh, whose class has no types that hold.
+def _open_edges(mesh: Any) -> float:
+    """The length of all edges of one triangle alone, beside the mesh's three sides together."""
+    sides = float(mesh.extents.sum())
+    places = np.round(mesh.vertices / (_SAME_CORNER * sides)).astype(np.int64)
+    corners = np.unique(places, axis=0, return_inverse=True)[1].ravel()
+    edges = np.sort(corners[mesh.edges], axis=1)
+    _, first, count = np.unique(edges, axis=0, return_index=True, return_counts=True)
+    start, end = mesh.vertices[mesh.edges[first[count == 1]]].transpose(1, 0, 2)
+    return float(np.linalg.norm(end - start, axis=1).sum()) / sides
+
+
+def _kept_at(path: Path, suffix: str) -> Path:
+    digest = hashlib.sha256(_EDITION + path.suffix.lower().encode() + path.read_bytes())
+    return Path(cache_dir()) / "meshes" / f"{digest.hexdigest()}{suffix}"
+
+
+def _keep(file: Path, content: bytes) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        # Others may be writing the same one.
+        unfinished = file.with_suffix(f".{os.getpid()}")
+        unfinished.write_bytes(content)
+        unfinished.replace(file)
+    except OSError:
+        pass  # it is made anew the next time
 
 
 def _cut(path: Path) -> list[Piece]:

@@ -14,7 +14,12 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.base import FreeBase, borne_inertias, free_base, place_base, world_frame
 from teleopctl.mujoco_model.cameras import CameraModel, add_camera, camera_models
-from teleopctl.mujoco_model.contacts import exclude_adjacent, hold_by_friction, overlaps
+from teleopctl.mujoco_model.contacts import (
+    exclude_adjacent,
+    exclude_links,
+    hold_by_friction,
+    overlaps,
+)
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
 from teleopctl.mujoco_model.free_bodies import FreeBody, free_bodies
 from teleopctl.mujoco_model.inertia import repair_inertias
@@ -272,6 +277,12 @@ def _draft(
     apply_gazebo(spec, description)
     prepare_joints(spec, joints)
     exclude_adjacent(spec)
+    alone = [
+        link
+        for link, physics in description.gazebo.links.items()
+        if physics.self_collide is False and link in description.links
+    ]
+    exclude_links(spec, alone, list(description.links))
     things: tuple[Thing, ...] = ()
     if world is not None:
         before = {body.name for body in spec.worldbody.bodies}

@@ -24,13 +24,19 @@ from teleopctl.robot import tags_of_plugin
 
 # By kind of element: the tags that have their effect, or that change nothing of a simulation.
 # `fdir1` is a direction of friction, which is the same in all; the joints' are Gazebo's solver's.
-_OF_LINKS = words("material mu1 mu2 sensor visual fdir1 maxContacts max_contacts")
+_OF_LINKS = words("material mu1 mu2 selfCollide sensor visual fdir1 maxContacts max_contacts")
 _OF_JOINTS = words(
     "implicitSpringDamper provideFeedback provide_feedback preserveFixedJoint "
     "disableFixedJointLumping disableJointLumping sensor"
 )
 _OF_ROBOTS = frozenset({"allow_auto_disable"})
-_BECAUSE = {"mu2": ": friction is <mu1> in all directions"}
+_STIFF = ": contacts are as stiff as steps of physics allow"
+_BECAUSE = {"mu2": ": friction is <mu1> in all directions", "kp": _STIFF, "kd": _STIFF}
+# What the plug-in may say that runs a controller manager; its robot is this one.
+_OF_CONTROL = words(
+    "parameters ros controller_manager_name controller_manager_prefix_node_name robot_param "
+    "robot_param_node robot_sim_type"
+)
 
 # Plug-ins of the whole robot that are served, by the controllers, or stand for nothing of their
 # own: Gazebo's engines, whose sensors have tags, and its window.
@@ -117,7 +123,8 @@ def _of_gazebo(gazebo: etree._Element, where: str, served: frozenset[str]) -> It
 
 def _of_controller(plugin: etree._Element) -> Iterator[Tag]:
     """The parameters of a plug-in that is a controller here."""
-    known = tags_of_plugin(plugin.get("filename", ""))
+    filename = plugin.get("filename", "")
+    known = _OF_CONTROL if "ros2_control" in filename else tags_of_plugin(filename)
     if known is None:
         return  # told as a whole
     for tag in plugin:

@@ -64,11 +64,11 @@ if TYPE_CHECKING:
         read_world as read_world,
         read_world_text as read_world_text,
     )
+    from teleopctl.robot.sensors.plugin_tag import Plugin as Plugin
     from teleopctl.robot.sensors.sensor_names import RosNames as RosNames
     from teleopctl.robot.sensors.sensor_tag import (
         Camera as Camera,
         Noise as Noise,
-        Plugin as Plugin,
         Rays as Rays,
         Sensor as Sensor,
         Sweep as Sweep,
@@ -121,8 +121,9 @@ else:
             "mesh_units": "collada_unit_m",
             "repair": "repair_urdf",
             "ros2_control_tag": "ComponentInfo HardwareInfo InterfaceInfo",
+            "sensors.plugin_tag": "Plugin",
             "sensors.sensor_names": "RosNames",
-            "sensors.sensor_tag": "Camera Noise Plugin Rays Sensor Sweep",
+            "sensors.sensor_tag": "Camera Noise Rays Sensor Sweep",
             "simulated_hardware": "SimulatedDescription simulated with_plugin_joints",
             "urdf": "Box Capsule Cylinder Geometry Joint Link Material Mesh Mimic Pose Sphere",
             "gazebo_colours": "gazebo_colour",

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, child_text, describe
+from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.sensors.sensor_tag import (
-    Plugin,
     Sensor,
     flag,
     number_in,
-    read_plugin,
     read_sensor,
     sensor_of_plugin,
 )

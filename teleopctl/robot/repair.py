@@ -117,7 +117,9 @@ def _see_limits(joint: Element, notes: _Notes) -> None:
         if lower is not None and upper is not None and lower > upper:
             name = joint.get("name")
             notes.add(f"Joint '{name}' has no limits: its lower one is above its upper one", limit)
-    for attribute in ("damping", "friction") if dynamics is not None else ():
+    if dynamics is None:
+        return
+    for attribute in ("damping", "friction"):
         value = to_number(dynamics.get(attribute) or "0")
         if value is not None and value < 0.0:
             notes.add(f"A negative {attribute} counts as 0", dynamics)

@@ -2,8 +2,8 @@
 
 Descriptions name the hardware that their authors have: a vendor's driver, a mock, another
 simulator. In simulation all of that is this one, whatever it was; a robot without any
-``<ros2_control>`` has a system that holds each joint. Joints that Gazebo's own plug-ins move take
-what the controllers command that stand for these here.
+``<ros2_control>`` has a system that holds each joint, and a planar joint is three. Joints that
+Gazebo's own plug-ins move take what the controllers command that stand for these here.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.elements import parse, to_number
 from teleopctl.robot.gazebo_plugins.table import MotionPlugins, motion_plugins
 from teleopctl.robot.joints import Joints
+from teleopctl.robot.planar_joints import split_planar_joints
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
 _SIMULATORS = (
@@ -25,7 +26,7 @@ _SIMULATORS = (
     "ign_ros2_control/IgnitionSystem",
     "mujoco_ros2_control/MujocoSystemInterface",
 )
-_NEW_SYSTEM = "SimulatedSystem"
+_NEW_SYSTEM, _PLANAR_SYSTEM = "SimulatedSystem", "PlanarJoints"
 _COMMANDS = ("position", "velocity", "effort")
 _STATES = ("position", "velocity")
 
@@ -53,10 +54,17 @@ def simulated(urdf: str) -> SimulatedDescription:
         InvalidDescriptionError: When it is no robot.
     """
     robot: etree._Element = parse(urdf)
-    systems = robot.findall("ros2_control")
     description = RobotDescription.from_urdf(urdf)
+    planar, remarks = split_planar_joints(robot, description.joints)
+    if planar:
+        description = RobotDescription.from_urdf(etree.tostring(robot, encoding="unicode"))
     plugins = motion_plugins(description)
-    remarks = _take_over(systems) if systems else _add_system(robot, description, plugins)
+    systems = robot.findall("ros2_control")
+    if systems:
+        remarks += _take_over(systems)
+        _tell_states(robot, planar)
+    else:
+        remarks += _add_system(robot, description, plugins)
     if not (_let_plugins_command(robot, plugins) or remarks):
         return SimulatedDescription(urdf, ())
     return SimulatedDescription(etree.tostring(robot, encoding="unicode"), tuple(remarks))
@@ -116,8 +124,20 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
     return [f"Without '_pid', since the simulator's drives follow exactly: {', '.join(renamed)}"]
 
 
-def _new_system() -> etree._Element:
-    system = etree.Element("ros2_control", name=_NEW_SYSTEM, type="system")
+def _tell_states(robot: etree._Element, joints: list[str]) -> None:
+    """Add a system that tells where joints are, and moves none."""
+    if not joints:
+        return
+    system = _new_system(_PLANAR_SYSTEM)
+    for name in joints:
+        joint = etree.SubElement(system, "joint", name=name)
+        for state in _STATES:
+            etree.SubElement(joint, "state_interface", name=state)
+    robot.append(system)
+
+
+def _new_system(name: str = _NEW_SYSTEM) -> etree._Element:
+    system = etree.Element("ros2_control", name=name, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
     return system
 

@@ -10,7 +10,7 @@ import trimesh
 
 from teleopctl.mujoco_model import RobotModel, build_model, convex, mesh_content
 from teleopctl.mujoco_model.mesh_content import MeshContent, read_mesh
-from teleopctl.robot import RobotDescription, unknown_tags
+from teleopctl.robot import RobotDescription, simulated, unknown_tags
 from teleopctl.sim import Simulation
 from tests.sim.robots import INERTIAL, box, control, joint, link, robot
 
@@ -184,6 +184,37 @@ def test_a_visual_alone_touches_nothing() -> None:
     assert not built.base.can_touch
 
 
+def test_a_planar_joint_slides_down_its_plane_and_turns_in_it() -> None:
+    slope = math.radians(30.0)
+    normal = f"0 {-math.sin(slope)} {math.cos(slope)}"
+    centred = INERTIAL.replace("0 0 0.25", "0 0 0")
+    described = robot(
+        link("world", ""),
+        link("sledge", centred),
+        link("arm", centred),
+        joint("slope", "world", "sledge", kind="planar", axis=normal, xyz="0 0 2", limit=""),
+        joint("turn", "sledge", "arm", kind="continuous", axis=normal, limit=""),
+        control(turn="position"),
+    )
+    urdf, remarks = simulated(described.urdf)
+    assert remarks[0] == (
+        "The planar joint 'slope' is three here: 'slope_x' and 'slope_y' slide, 'slope_theta' turns"
+    )
+    built = build_model(RobotDescription.from_urdf(urdf))
+    assert built.warnings == ()
+    way = 9.81 * math.sin(slope) * 0.5**2 / 2.0
+    x, y, z = after(built, 0.5).link_pose("sledge").position
+    assert (x, y, z) == pytest.approx(
+        (0.0, -way * math.cos(slope), 2.0 - way * math.sin(slope)), abs=2e-3
+    )
+    states = {
+        part.name: [one.name for one in part.state_interfaces]
+        for system in RobotDescription.from_urdf(urdf).ros2_control
+        for part in system.joints
+    }
+    assert states["slope_theta"] == ["position", "velocity"]
+
+
 def sectors(path: Path) -> list[convex.Piece]:
     """A ring around z in twelve convex pieces."""
     corners = trimesh.load_mesh(path).vertices
@@ -228,6 +259,62 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
     heights = [float(after(one).link_pose("ball").position[2]) for one in (cut, whole)]
     assert heights[0] == pytest.approx(0.05, abs=0.01)
     assert heights[1] > 1.0
+
+
+def test_a_mesh_that_touches_as_something_larger_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(convex, "can_decompose", lambda: False)
+    monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: False)
+    cube = trimesh.creation.box()
+    meshes = {
+        "ring": trimesh.creation.annulus(r_min=0.4, r_max=0.5, height=1.0),
+        "box without a lid": trimesh.Trimesh(cube.vertices, cube.faces[:-2]),
+        "sheet": trimesh.Trimesh(cube.vertices, [*cube.faces[:6], *cube.faces[:6, ::-1]]),
+        "cube": cube,
+        # As CAD leaves them: each face with corners of its own, which do not quite meet.
+        "seams": trimesh.Trimesh(
+            cube.triangles.reshape(-1, 3) + np.linspace(0.0, 1e-7, 36)[:, None],
+            np.arange(36).reshape(-1, 3),
+        ),
+    }
+    told = {}
+    for name, mesh in meshes.items():
+        file = tmp_path / f"{name.replace(' ', '_')}.stl"
+        mesh.export(file)
+        built = build_model(robot(link("a", collision(f'<mesh filename="{file}"/>') + INERTIAL)))
+        told[name] = " ".join(built.warnings).removeprefix(f"Mesh '{file}' touches as its convex ")
+    assert told == {
+        "ring": "hull, which has 2.8 times its volume; `pip install 'teleopctl[decomposition]'` "
+        "cures that",
+        "box without a lid": "hull: it is not closed",
+        "sheet": "hull: it is not closed",
+        "cube": "",
+        "seams": "",
+    }
+
+
+def test_a_link_that_does_not_touch_its_robot_goes_through_it() -> None:
+    def touching(tag: str) -> int:
+        cube = collision('<box size="0.4 0.4 0.4"/>') + INERTIAL
+        built = build_model(
+            robot(
+                WORLD,
+                *(link(name, cube) for name in ("base", "middle", "tip")),
+                BASE,
+                joint("down", "base", "middle", kind="prismatic", axis="0 0 1", xyz="0 0 0.9"),
+                joint("up", "middle", "tip", kind="prismatic", axis="0 1 0", xyz="0 0.9 0"),
+                f'<gazebo reference="tip"><selfCollide>{tag}</selfCollide></gazebo>',
+            )
+        )
+        assert built.warnings == ()
+        data = mujoco.MjData(built.mj_model)
+        data.joint("down").qpos[0] = data.joint("up").qpos[0] = -0.9
+        mujoco.mj_forward(built.mj_model, data)
+        return int(data.ncon)
+
+    assert touching("true") > 0
+    assert touching("false") == 0
 
 
 def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(tmp_path: Path) -> None:

@@ -39,9 +39,9 @@ def test_each_kind_of_tag_is_told_once_with_its_lines() -> None:
 
     assert warnings(tags) == (
         "<gazebo> (line 11) is left out: there is no link or joint 'nobody'",
-        "<kp> of 'base' (line 4), 'tip' (line 8) has no effect",
+        "<kp> of 'base' (line 4), 'tip' (line 8) has no effect: contacts are as stiff as steps of "
+        "physics allow",
         "<gravity> of 'base' (line 5) has no effect",
-        "<selfCollide> of 'tip' (line 8) has no effect",
         "<mu2> of 'tip' (line 8) has no effect: friction is <mu1> in all directions",
         "<springStiffness> of 'mount' (line 10) has no effect",
         "<static> of the robot (line 12) has no effect",
@@ -83,10 +83,36 @@ def test_of_a_plugin_that_is_a_controller_the_tags_are_told_that_it_does_not_hav
     assert warnings(plugin) == ("<legacy_mode> of plug-in 'p' (line 2) has no effect",)
 
 
+def test_of_the_plugin_that_runs_controllers_the_tags_are_told_that_change_nothing() -> None:
+    plugin = (
+        '<gazebo><plugin name="p" filename="libgz_ros2_control-system.so">'
+        "<parameters>a.yaml</parameters><hold_joints>{}</hold_joints>"
+        "\n<position_proportional_gain>{}</position_proportional_gain></plugin></gazebo>"
+    )
+    assert warnings(plugin.format("true", "0")) == ()
+    assert warnings(plugin.format("false", "0.1")) == (
+        "<hold_joints> of plug-in 'p' (line 1) has no effect",
+        "<position_proportional_gain> of plug-in 'p' (line 2) has no effect",
+    )
+
+
 def test_a_camera_without_its_tag_is_told() -> None:
     assert warnings('<gazebo reference="tip">\n<sensor name="eye" type="camera"/></gazebo>') == (
         "Sensor 'eye' on link 'tip' (line 2) is left out: it has no <camera>",
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("<horizontal_fov>1", "<horizontal_fov>4"), "a pinhole has no field of view of 4 rad"),
+        ((IMAGE, f"{IMAGE}<clip><near>9</near><far>2</far></clip>"), "nothing between 9 m and 2 m"),
+    ],
+)
+def test_a_camera_that_cannot_see_is_told(change: tuple[str, str], words: str) -> None:
+    built = model(link("base", ""), link("tip", ""), MOUNT, camera().replace(*change))
+    assert built.cameras == ()
+    assert words in built.warnings[0]
 
 
 @pytest.mark.parametrize("reference", ["mount", "nobody"])

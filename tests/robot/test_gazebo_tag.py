@@ -48,6 +48,7 @@ def test_plugins_of_the_robot_keep_all_their_settings():
     [
         ("<mu1>much</mu1>", "<mu1> should be a number, got 'much'"),
         ("<selfCollide>maybe</selfCollide>", "should be true or false, got 'maybe'"),
+        ("<mu1>-1</mu1>", "<mu1> should not be negative, got -1"),
         ('<sensor name="s" type="camera"><camera/></sensor>', "needs an <image>"),
         (
             '<sensor name="s" type="camera"><camera><image/></camera></sensor>',

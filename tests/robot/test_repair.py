@@ -4,7 +4,7 @@ import pytest
 
 from teleopctl.mujoco_model import build_model
 from teleopctl.robot import Material, RobotDescription
-from teleopctl.robot.urdf import Link, Pose
+from teleopctl.robot.urdf import Dynamics, Link, Pose
 
 BOX = '<geometry><box size="1 1 1"/></geometry>'
 RED = '<material name="x"><color rgba="1 0 0 1"/></material>'
@@ -74,6 +74,9 @@ def test_one_scale_of_a_mesh_counts_for_all_axes() -> None:
         ('<collision><geometry><box size="1 1"/></geometry></collision>', "should be 3 numbers"),
         ("<inertial/>", "needs a <mass> and an <inertia>"),
         ('<inertial><inertia ixx="1" iyy="1" izz="1"/></inertial>', "needs a <mass>"),
+        ('<inertial><mass value="-1"/><inertia/></inertial>', "a mass of -1 kg"),
+        ('<inertial><mass value="inf"/><inertia/></inertial>', "should be a finite number"),
+        (f'<visual><origin xyz="0 inf 0"/>{BOX}</visual>', "should be finite, got '0 inf 0'"),
     ],
 )
 def test_a_part_that_cannot_be_read_is_left_out_and_the_others_stay(part: str, reason: str) -> None:
@@ -100,6 +103,22 @@ def test_a_joint_that_mimics_none_moves_on_its_own() -> None:
     assert description.repairs == (
         "Joint 'j' mimics the joint 'k', which does not exist: it moves on its own",
     )
+
+
+def test_of_a_joint_what_has_no_sense_is_told() -> None:
+    content = (
+        '<parent link="a"/><child link="b"/><limit lower="1" upper="-1"/>'
+        '<dynamics damping="-2" friction="1"/>'
+    )
+    description = RobotDescription.from_urdf(
+        '<robot name="r"><link name="a"/><link name="b"/>'
+        f'<joint name="j" type="revolute">{content}</joint></robot>'
+    )
+    assert description.repairs == (
+        "Joint 'j' has no limits: its lower one is above its upper one (line 1)",
+        "A negative damping counts as 0 (line 1)",
+    )
+    assert description.joints["j"].dynamics == Dynamics(0.0, 1.0)
 
 
 def test_the_description_itself_stays_as_it_was_written() -> None:

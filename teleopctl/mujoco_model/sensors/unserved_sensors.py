@@ -24,7 +24,7 @@ def words(text: str) -> frozenset[str]:
 
 
 # What is the case anyway if the tag says so.
-_ANYWAY = dict.fromkeys(("selfCollide", "self_collide", "gravity"), ("true", "1")) | {
+_ANYWAY = dict.fromkeys(("self_collide", "gravity", "hold_joints"), ("true", "1")) | {
     "turnGravityOff": ("false", "0"),
     "format": ("r8g8b8", "rgb_int8", "b8g8r8", "bgr_int8", "l8", "l_int8"),
     "center": ("0.5 0.5",),

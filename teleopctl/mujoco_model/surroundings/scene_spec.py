@@ -10,7 +10,7 @@ import numpy as np
 
 from teleopctl.mujoco_model.assets import resolve_meshes
 from teleopctl.mujoco_model.contacts import give_friction
-from teleopctl.mujoco_model.convex import HOLLOW, can_decompose, hull_ratio, slabs
+from teleopctl.mujoco_model.convex import slabs
 from teleopctl.mujoco_model.drives import finite_range
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.urdf_import import (
@@ -251,11 +251,6 @@ class _Builder:
                 names.append(f"slab{number}_{len(names)}")
                 self.spec.add_mesh(name=names[-1], uservert=corners.ravel().tolist())
             self._parts[key] = names
-            if not (names or can_decompose()) and (ratio := hull_ratio(shape.file)) > HOLLOW:
-                self.warnings.append(
-                    f"Mesh '{shape.file}' touches as its convex hull, which has {ratio:.1f} times "
-                    "its volume: `pip install 'teleopctl[decomposition]'` cures that"
-                )
         return self._parts[key]
 
     def _heightmap(self, shape: SceneShape) -> str:
@@ -271,8 +266,13 @@ class _Builder:
         return self._assets[key]
 
     def _tell_left_out(self, model: SceneModel) -> None:
-        holders = (*model.bodies.values(), *model.joints)
-        sensors = [sensor.element for holder in holders for sensor in holder.sensors]
+        bodies = model.bodies.values()
+        if len(bodies) > 1 and not (model.static or all(body.self_collides for body in bodies)):
+            self.warnings.append(
+                f"The parts of '{model.name}' touch one another, whatever <self_collide> says"
+            )
+        sensors = [sensor.element for body in bodies for sensor in body.sensors]
+        sensors += [sensor.element for joint in model.joints for sensor in joint.sensors]
         for words, elements in (("sensors", sensors), ("plug-ins", model.plugins)):
             if elements:
                 names = ", ".join(dict.fromkeys(str(e.get("name") or e.tag) for e in elements))

@@ -99,13 +99,14 @@ def check_robot(
             _see_files(report, description)
             _see_controllers(report, description)
             _ = description.ros2_control  # a mistake in it is one of the file's
-            urdf = simulated(text).urdf
+            urdf, remarks = simulated(text)
         except TeleopctlError as error:
             raise error.at(str(file)) from error
     except TeleopctlError as error:
         report.error = f"{error.message} ({error.hint})" if error.hint else error.message
         return report
     report.repaired = list(description.repairs)
+    report.guessed += remarks
     report.unknown = [] if description.mjcf else unknown_tags(text)
     try:
         robot = _see_model(report, urdf)
@@ -120,7 +121,7 @@ def check_robot(
 def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
     import mujoco
 
-    from teleopctl.mujoco_model import can_decompose, rotors_told, unserved_tags
+    from teleopctl.mujoco_model import rotors_told, unserved_tags
     from teleopctl.sim import simulate
 
     assert report.description is not None
@@ -138,8 +139,6 @@ def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
     report.mass_kg = round(sum(masses), 6)
     known = {*report.repaired, *unserved_tags(urdf), *unknown_tags(urdf)}
     report.guessed += [sentence for sentence in said if sentence not in known]
-    if not can_decompose():
-        report.guessed += _hulls(report.description)
     if rotors := robot.model.rotors():
         report.guessed.append(rotors_told(rotors))
     return robot
@@ -155,24 +154,6 @@ def _see_files(report: RobotReport, description: RobotDescription) -> None:
         if uri.startswith(_PACKAGE):
             package = uri.removeprefix(_PACKAGE).partition("/")[0]
             report.packages.setdefault(package, _folder_of(package))
-
-
-def _hulls(description: RobotDescription) -> Iterator[str]:
-    """What is said of collision meshes that touch as something much larger."""
-    from teleopctl.mujoco_model import HOLLOW, hull_ratio
-
-    parts = (part for link in description.links.values() for part in link.collisions)
-    uris = dict.fromkeys(p.geometry.uri for p in parts if isinstance(p.geometry, Mesh))
-    for uri in () if description.mjcf else uris:
-        try:
-            ratio = hull_ratio(resolve_uri(uri))
-        except (TeleopctlError, OSError):
-            continue
-        if ratio > HOLLOW:
-            yield (
-                f"Mesh '{uri}' touches as its convex hull, which has {ratio:.1f} times its "
-                "volume; with `pip install 'teleopctl[decomposition]'` it touches as it is"
-            )
 
 
 def _folder_of(package: str) -> str | None:

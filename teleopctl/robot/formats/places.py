@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
 from lxml import etree
 
-from teleopctl.tf import Transform, rpy_from_quaternion
+from teleopctl.tf import Transform, quaternion_from_axis_angle, rpy_from_quaternion
 
 
 def transform(position: Sequence[float], quaternion: Sequence[float]) -> Transform:
@@ -15,6 +16,19 @@ def transform(position: Sequence[float], quaternion: Sequence[float]) -> Transfo
     x, y, z = (float(value) for value in position)
     w, i, j, k = (float(value) for value in quaternion)
     return Transform((x, y, z), (i, j, k, w))
+
+
+def towards(direction: Sequence[float]) -> Transform:
+    """What turns z into a direction, by the shortest way; nothing for one of length 0."""
+    x, y, z = direction
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return Transform()
+    angle = math.acos(max(-1.0, min(1.0, z / length)))
+    axis = (-y, x, 0.0) if x or y else (1.0, 0.0, 0.0)
+    flat = math.hypot(*axis[:2])
+    turn = quaternion_from_axis_angle((axis[0] / flat, axis[1] / flat, 0.0), angle)
+    return Transform(rotation=turn)
 
 
 def add_origin(element: etree._Element, place: Transform) -> None:

@@ -11,7 +11,7 @@ from teleopctl.robot.elements import Vector3, boolean, to_number
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
-    from teleopctl.robot.sensors.sensor_tag import Plugin
+    from teleopctl.robot.sensors.plugin_tag import Plugin
 
 _NO_LETTERS = re.compile(r"\W+")
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")

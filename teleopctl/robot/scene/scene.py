@@ -91,6 +91,8 @@ class SceneBody:
         shapes: What it looks like and touches with.
         inertial: Its mass; None where it is that of its shapes.
         gravity: Whether it falls.
+        self_collides: Whether it touches the other parts of its model; only where the file says
+            that it does not, it does not.
         sensors: What measures on it.
     """
 
@@ -99,6 +101,7 @@ class SceneBody:
     shapes: tuple[SceneShape, ...]
     inertial: SceneInertial | None = None
     gravity: bool = True
+    self_collides: bool = True
     sensors: tuple[SceneSensor, ...] = ()
 
 

@@ -45,12 +45,10 @@ _AXIS = frozenset(
     {"xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position", "mimic"}
 )
 _INCLUDE = frozenset({"uri", "name", "static", "pose", "placement_frame", "plugin"})
-# What is read by nobody, and matters unless it says what is so here: links touch one another, and
-# nothing but contacts slows them down.
-_ODD_IN_MODEL = {"self_collide": ("true", "1")}
+# What is read by nobody, and matters unless it says what is so here: links move, and nothing but
+# contacts slows them down.
 _ODD_IN_LINK: dict[str, tuple[str, ...]] = {
     "kinematic": ("false", "0"),
-    "self_collide": ("true", "1"),
     "velocity_decay/linear": (),
     "velocity_decay/angular": (),
 }
@@ -160,7 +158,6 @@ class Reading:
                 f"{file.place(element)}: more than {_MOST_MODELS} models in one another"
             )
         file.leave_rest(element, _MODEL)
-        file.leave_odd(element, _ODD_IN_MODEL)
         frames = Frames(file)
         for link in element.findall("link"):
             frames.put(link.get("name") or "", link)
@@ -174,8 +171,9 @@ class Reading:
             frames.attached[name] = child
         parts = self._nested(file, element, frames, depth)
         still = file.flag(element, "static")
+        collides = file.flag(element, "self_collide", default=True)
         bodies = {
-            link.get("name") or "": _body(file, link, frames, weighs=not still)
+            link.get("name") or "": _body(file, link, frames, weighs=not still, collides=collides)
             for link in element.iterfind("link")
         }
         for prefix, place, part in parts:
@@ -184,9 +182,7 @@ class Reading:
                 bodies[name] = replace(body, name=name, pose=place @ body.pose)
         # The frame of a model is fixed to its canonical link, by default the first.
         frames.attached[MODEL] = element.get("canonical_link") or next(iter(bodies), "")
-        joints = [
-            _joint(file, joint, frames, bodies.keys()) for joint in element.iterfind("joint")
-        ]
+        joints = [_joint(file, joint, frames, bodies.keys()) for joint in element.iterfind("joint")]
         for prefix, place, part in parts:
             joints += [_moved(joint, prefix, place) for joint in part.joints]
         plugins = [p for p in element.findall("plugin") if p.get("filename") != _NO_PLUGIN]
@@ -245,7 +241,7 @@ def _sensors(file: SdfFile, holder: Any, frames: Frames) -> tuple[SceneSensor, .
     )
 
 
-def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool) -> SceneBody:
+def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool, collides: bool) -> SceneBody:
     file.leave_rest(link, _LINK)
     file.leave_odd(link, _ODD_IN_LINK)
     name = link.get("name") or ""
@@ -261,6 +257,7 @@ def _body(file: SdfFile, link: Any, frames: Frames, *, weighs: bool) -> SceneBod
         tuple(shape for shape in shapes if shape is not None),
         read_inertial(file, link, at) if weighs else None,
         file.flag(link, "gravity", default=True),
+        file.flag(link, "self_collide", default=collides),
         _sensors(file, link, frames),
     )
 

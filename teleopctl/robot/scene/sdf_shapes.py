@@ -6,11 +6,12 @@ import math
 from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
+from teleopctl.robot.formats.places import towards
 from teleopctl.robot.gazebo_colours import gazebo_colour
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.sdf_includes import find_file
 from teleopctl.robot.scene.sdf_reading import SdfFile
-from teleopctl.tf import Transform, quaternion_from_axis_angle
+from teleopctl.tf import Transform
 
 # What changes nothing here: the settings of Gazebo's solvers and of its drawing.
 _VISUAL = frozenset(
@@ -142,7 +143,7 @@ def _geometry(file: SdfFile, solid: Any) -> _Found | None:
         case "plane":
             edges = solid.find("size")
             width, depth = (0.0, 0.0) if edges is None else file.numbers(edges, 2)
-            turn = _towards(file.vector(solid, "normal", (0.0, 0.0, 1.0)))
+            turn = towards(file.vector(solid, "normal", (0.0, 0.0, 1.0)))
             return "plane", (max(width, 0.0), max(depth, 0.0), 0.0), None, turn
         case "mesh":
             return _mesh(file, solid)
@@ -211,19 +212,6 @@ def _sizes(file: SdfFile, solid: Any, tag: str) -> Vector3:
             f"{file.place(solid)}: the {tag} of a {solid.tag} is {sizes}: it must be positive"
         )
     return sizes
-
-
-def _towards(normal: Vector3) -> Transform:
-    """What turns z into a direction."""
-    x, y, z = normal
-    length = math.sqrt(x * x + y * y + z * z)
-    if length == 0.0:
-        return Transform()
-    angle = math.acos(max(-1.0, min(1.0, z / length)))
-    axis = (-y, x, 0.0) if x or y else (1.0, 0.0, 0.0)
-    flat = math.hypot(*axis[:2])
-    turn = quaternion_from_axis_angle((axis[0] / flat, axis[1] / flat, 0.0), angle)
-    return Transform(rotation=turn)
 
 
 def _colour(file: SdfFile, visual: Any) -> Rgba | None:

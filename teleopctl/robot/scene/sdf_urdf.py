@@ -210,7 +210,7 @@ def _add_gazebo(
         rough = [s.friction for s in body.shapes if s.friction is not None]
         if body.name in casters:
             rough = [0.0]
-        if not (body.sensors or rough or not body.gravity):
+        if not (body.sensors or rough) and body.gravity and body.self_collides:
             continue
         element = etree.SubElement(robot, "gazebo", reference=body.name)
         for sensor in body.sensors:
@@ -220,6 +220,8 @@ def _add_gazebo(
                 etree.SubElement(element, tag).text = numbers(min(rough))
         if not body.gravity:
             etree.SubElement(element, "gravity").text = "false"
+        if not body.self_collides:
+            etree.SubElement(element, "selfCollide").text = "false"
     for joint in model.joints:
         if joint.sensors:
             element = etree.SubElement(robot, "gazebo", reference=joint.name)

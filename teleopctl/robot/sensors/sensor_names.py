@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.robot.sensors.sensor_tag import Plugin, Sensor
+    from teleopctl.robot.sensors.plugin_tag import Plugin
+    from teleopctl.robot.sensors.sensor_tag import Sensor
 
 _RULES = ("ros/remapping", "ros/argument")
 _MARK = ":="

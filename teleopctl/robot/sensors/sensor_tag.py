@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import Element, boolean, child_text, describe, required, to_number
+from teleopctl.robot.sensors.plugin_tag import Plugin, read_plugin
 from teleopctl.robot.urdf import Pose
 
 Default = TypeVar("Default", bound=float | None)
@@ -28,25 +29,6 @@ _FORCE_TORQUE_PLUGIN = "gazebo_ros_ft_sensor"
 # A gigabyte of rays is a mistake, not a lidar; nor does OpenGL draw larger pictures.
 _MOST_RAYS = 4_000_000
 _MOST_PIXELS = 16_384
-
-
-@dataclass(frozen=True, slots=True)
-class Plugin:
-    """A simulator's plug-in and its settings.
-
-    ``parameters`` maps the path of each element without children (``camera_name``,
-    ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the
-    URDF; 0 where that is not known.
-    """
-
-    name: str
-    filename: str
-    parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    line: int = 0
-
-    def parameter(self, path: str, default: str = "") -> str:
-        """Return the first text at a path, or the default."""
-        return self.parameters.get(path, (default,))[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,27 +174,6 @@ def read_sensor(element: Element, link: str) -> Sensor:
         else tuple((c.text or "").strip() for c in contact.findall("collision")),
         plugins=tuple(read_plugin(child) for child in element.findall("plugin")),
         texts=dict(_texts(element)),
-        line=element.sourceline or 0,
-    )
-
-
-def read_plugin(element: Element) -> Plugin:
-    """Read a ``<plugin>``."""
-    parameters: dict[str, list[str]] = {}
-
-    def collect(parent: Element, prefix: str) -> None:
-        for child in parent:
-            path = f"{prefix}{child.tag}"
-            if next(iter(child), None) is None:
-                parameters.setdefault(path, []).append((child.text or "").strip())
-            else:
-                collect(child, f"{path}/")
-
-    collect(element, "")
-    return Plugin(
-        name=element.get("name") or "",
-        filename=required(element, "filename"),
-        parameters={path: tuple(texts) for path, texts in parameters.items()},
         line=element.sourceline or 0,
     )
 

@@ -61,11 +61,12 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "<ros2_control> hardware (mock_components/GenericSystem):",
         "  b_shoulder: commands position; states position",
         "Guessed or left out:",
+        "  The simulator is the hardware of 'hardware' (mock_components/GenericSystem)",
         "  Mesh 'package://no_such/x.stl' is left out: Package 'no_such' not found",
         "  Rotor inertias are assumed, in kg m^2 or kg: b_shoulder 0.02; "
         '<param name="armature"> of a joint in <ros2_control> says one',
         "Without effect:",
-        "  <kp> of 'upper' (line 7) has no effect",
+        "  <kp> of 'upper' (line 7) has no effect: contacts are as stiff as steps of physics allow",
         "Unknown:",
         "  <sponsor> in <robot> is unknown (line 7)",
         "In simulation it stands",
@@ -102,7 +103,8 @@ def test_a_folder_becomes_a_table_and_fails_with_the_first_robot_that_does(
         "falls.urdf": "falls",
         "stands.urdf": "stands",
     }
-    assert reports["broken.urdf"]["error"].startswith("Two root links found: [a] and [b]")
+    file = tmp_path / "broken.urdf"
+    assert reports[file.name]["error"] == f"{file}: Two root links found: [a] and [b]"
     assert main.run(["robot", "check", str(tmp_path / "stands.urdf"), str(tmp_path)]) == 1
     table = capsys.readouterr().out.splitlines()
     assert table[0].split() == ["FILE", "PARSES", "COMPILES", "RESULT", "WHY", "NOT"]

@@ -13,7 +13,7 @@ import trimesh
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.mujoco_model import RobotModel, build_model
-from teleopctl.robot import RobotDescription, Scene, read_model, read_world
+from teleopctl.robot import Joints, Mimic, RobotDescription, Scene, read_model, read_world
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import link, robot
 
@@ -131,6 +131,167 @@ def test_models_are_included_from_the_folders_of_gazebo(
     assert found.models[2].static
     (remark,) = found.remarks
     assert re.search(r"world\.sdf:3: <include> is left out: model://no_such_thing is not", remark)
+
+
+INNER = model(
+    "inner", f"<frame name='tip'><pose>0 0 1 0 0 0</pose></frame><link name='l'>{MASS}</link>"
+)
+
+
+def test_the_frame_of_a_model_that_is_to_be_somewhere_is_there(tmp_path: Path) -> None:
+    (tmp_path / "inner.sdf").write_text(f"<sdf version='1.9'>{INNER}</sdf>")
+    include = (
+        "<include><uri>inner.sdf</uri><name>{}</name>"
+        "<placement_frame>tip</placement_frame><pose>0 0 5 0 0 0</pose></include>"
+    )
+    held = INNER.replace("'inner'", "'c' placement_frame='tip'").replace(
+        "0 0 0 0 0 0", "0 0 5 0 0 0"
+    )
+    within = f"<link name='base'/>{include.format('b')}{held}"
+    found = scene(tmp_path, world(include.format("a"), model("m", within)))
+    first, second = found.models
+    assert first.pose.translation == (0.0, 0.0, 4.0)
+    assert {name: body.pose.translation for name, body in second.bodies.items()} == {
+        "base": (0.0, 0.0, 0.0),
+        "b::l": (0.0, 0.0, 4.0),
+        "c::l": (0.0, 0.0, 4.0),
+    }
+
+
+def test_poses_in_a_world_are_relative_to_models_and_to_what_is_in_them(tmp_path: Path) -> None:
+    (tmp_path / "inner.sdf").write_text(f"<sdf version='1.9'>{INNER}</sdf>")
+    found = scene(
+        tmp_path,
+        world(
+            "<light name='lamp'><pose relative_to='a'>0 0 3 0 0 0</pose></light>",
+            "<include><uri>inner.sdf</uri><name>a</name><pose>1 0 0 0 0 0</pose></include>",
+            "<model name='b'><pose relative_to='a'>0 2 0 0 0 0</pose><link name='l'/></model>",
+            "<model name='c'><pose relative_to='a::tip'>0 3 0 0 0 0</pose><link name='l'/></model>",
+        ),
+    )
+    assert [m.pose.translation for m in found.models] == [(1, 0, 0), (1, 2, 0), (1, 3, 1)]
+    assert found.lights[0].pose.translation == (1, 0, 3)
+
+
+@pytest.mark.parametrize(
+    ("parent", "child"),
+    [("base", "arm"), ("at_base", "arm"), ("base", "at_arm"), ("base", "j2"), ("chain", "arm")],
+)
+def test_a_joint_is_between_the_links_that_its_frames_are_fixed_to(
+    tmp_path: Path, parent: str, child: str
+) -> None:
+    content = (
+        f"<link name='base'>{MASS}</link><link name='arm'><pose>0 0 1 0 0 0</pose>{MASS}</link>"
+        f"<link name='hand'>{MASS}</link>"
+        "<frame name='at_base' attached_to='base'/><frame name='at_arm' attached_to='arm'/>"
+        "<frame name='chain' attached_to='at_base'/>"
+        f"<joint name='j' type='revolute'><parent>{parent}</parent><child>{child}</child>"
+        "<axis><xyz>0 0 1</xyz></axis></joint>"
+        "<joint name='j2' type='fixed'><parent>arm</parent><child>hand</child></joint>"
+    )
+    (found,) = scene(tmp_path, world(model("m", content))).models
+    assert (found.joints[0].parent, found.joints[0].child) == (
+        "base",
+        "hand" if child == "j2" else "arm",
+    )
+
+
+def test_a_joint_ends_where_its_range_does_on_one_side_too(tmp_path: Path) -> None:
+    def hinged(axis: str) -> str:
+        return (
+            f"<link name='a'>{MASS}</link><link name='b'>{MASS}</link><joint name='j' "
+            f"type='revolute'><parent>a</parent><child>b</child>\n<axis>{axis}</axis></joint>"
+        )
+
+    one = "<limit><lower>-0.1</lower></limit><dynamics><spring_stiffness>3</spring_stiffness>"
+    built = simulated(
+        tmp_path,
+        world(
+            model("one", hinged(f"{one}<spring_reference>1</spring_reference></dynamics>")),
+            model(
+                "locked", hinged("<limit><lower>0</lower><upper>0</upper></limit>"), "1 0 0 0 0 0"
+            ),
+            model("odd", hinged("<limit><lower>1</lower><upper>0</upper></limit>"), "2 0 0 0 0 0"),
+        ),
+    )
+    hinges = {name: built.mj_model.joint(f"world/{name}/b_j") for name in ("one", "locked", "odd")}
+    assert {name: bool(built.mj_model.jnt_limited[joint.id]) for name, joint in hinges.items()} == {
+        "one": True,
+        "locked": True,
+        "odd": False,
+    }
+    assert hinges["one"].range[0] == -0.1 and hinges["one"].range[1] > 1000.0
+    assert hinges["locked"].range == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert built.mj_model.jnt_stiffness[hinges["one"].id].flat[0] == 3.0
+    (warning,) = built.warnings
+    assert warning.endswith(":5: <limit> is left out: its lower end is above its upper one")
+
+    file = tmp_path / "model.sdf"
+    file.write_text(f"<sdf version='1.9'>{model('m', hinged(one + '</dynamics>'))}</sdf>")
+    description = RobotDescription.from_urdf(read_model(file).text)
+    limits = Joints.of(description)["j"].limits
+    assert (limits.lower, limits.effort, limits.velocity) == (-0.1, math.inf, math.inf)
+    assert description.repairs == (f"{file}:1: the spring of joint 'j' is left out: URDF has none",)
+
+
+def test_a_follower_and_a_sensor_of_sdf_are_those_of_urdf(tmp_path: Path) -> None:
+    content = (
+        f"<link name='a'>{MASS}</link><link name='b'><pose>0 0 1 0 0 0</pose>{MASS}"
+        "<sensor name='s' type='imu'><pose relative_to='a' degrees='true'>0 0 3 0 0 90</pose>"
+        f"</sensor></link><link name='c'><self_collide>false</self_collide>{MASS}</link>"
+        "<joint name='j' type='revolute'><parent>a</parent><child>b</child><axis/></joint>"
+        "<joint name='k' type='revolute'><parent>a</parent><child>c</child><axis>"
+        "<mimic joint='j'><multiplier>2</multiplier><offset>1</offset><reference>3</reference>"
+        "</mimic></axis></joint>"
+    )
+    file = tmp_path / "model.sdf"
+    file.write_text(f"<sdf version='1.11'>{model('m', content)}</sdf>")
+    description = RobotDescription.from_urdf(read_model(file).text)
+    (sensor,) = description.gazebo.sensors
+    assert sensor.pose.xyz == pytest.approx((0.0, 0.0, 2.0))
+    assert sensor.pose.rpy == pytest.approx((0.0, 0.0, math.pi / 2))
+    assert description.joints["k"].mimic == Mimic("j", 2.0, 1.0 - 2.0 * 3.0)
+    assert description.gazebo.links["c"].self_collide is False
+
+
+def test_what_has_no_effect_is_told_unless_it_says_what_is_so(tmp_path: Path) -> None:
+    def block(kinematic: str, decay: str, bounce: str, across: str) -> str:
+        friction = f"<friction><ode><mu>1</mu><mu2>{across}</mu2></ode></friction>"
+        return model(
+            "m",
+            f"<link name='l'><kinematic>{kinematic}</kinematic>"
+            f"<velocity_decay><linear>{decay}</linear></velocity_decay>"
+            f"<collision name='c'>{BOX}<surface><bounce><restitution_coefficient>{bounce}"
+            f"</restitution_coefficient></bounce>{friction}</surface></collision></link>",
+        )
+
+    assert scene(tmp_path, world(block("false", "0.0", "0", "1.0"))).remarks == ()
+    found = scene(tmp_path, world(block("1", "0.5", "0.9", "0.2")))
+    assert [remark.partition(":2: ")[2] for remark in found.remarks] == [
+        "<kinematic> (1) has no effect",
+        "<velocity_decay/linear> (0.5) has no effect",
+        "<surface/bounce/restitution_coefficient> (0.9) has no effect",
+        "<mu2> has no effect: friction is <mu> in all directions",
+    ]
+
+
+@pytest.mark.parametrize(
+    "include",
+    ["<include/>", "<include><uri>https://fuel.gazebosim.org/1.0/x/models/a**b</uri></include>"],
+)
+def test_an_include_of_nothing_is_told(tmp_path: Path, include: str) -> None:
+    (remark,) = scene(tmp_path, world(include), "1.\N{SUPERSCRIPT TWO}").remarks
+    assert ":2: <include> is left out: " in remark
+
+
+def test_frames_and_links_in_long_chains_are_found(tmp_path: Path) -> None:
+    count = 1200
+    content = "".join(
+        f"<frame name='f{n}'><pose relative_to='f{n + 1}'>0 0 1 0 0 0</pose></frame>"
+        for n in range(count)
+    )
+    content += f"<frame name='f{count}'/><link name='l'><pose relative_to='f0'/></link>"
+    assert placed(tmp_path, content, "l") == [0.0, 0.0, float(count)]
 
 
 def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
