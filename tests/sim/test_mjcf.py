@@ -263,6 +263,32 @@ def test_files_are_told_apart_by_their_root_element(tmp_path: Path) -> None:
     assert (model_kind(file), model_kind(urdf), model_kind(tmp_path)) == ("mjcf", "urdf", "urdf")
 
 
+def test_comments_that_xml_forbids_and_mujoco_reads_are_no_mistake(tmp_path: Path) -> None:
+    file = of(tmp_path, chain("<joint/>"))
+    comment = "<!-- left -- right -->"
+    (tmp_path / "parts.xml").write_text(f"<mujoco>{comment}<option gravity='0 0 -1'/></mujoco>")
+    text = file.read_text().replace("<worldbody>", '<include file="parts.xml"/><worldbody>', 1)
+    file.write_text(comment + text)
+
+    assert model_kind(file) == "mjcf"
+    assert read_model(file).files == (file, tmp_path / "parts.xml")
+
+
+def test_a_joint_gives_no_more_than_its_actuator_and_its_own_limit_allow(tmp_path: Path) -> None:
+    actuator = '<actuator><motor joint="j" ctrllimited="true" ctrlrange="-{0} {0}"/></actuator>'
+    body = chain('<joint name="j" actuatorfrcrange="-5 5"/>')
+    for motor, most in ((3.0, 3.0), (8.0, 5.0)):
+        file = of(tmp_path, body)
+        file.write_text(file.read_text().replace("</mujoco>", actuator.format(motor) + "</mujoco>"))
+        limit = described(file).joints["j"].limit
+        assert limit is not None and limit.effort == most
+
+
+def test_a_shape_that_urdf_does_not_have_is_named(tmp_path: Path) -> None:
+    file = of(tmp_path, '<body name="hill"><geom type="plane" size="1 1 1"/></body>')
+    assert described(file).repairs == ("A plane of link 'hill' is simulated, not shown",)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
