@@ -4,7 +4,9 @@ Floor 3's readers of URDF and of its extensions share these; nothing here knows 
 """
 
 import math
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Protocol
 
 from lxml import etree
@@ -12,6 +14,8 @@ from lxml import etree
 from teleopctl.errors import InvalidDescriptionError
 
 Vector3 = tuple[float, float, float]
+
+_LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
 
 
 class Element(Protocol):
@@ -63,6 +67,29 @@ def parse(text: str) -> Element:
         raise InvalidDescriptionError(
             f"invalid URDF passed in to robot parser: {error.msg}"
         ) from error
+    return root
+
+
+def parse_file(path: Path, content: bytes) -> Element:
+    """Parse what stands in a file of a robot or of a world.
+
+    Blank lines may stand before its XML declaration, as Gazebo and MuJoCo have it.
+
+    Args:
+        path: The file, for errors.
+        content: What stands in it.
+
+    Raises:
+        InvalidDescriptionError: When it is empty or not XML, with file and line.
+    """
+    content = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), content)
+    # Entities have no business here: they could read other files.
+    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
+    try:
+        root: Element = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        reason = error.msg or "it is empty"
+        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
     return root
 
 

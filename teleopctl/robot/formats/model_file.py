@@ -20,7 +20,8 @@ ModelKind = Literal["urdf", "mjcf", "sdf"]
 # What xacro does something with, and what only a whole reader of XML gets right.
 _EXPANDED = re.compile(r"xacro|\$[({]|<!DOCTYPE|encoding\s*=\s*.(?!utf-8)", re.IGNORECASE)
 
-_KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+# SDF was <gazebo> until 1.2.
+_KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf", "gazebo": "sdf"}
 
 
 def model_kind(path: Path | str) -> ModelKind:

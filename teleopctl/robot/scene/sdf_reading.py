@@ -9,15 +9,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lxml import etree
-
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot.elements import to_number
+from teleopctl.robot.elements import parse_file, to_number
 from teleopctl.robot.scene.scene import NOWHERE, Vector3
 from teleopctl.tf import Transform, quaternion_from_rpy
 
+# Until SDF 1.2 it was <gazebo>.
+SDF_ROOTS = ("sdf", "gazebo")
 # Lines that are listed of one kind of remark.
 _MOST_LINES = 5
+_IN_POSE = 6
 _TRUE = frozenset({"1", "true"})
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})", re.ASCII)
 _UNSAID_VERSION = (1, 6)
@@ -151,7 +152,10 @@ class SdfFile:
             if length == 0.0:
                 raise InvalidDescriptionError(f"{self.place(element)}: a rotation of length 0")
             return Transform((x, y, z), (qx / length, qy / length, qz / length, qw / length))
-        x, y, z, roll, pitch, yaw = self.numbers(element, 6)
+        if len(words := (element.text or "").split()) > _IN_POSE:
+            self.leave_out(element, f"has {len(words)} numbers: the first {_IN_POSE} count")
+            element.text = " ".join(words[:_IN_POSE])
+        x, y, z, roll, pitch, yaw = self.numbers(element, _IN_POSE)
         if element.get("degrees") in _TRUE:
             roll, pitch, yaw = map(math.radians, (roll, pitch, yaw))
         return Transform((x, y, z), quaternion_from_rpy(roll, pitch, yaw))
@@ -163,14 +167,8 @@ def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFil
     Raises:
         InvalidDescriptionError: It is no XML, or no SDF.
     """
-    # Entities have no business here: they could read other files.
-    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
-    try:
-        root: Any = etree.fromstring(content, parser)
-    except etree.XMLSyntaxError as error:
-        reason = error.msg or "it is empty"
-        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
-    if root.tag not in ("sdf", "gazebo"):
+    root: Any = parse_file(path, content)
+    if root.tag not in SDF_ROOTS:
         raise InvalidDescriptionError(f"{path}:{root.sourceline}: <{root.tag}> is no SDF")
     said = _VERSION.match(root.get("version") or "")
     version = (int(said[1]), int(said[2])) if said else _UNSAID_VERSION

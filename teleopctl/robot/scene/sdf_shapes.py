@@ -13,6 +13,8 @@ from teleopctl.robot.scene.sdf_includes import find_file
 from teleopctl.robot.scene.sdf_reading import SdfFile
 from teleopctl.tf import Transform
 
+# What has three sizes in one tag.
+_OF_THREE = {"box": "size", "ellipsoid": "radii"}
 # What changes nothing here: the settings of Gazebo's solvers and of its drawing.
 _VISUAL = frozenset(
     {"pose", "geometry", "material", "transparency", "cast_shadows", "meta", "visibility_flags"}
@@ -127,19 +129,11 @@ _Found = tuple[ShapeKind, Vector3, Any, Transform]
 
 
 def _geometry(file: SdfFile, solid: Any) -> _Found | None:
-    straight = Transform()
     match solid.tag:
-        case "box":
-            return "box", _sizes(file, solid, "size"), None, straight
-        case "sphere":
-            radius = _size(file, solid, "radius")
-            return "sphere", (radius, 0.0, 0.0), None, straight
-        case "cylinder" | "capsule":
-            kind: ShapeKind = "cylinder" if solid.tag == "cylinder" else "capsule"
-            size = (_size(file, solid, "radius"), _size(file, solid, "length"), 0.0)
-            return kind, size, None, straight
-        case "ellipsoid":
-            return "ellipsoid", _sizes(file, solid, "radii"), None, straight
+        case "box" | "sphere" | "cylinder" | "capsule" | "ellipsoid":
+            kind: ShapeKind = solid.tag
+            sizes = _sizes(file, solid)
+            return None if sizes is None else (kind, sizes, None, Transform())
         case "plane":
             edges = solid.find("size")
             width, depth = (0.0, 0.0) if edges is None else file.numbers(edges, 2)
@@ -171,7 +165,8 @@ def _heightmap(file: SdfFile, solid: Any) -> _Found | None:
         return None
     size = file.vector(solid, "size", (1.0, 1.0, 1.0))
     if min(size) <= 0.0:
-        raise InvalidDescriptionError(f"{file.place(solid)}: a heightmap of the size {size}")
+        file.leave_out(solid, f"is left out: its size is {size}, and should be positive")
+        return None
     place = Transform(file.vector(solid, "pos", (0.0, 0.0, 0.0)))
     for tag in ("texture", "blend"):
         for element in solid.findall(tag):
@@ -196,22 +191,18 @@ def _file(file: SdfFile, solid: Any) -> Any:
     return path.absolute()
 
 
-def _size(file: SdfFile, solid: Any, tag: str) -> float:
-    value = file.number(solid, tag, 1.0)
-    if not 0.0 < value < math.inf:
-        raise InvalidDescriptionError(
-            f"{file.place(solid)}: the {tag} of a {solid.tag} is {value:g}: it must be positive"
-        )
-    return value
-
-
-def _sizes(file: SdfFile, solid: Any, tag: str) -> Vector3:
-    sizes = file.vector(solid, tag, (1.0, 1.0, 1.0))
-    if min(sizes) <= 0.0:
-        raise InvalidDescriptionError(
-            f"{file.place(solid)}: the {tag} of a {solid.tag} is {sizes}: it must be positive"
-        )
-    return sizes
+def _sizes(file: SdfFile, solid: Any) -> Vector3 | None:
+    """The sizes of a shape, 1 m where nothing is said; None where it cannot have them."""
+    if solid.tag in _OF_THREE:
+        found = list(file.vector(solid, _OF_THREE[solid.tag], (1.0, 1.0, 1.0)))
+    else:
+        tags = ("radius",) if solid.tag == "sphere" else ("radius", "length")
+        found = [file.number(solid, tag, 1.0) for tag in tags]
+    if all(0.0 < size < math.inf for size in found):
+        a, b, c = (*found, 0.0, 0.0)[:3]
+        return a, b, c
+    file.leave_out(solid, "is left out: its sizes should be positive numbers")
+    return None
 
 
 def _colour(file: SdfFile, visual: Any) -> Rgba | None:

@@ -12,15 +12,14 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from lxml import etree
-
 from teleopctl.errors import InvalidDescriptionError, NotFoundError, UnknownFormatError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.elements import Element, parse
+from teleopctl.robot.elements import Element, parse, parse_file
 from teleopctl.robot.repair import repair_urdf
 from teleopctl.robot.scene.scene import Scene
 from teleopctl.robot.scene.sdf import read_sdf, read_sdf_text
 from teleopctl.robot.scene.sdf_includes import find_file, model_file
+from teleopctl.robot.scene.sdf_reading import SDF_ROOTS
 from teleopctl.robot.scene.yaml_world import read_yaml_world
 from teleopctl.robot.xacro_file import expand_xacro
 
@@ -96,7 +95,7 @@ def read_world(path: Path) -> World:
     if path.suffix.lower() in _YAML:
         return _staged(path, read_yaml_world(path, _decoded(path, content)))
     root = _parse(path, content)
-    if root.tag == "sdf":
+    if root.tag in SDF_ROOTS:
         return _staged(path, read_sdf(path))
     if root.tag == "mujoco":
         return World(path, None, name=root.get("model") or "")
@@ -120,7 +119,7 @@ def read_world_text(text: str, where: str) -> World:
     if _OURS.search(text):
         return _staged(path, read_yaml_world(path, text), text)
     root = _parse(path, content)
-    if root.tag == "sdf":
+    if root.tag in SDF_ROOTS:
         return _staged(path, read_sdf_text(text, path), text)
     if root.tag == "mujoco":
         return World(path, None, text, root.get("model") or "")
@@ -145,14 +144,8 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _parse(path: Path, content: bytes) -> Element:
-    # Entities have no business here: they could read other files.
-    parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
-    try:
-        root: Element = etree.fromstring(content, parser)
-    except etree.XMLSyntaxError as error:
-        reason = error.msg or "it is empty"
-        raise InvalidDescriptionError(f"{path}:{error.lineno}: invalid XML: {reason}") from error
-    if root.tag not in ("robot", "mujoco", "sdf"):
+    root = parse_file(path, content)
+    if root.tag not in ("robot", "mujoco", *SDF_ROOTS):
         raise UnknownFormatError(
             f"{path}:{root.sourceline}: <{root.tag}> is no world",
             hint="A world is URDF or xacro (<robot>), SDF (<sdf>) or MuJoCo's own (<mujoco>).",
