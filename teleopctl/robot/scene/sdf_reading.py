@@ -74,7 +74,8 @@ class SdfFile:
         """Note that an element is left out."""
         name = element.get("name")
         named = f" '{name}'" if name and element.tag not in ("visual", "collision") else ""
-        self.remarks.add(self.path, element.sourceline or 0, f"<{element.tag}>{named} {words}")
+        tag = str(element.tag).rpartition("}")[2]
+        self.remarks.add(self.path, element.sourceline or 0, f"<{tag}>{named} {words}")
 
     def leave_rest(self, element: Any, known: Iterable[str]) -> None:
         """Note the children of an element that nobody reads."""
