@@ -55,7 +55,8 @@ def repair_urdf(robot: Element) -> list[str]:
     names = {joint.get("name") for joint in joints}
     for joint in joints:
         _repair_tree(joint, notes)
-        _see_limits(joint, notes)
+        for dynamics in joint.findall("dynamics"):
+            _repair_dynamics(dynamics, notes)
         mimic = joint.find("mimic")
         if mimic is not None and (leader := mimic.get("joint")) and leader not in names:
             notes.add(
@@ -109,16 +110,7 @@ def _repair_tree(element: Element, notes: _Notes) -> None:
             element.remove(more)
 
 
-def _see_limits(joint: Element, notes: _Notes) -> None:
-    """Say which range means nothing to anybody (see `joint_rules`), and mend its dynamics."""
-    limit, dynamics = joint.find("limit"), joint.find("dynamics")
-    if limit is not None and joint.get("type") in ("revolute", "prismatic"):
-        lower, upper = (to_number(limit.get(end) or "0") for end in ("lower", "upper"))
-        if lower is not None and upper is not None and lower > upper:
-            name = joint.get("name")
-            notes.add(f"Joint '{name}' has no limits: its lower one is above its upper one", limit)
-    if dynamics is None:
-        return
+def _repair_dynamics(dynamics: Element, notes: _Notes) -> None:
     for attribute in ("damping", "friction"):
         value = to_number(dynamics.get(attribute) or "0")
         if value is not None and value < 0.0:

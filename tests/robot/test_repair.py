@@ -105,19 +105,13 @@ def test_a_joint_that_mimics_none_moves_on_its_own() -> None:
     )
 
 
-def test_of_a_joint_what_has_no_sense_is_told() -> None:
-    content = (
-        '<parent link="a"/><child link="b"/><limit lower="1" upper="-1"/>'
-        '<dynamics damping="-2" friction="1"/>'
-    )
+def test_what_slows_a_joint_down_does_not_push_it() -> None:
+    content = '<parent link="a"/><child link="b"/><dynamics damping="-2" friction="1"/>'
     description = RobotDescription.from_urdf(
         '<robot name="r"><link name="a"/><link name="b"/>'
-        f'<joint name="j" type="revolute">{content}</joint></robot>'
+        f'<joint name="j" type="continuous">{content}</joint></robot>'
     )
-    assert description.repairs == (
-        "Joint 'j' has no limits: its lower one is above its upper one (line 1)",
-        "A negative damping counts as 0 (line 1)",
-    )
+    assert description.repairs == ("A negative damping counts as 0 (line 1)",)
     assert description.joints["j"].dynamics == Dynamics(0.0, 1.0)
 
 
