@@ -47,6 +47,15 @@ if TYPE_CHECKING:
         HardwareComponentParams as HardwareComponentParams,
     )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
+    from teleopctl.control.in_memory.control_stack import ControlStack as ControlStack
+    from teleopctl.control.in_memory.recorded_action import (
+        RecordedActionServer as RecordedActionServer,
+    )
+    from teleopctl.control.in_memory.recorded_node import (
+        RecordedEndpoint as RecordedEndpoint,
+        RecordedLog as RecordedLog,
+        RecordedNode as RecordedNode,
+    )
     from teleopctl.control.lifecycle import (
         CallbackReturn as CallbackReturn,
         ReturnType as ReturnType,
@@ -84,6 +93,9 @@ else:
             "handles": "ACCELERATION EFFORT POSITION VELOCITY CommandInterface StateInterface",
             "hardware.base": "HardwareComponentInterface HardwareComponentParams",
             "hardware_component": "HardwareComponent",
+            "in_memory.control_stack": "ControlStack",
+            "in_memory.recorded_action": "RecordedActionServer",
+            "in_memory.recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
             "lifecycle": "CallbackReturn ReturnType State",
             "realtime_publisher": "PublishQueue RealtimePublisher",
             "resource_manager": "ClaimError ResourceManager",

@@ -87,6 +87,9 @@ if TYPE_CHECKING:
     from teleopctl.launch.evaluation.processes import (
         ProcessBuilder as ProcessBuilder,
     )
+    from teleopctl.launch.evaluation.robots_controllers import (
+        chosen_controllers as chosen_controllers,
+    )
     from teleopctl.launch.evaluation.substitution import (
         Substitution as Substitution,
     )
@@ -233,6 +236,7 @@ else:
             "evaluation.foresight": "Foreseen",
             "evaluation.parameters": "parameter_value",
             "evaluation.processes": "ProcessBuilder",
+            "evaluation.robots_controllers": "chosen_controllers",
             "evaluation.substitution": "Substitution",
             "execution.judgement": "log_tail pages",
             "execution.line_format": "LOG_FORMAT SCREEN_FORMAT",

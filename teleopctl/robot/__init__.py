@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.robot.any_robot import (
+        ChosenControllers as ChosenControllers,
         controllers_for as controllers_for,
         described_controllers as described_controllers,
         described_namespace as described_namespace,
@@ -102,8 +103,8 @@ else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "any_robot": "controllers_for described_controllers described_namespace "
-            "with_mesh_paths xacro_arguments",
+            "any_robot": "ChosenControllers controllers_for described_controllers "
+            "described_namespace with_mesh_paths xacro_arguments",
             "description": "RobotDescription",
             "formats.mjcf": "Mjcf load_mjcf",
             "formats.mjcf_actuators": "JointActuator joint_actuators",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from teleopctl.robot.description import RobotDescription
@@ -17,6 +17,22 @@ _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
 _MESH = re.compile(r"(<mesh\s[^>]*?filename\s*=\s*[\"'])([^\"']*)")
 _RATE_HZ = 100
 _USE = re.compile(r"\$\(arg\s+(\w+)\s*\)")
+
+
+class ChosenControllers(NamedTuple):
+    """The controllers of a robot.
+
+    Attributes:
+        file: Parameters of the controller manager and of them.
+        namespace: Where they run; empty for the root.
+        names: In the order in which they are activated.
+        own: Whether a file or the description has any of them, and not all are made for it.
+    """
+
+    file: Path
+    namespace: str
+    names: tuple[str, ...]
+    own: bool
 
 
 def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:

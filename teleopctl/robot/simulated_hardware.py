@@ -26,7 +26,7 @@ _SIMULATORS = (
     "ign_ros2_control/IgnitionSystem",
     "mujoco_ros2_control/MujocoSystemInterface",
 )
-_NEW_SYSTEM, _PLANAR_SYSTEM = "SimulatedSystem", "PlanarJoints"
+_NEW_SYSTEM = "SimulatedSystem"
 _COMMANDS = ("position", "velocity", "effort")
 _STATES = ("position", "velocity")
 
@@ -60,12 +60,9 @@ def simulated(urdf: str) -> SimulatedDescription:
         description = RobotDescription.from_urdf(etree.tostring(robot, encoding="unicode"))
     plugins = motion_plugins(description)
     systems = robot.findall("ros2_control")
-    if systems:
-        remarks += _take_over(systems)
-        _tell_states(robot, planar)
-    else:
-        remarks += _add_system(robot, description, plugins)
-    if not (_let_plugins_command(robot, plugins) or remarks):
+    remarks += _take_over(systems) if systems else _add_system(robot, description, plugins)
+    changed = _let_plugins_command(robot, plugins)
+    if not (_tell_of_others(robot, description) or changed or remarks):
         return SimulatedDescription(urdf, ())
     return SimulatedDescription(etree.tostring(robot, encoding="unicode"), tuple(remarks))
 
@@ -124,20 +121,8 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
     return [f"Without '_pid', since the simulator's drives follow exactly: {', '.join(renamed)}"]
 
 
-def _tell_states(robot: etree._Element, joints: list[str]) -> None:
-    """Add a system that tells where joints are, and moves none."""
-    if not joints:
-        return
-    system = _new_system(_PLANAR_SYSTEM)
-    for name in joints:
-        joint = etree.SubElement(system, "joint", name=name)
-        for state in _STATES:
-            etree.SubElement(joint, "state_interface", name=state)
-    robot.append(system)
-
-
-def _new_system(name: str = _NEW_SYSTEM) -> etree._Element:
-    system = etree.Element("ros2_control", name=name, type="system")
+def _new_system() -> etree._Element:
+    system = etree.Element("ros2_control", name=_NEW_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR
     return system
 
@@ -159,6 +144,27 @@ def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
     if system.find("joint") is not None:
         robot.append(system)
     return _limit_efforts(robot, plugins) or changed
+
+
+def _tell_of_others(robot: etree._Element, description: RobotDescription) -> bool:
+    """Let the states of joints be told that no system has; whether there are any.
+
+    Nobody commands them: without their states their links would have no frames.
+    """
+    known = {joint.get("name") for joint in robot.iterfind("ros2_control/joint")}
+    joints = Joints.of(description)
+    others = [name for name in joints if name not in known and joints[name].mimic is None]
+    if not known or not others:
+        return False
+    system = robot.find(f"ros2_control[@name='{_NEW_SYSTEM}']")
+    if system is None:
+        system = _new_system()
+        robot.append(system)
+    for name in others:
+        joint = etree.SubElement(system, "joint", name=name)
+        for state in _STATES:
+            etree.SubElement(joint, "state_interface", name=state)
+    return True
 
 
 def _limit_efforts(robot: etree._Element, plugins: MotionPlugins) -> bool:

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
     from teleopctl.sim.pacing import Beat as Beat
-    from teleopctl.sim.replay import replay_session as replay_session
+    from teleopctl.sim.replay import (
+        replay_session as replay_session,
+        run_in_lockstep as run_in_lockstep,
+    )
     from teleopctl.sim.sensors.base import Sensor as Sensor
     from teleopctl.sim.sensors.imu import Imu as Imu
     from teleopctl.sim.simulation import Simulation as Simulation
@@ -37,7 +40,7 @@ else:
             "gl_backend": "check_drawing choose_backend",
             "node": "MujocoSim",
             "pacing": "Beat",
-            "replay": "replay_session",
+            "replay": "replay_session run_in_lockstep",
             "sensors.base": "Sensor",
             "sensors.imu": "Imu",
             "simulation": "Simulation",

@@ -1,4 +1,4 @@
-"""A session in lockstep once more: the same commands at the same ticks, in memory."""
+"""The simulator's loop in memory: with the commands of a recording, or with any that answer."""
 
 from __future__ import annotations
 
@@ -32,28 +32,47 @@ def replay_session(
         end_ns: Simulated time of the last state, in nanoseconds.
         on_state: Called with each simulated time and the state of it, which is valid meanwhile.
     """
-    ports = _Ports(simulation, commands, end_ns, on_state)
+
+    def answer(time_ns: int, state: JointState) -> JointState | None:
+        on_state(time_ns, state)
+        return commands.get(time_ns)
+
+    run_in_lockstep(simulation, answer, lambda time_ns: time_ns < end_ns)
+
+
+def run_in_lockstep(
+    simulation: Simulation,
+    answer: Callable[[int, JointState], JointState | None],
+    goes_on: Callable[[int], bool],
+) -> None:
+    """Run a simulation with whoever answers its states, as fast as the machine allows.
+
+    Args:
+        simulation: At its start.
+        answer: Given each simulated time, in nanoseconds, and the state of it, which is valid
+            meanwhile; returns the command, or None where nobody answers.
+        goes_on: Whether there is anything after the state of a time, which has been answered.
+    """
+    ports = _Ports(simulation, answer, goes_on)
     # What it waits for is there already: no wait is worth its time.
     ports.loop = LockstepLoop(simulation, ports, real_time_factor=0.0, lockstep_timeout_s=0.0)
     ports.loop.run()
 
 
 class _Ports:
-    """Answers each state from the recording; see `teleopctl.sim.loop_ports.Ports`."""
+    """Has each state answered in memory; see `teleopctl.sim.loop_ports.Ports`."""
 
     loop: LockstepLoop
 
     def __init__(
         self,
         simulation: Simulation,
-        commands: Mapping[int, JointState],
-        end_ns: int,
-        on_state: Callable[[int, JointState], object],
+        answer: Callable[[int, JointState], JointState | None],
+        goes_on: Callable[[int], bool],
     ) -> None:
         self._simulation = simulation
-        self._commands = commands
-        self._end_ns = end_ns
-        self._on_state = on_state
+        self._answer = answer
+        self._goes_on = goes_on
         self._reported = reported_joints(simulation.model)
         names = [simulation.joint_names[index] for index in self._reported]
         self._state: JointState = get_message("sensor_msgs/msg/JointState")(name=names)
@@ -65,8 +84,7 @@ class _Ports:
         state.position = simulation.positions[self._reported]
         state.velocity = simulation.velocities[self._reported]
         state.effort = simulation.efforts[self._reported]
-        self._on_state(time_ns, state)
-        command = self._commands.get(time_ns)
+        command = self._answer(time_ns, state)
         self.loop.set_partner(command is not None)
         if command is not None:
             self.loop.offer(
@@ -78,7 +96,7 @@ class _Ports:
                     list(command.effort),
                 )
             )
-        if time_ns >= self._end_ns:
+        if not self._goes_on(time_ns):
             self.loop.stop()
 
     def publish_clock(self, time_ns: int) -> None:

@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 from teleopctl.lazy import attach
 
 if TYPE_CHECKING:
-    from teleopctl.testing.control_stack import ControlStack as ControlStack
+    from teleopctl.testing.control_stack import (
+        ControlStack as ControlStack,
+        RecordedActionServer as RecordedActionServer,
+        RecordedEndpoint as RecordedEndpoint,
+        RecordedLog as RecordedLog,
+        RecordedNode as RecordedNode,
+    )
     from teleopctl.testing.graph import RosGraph as RosGraph, free_port as free_port
     from teleopctl.testing.launched import LaunchedSystem as LaunchedSystem
     from teleopctl.testing.process import (
@@ -22,24 +28,17 @@ if TYPE_CHECKING:
         Process as Process,
         eventually as eventually,
     )
-    from teleopctl.testing.recorded_action import RecordedActionServer as RecordedActionServer
-    from teleopctl.testing.recorded_node import (
-        RecordedEndpoint as RecordedEndpoint,
-        RecordedLog as RecordedLog,
-        RecordedNode as RecordedNode,
-    )
     from teleopctl.testing.replayed import assert_bag_repeats as assert_bag_repeats
     from teleopctl.testing.robots import serial_robot as serial_robot
 else:
     __getattr__, __dir__, __all__ = attach(
         __name__,
         {
-            "control_stack": "ControlStack",
+            "control_stack": "ControlStack RecordedActionServer RecordedEndpoint RecordedLog "
+            "RecordedNode",
             "graph": "RosGraph free_port",
             "launched": "LaunchedSystem",
             "process": "LONGEST_WAIT_S Process eventually",
-            "recorded_action": "RecordedActionServer",
-            "recorded_node": "RecordedEndpoint RecordedLog RecordedNode",
             "replayed": "assert_bag_repeats",
             "robots": "serial_robot",
         },

@@ -70,11 +70,22 @@ def test_of_several_systems_each_keeps_its_name_and_its_joints():
 
 
 def test_gazebos_commands_with_pid_are_plain_ones():
-    urdf, remarks = simulated(arm(system("S", SIMULATOR, "a", command="velocity_pid")))
+    one = system("S", SIMULATOR, "a", command="velocity_pid")
+    urdf, remarks = simulated(arm(one, joints="a:revolute"))
     assert commands(RobotDescription.from_urdf(urdf)) == {"a": ["velocity"]}
     assert remarks == (
         "Without '_pid', since the simulator's drives follow exactly: a/velocity_pid",
     )
+
+
+def test_of_joints_that_no_system_has_the_states_are_told_so_that_their_links_have_frames():
+    urdf, remarks = simulated(arm(system("S", SIMULATOR, "a"), joints="a:revolute drop:prismatic"))
+    own, others = RobotDescription.from_urdf(urdf).ros2_control
+    assert [joint.name for joint in own.joints] == ["a"]
+    (drop,) = others.joints
+    assert (drop.name, drop.command_interfaces) == ("drop", ())
+    assert [state.name for state in drop.state_interfaces] == ["position", "velocity"]
+    assert (others.hardware_plugin_name, remarks) == (SIMULATOR, ())
 
 
 def test_without_any_system_joints_are_held_those_that_go_round_turned_and_followers_follow():

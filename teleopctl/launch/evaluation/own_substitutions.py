@@ -60,7 +60,7 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
 
 
-def _file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
+def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
     """The controllers whose types a file gives, broadcasters first.
 
     A type stands below the controller manager's section or in a section of the controller's own;
@@ -112,7 +112,7 @@ def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
         raise
 
 
-FILE_CONTROLLERS = Substitution(_file_controllers, 1, 2)
+FILE_CONTROLLERS = Substitution(file_controllers, 1, 2)
 FILE_NAMESPACE = Substitution(_file_namespace, 1, 1)
 FILE_PARAM = Substitution(_file_parameter, 3, 4)
 FIRST_FILE = Substitution(_first_file, 1, None)

@@ -16,14 +16,18 @@ from typing import TYPE_CHECKING
 
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
-from teleopctl.launch.evaluation.own_substitutions import namespaces_of_managers, parameters_in
+from teleopctl.launch.evaluation.own_substitutions import (
+    file_controllers,
+    namespaces_of_managers,
+    parameters_in,
+)
 from teleopctl.launch.evaluation.robots import AS_DESCRIBED, file_and_mappings, with_hardware
 from teleopctl.launch.evaluation.substitution import Substitution, render
 from teleopctl.launch.model.template import Call, Template, TemplateError, parse
 from teleopctl.packages import resolve_uri
 
 if TYPE_CHECKING:
-    from teleopctl.robot import MotionPlugins, RobotDescription
+    from teleopctl.robot import ChosenControllers, MotionPlugins, RobotDescription
 
 _NO_FILE = "its <parameters> {} is no file"
 _COMMENT_LINE = re.compile(r"^[ \t]*#.*", re.MULTILINE)
@@ -205,6 +209,38 @@ def _made_for(
     if description.ros2_control:
         _say(context, f"No controllers_file is given or described: those of {file}")
     return file
+
+
+def chosen_controllers(
+    model: Path, arguments: Mapping[str, str], folder: Path
+) -> ChosenControllers | None:
+    """Choose a robot's controllers as ``sim.yaml`` does.
+
+    Args:
+        model: The robot's file.
+        arguments: Those of ``sim.yaml`` and of the description.
+        folder: Where to write what has to be written.
+
+    Returns:
+        They, or None where nothing is to be controlled.
+
+    Raises:
+        TeleopctlError: The description or a file of controllers is wrong.
+    """
+    from teleopctl.robot import ChosenControllers
+
+    context = LaunchContext(arguments, folder)
+    robot = [str(model), "sim"]
+    description, plugins = _described(robot, context)
+    if not description.ros2_control:
+        return None
+    otherwise = arguments.get("controllers_file", "")
+    first = otherwise or _robot_controllers([*robot, ""], context)
+    file = _with_plugins([*robot, first], context)
+    namespace = arguments.get("controllers_namespace") or _robot_namespace([*robot, file], context)
+    names = arguments.get("controllers") or file_controllers([file, namespace], context)
+    own = Path(first).parent != folder or bool(plugins.controllers)
+    return ChosenControllers(resolve_uri(file).absolute(), namespace, tuple(names.split()), own)
 
 
 ROBOT_CONTROLLERS = Substitution(_robot_controllers, 3, None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,8 +22,16 @@ from teleopctl.robot import (
 )
 
 if TYPE_CHECKING:
+    from teleopctl.nodes.checking.driving import Driven
+    from teleopctl.nodes.checking.frames import Frames
+    from teleopctl.robot import ChosenControllers
     from teleopctl.sim import SimulatedRobot
 
+# Given a robot's file and all arguments.
+ChooseControllers = Callable[[Path, Mapping[str, str]], "ChosenControllers | None"]
+
+# The arguments that are those of sim.yaml, and not of the description.
+_OF_THE_LAUNCH = ("controllers", "controllers_file", "controllers_namespace", "fixed_base")
 _PARAMETERS = "ros__parameters"
 _PACKAGE = "package://"
 
@@ -47,6 +55,8 @@ class RobotReport:
         meshes: Files of its meshes by URI; None for one that is not found.
         controllers: Types of the controllers in the files that it names, by name.
         trial: What became of it in simulation, where that was asked for.
+        driven: What its controllers made of it, where it stood before.
+        frames: Its frames, likewise.
     """
 
     file: Path
@@ -63,6 +73,8 @@ class RobotReport:
     meshes: dict[str, str | None] = field(default_factory=dict)
     controllers: dict[str, str] = field(default_factory=dict)
     trial: Trial | None = None
+    driven: Driven | None = None
+    frames: Frames | None = None
 
     @property
     def fault(self) -> str:
@@ -75,25 +87,36 @@ class RobotReport:
             return f"no file for the mesh {missing[0]}{more}"
         if self.trial is not None and self.trial.fault:
             return self.trial.fault
+        if self.driven is not None and self.driven.why_not:
+            return self.driven.why_not
+        if self.frames is not None and self.frames.missing:
+            return f"no frame for {', '.join(self.frames.missing)}: nobody tells its joint's state"
         return ""
 
 
 def check_robot(
-    file: Path, arguments: Mapping[str, str], *, simulate_s: float = 0.0
+    file: Path,
+    arguments: Mapping[str, str],
+    *,
+    simulate_s: float = 0.0,
+    choose: ChooseControllers = lambda *_: None,
 ) -> RobotReport:
-    """Read a robot's file, build its model and perhaps let it stand.
+    """Read a robot's file, build its model and perhaps let it stand and move.
 
     Args:
         file: URDF, xacro, SDF or MJCF.
-        arguments: Values of a xacro file's arguments.
+        arguments: Values of a xacro file's arguments, and of those of ``sim.yaml`` that say which
+            controllers it has and whether its root link stands still.
         simulate_s: How long it is to stand, in simulated seconds; 0 for not at all.
+        choose: Returns its controllers, or None where it has none.
 
     Returns:
         The report; what is wrong with the file stands in it.
     """
     report = RobotReport(file, model_kind(file))
+    own = {name: value for name, value in arguments.items() if name not in _OF_THE_LAUNCH}
     try:
-        text = with_mesh_paths(read_model(file, dict(arguments)).text, file.absolute().parent)
+        text = with_mesh_paths(read_model(file, own).text, file.absolute().parent)
         try:
             report.description = description = RobotDescription.from_urdf(text)
             _see_files(report, description)
@@ -109,16 +132,38 @@ def check_robot(
     report.guessed += remarks
     report.unknown = [] if description.mjcf else unknown_tags(text)
     try:
-        robot = _see_model(report, urdf)
+        robot = _see_model(report, urdf, fixed_base=arguments.get("fixed_base") == "true")
     except TeleopctlError as error:
         report.refusal = error.message
         return report
     if simulate_s:
         report.trial = try_out(robot, simulate_s)
+        _see_motion(report, robot, arguments, choose)
     return report
 
 
-def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
+def _see_motion(
+    report: RobotReport,
+    robot: SimulatedRobot,
+    arguments: Mapping[str, str],
+    choose: ChooseControllers,
+) -> None:
+    from teleopctl.nodes.checking.driving import Driven, drive
+    from teleopctl.nodes.checking.frames import compare_frames
+
+    try:
+        controllers = choose(report.file.absolute(), arguments)
+    except TeleopctlError as error:
+        message = f"{error.message} ({error.hint})" if error.hint else error.message
+        report.driven = Driven(own=True, fault=message)
+        return
+    if controllers is not None:
+        report.driven = drive(robot, controllers)
+    told = set() if report.driven is None else report.driven.joints
+    report.frames = compare_frames(robot, told)
+
+
+def _see_model(report: RobotReport, urdf: str, *, fixed_base: bool) -> SimulatedRobot:
     import mujoco
 
     from teleopctl.mujoco_model import rotors_told, unserved_tags
@@ -132,7 +177,9 @@ def _see_model(report: RobotReport, urdf: str) -> SimulatedRobot:
     ]
     # MuJoCo by itself writes them into a file in the current folder.
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo: {' '.join(text.split())}"))
-    robot = simulate(urdf, control_period_ns=CONTROL_PERIOD_NS, warn=said.append)
+    robot = simulate(
+        urdf, fixed_base=fixed_base, control_period_ns=CONTROL_PERIOD_NS, warn=said.append
+    )
     m: Any = robot.model.mj_model
     links = robot.description.links
     masses = (float(m.body_mass[n]) for n in range(m.nbody) if m.body(n).name in links)

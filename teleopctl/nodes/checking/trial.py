@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 CONTROL_PERIOD_NS = 10_000_000
 
+AT_LIMIT = 0.99
+"""A drive that exerts this part of its limit can do no more."""
+
 # A root link that has tilted by so much, in rad, or sunk by this part of its height, has fallen.
 _FALLEN_RAD = 0.5
 _SUNK = 0.3
@@ -65,8 +68,12 @@ def try_out(robot: SimulatedRobot, seconds: float) -> Trial:
     held = [bool({"position", "velocity"} & _takes(joint)) for joint in robot.model.joints]
     away = np.where(held, np.abs(simulation.positions - start), 0.0)
     if len(away) and away.max() > _SAGGED:
-        joint = simulation.joint_names[int(away.argmax())]
-        return Trial("sags", f"joint '{joint}' gave way by {away.max():.2f}")
+        row = int(away.argmax())
+        joint, limit = simulation.joint_names[row], robot.model.joints[row].limits.effort
+        fault = f"joint '{joint}' gave way by {away.max():.2f}"
+        if abs(simulation.efforts[row]) >= AT_LIMIT * limit:
+            fault += f" at its limit of effort, {limit:g}"
+        return Trial("sags", fault)
     return _moved(robot)
 
 

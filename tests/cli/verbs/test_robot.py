@@ -71,6 +71,10 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "  <sponsor> in <robot> is unknown (line 7)",
         "In simulation it stands",
         "1 of 1 joints follow a command",
+        "By controllers that any robot gets:",
+        "  joint_trajectory_controller (joint_trajectory_controller/JointTrajectoryController): "
+        "1 joints get there, to 0.0000",
+        "5 of 5 links have a frame on /tf in simulation",
     ]
 
 
@@ -105,10 +109,99 @@ def test_a_folder_becomes_a_table_and_fails_with_the_first_robot_that_does(
     }
     file = tmp_path / "broken.urdf"
     assert reports[file.name]["error"] == f"{file}: Two root links found: [a] and [b]"
-    assert main.run(["robot", "check", str(tmp_path / "stands.urdf"), str(tmp_path)]) == 1
+    assert main.run(["robot", "check", str(tmp_path / "stands.urdf"), str(tmp_path), "-s"]) == 1
     table = capsys.readouterr().out.splitlines()
-    assert table[0].split() == ["FILE", "PARSES", "COMPILES", "RESULT", "WHY", "NOT"]
-    assert table[-1] == "4 of 5 robots are fine"
+    titles = ["FILE", "PARSES", "COMPILES", "STANDS", "MOVES", "BY", "FRAMES", "WHY", "NOT"]
+    assert table[0].split() == titles
+    assert table[1].split()[1:] == ["yes", "yes", "yes", "-", "-", "1/1"]
+    assert table[-2:] == [
+        "4 parse, 4 compile, 3 stand, 0 of 0 with controllers of their own move by them, "
+        "4 have every frame",
+        "3 of 5 robots are fine",
+    ]
+
+
+def wheel(name: str, place: str, shape: str) -> str:
+    """A wheel of 0.1 m on a base, and its joint, in `link` and `joint` of one text."""
+    mass = """<inertial><mass value="0.5"/>
+      <inertia ixx="2e-3" iyy="3e-3" izz="2e-3" ixy="0" ixz="0" iyz="0"/></inertial>"""
+    return f"""<link name="{name}">{mass}{shape}</link>
+      <joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/>
+      <origin xyz="{place}"/><axis xyz="0 1 0"/><limit effort="10" velocity="10"/></joint>"""
+
+
+TYRE = """<collision><origin rpy="1.5708 0 0"/>
+  <geometry><cylinder radius="0.1" length="0.04"/></geometry></collision>"""
+# A caster that slides, behind the wheels.
+CASTER = """<collision><origin xyz="-0.2 0 -0.05"/><geometry><sphere radius="0.05"/></geometry>
+  </collision>"""
+MANY = """
+controller_manager:
+  ros__parameters:
+    update_rate: 50
+    joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}
+    base_controller: {type: diff_drive_controller/DiffDriveController}
+    arm_controller: {type: joint_trajectory_controller/JointTrajectoryController}
+    lift_controller: {type: velocity_controllers/JointGroupVelocityController}
+    hand_controller: {type: parallel_gripper_action_controller/GripperActionController}
+    vendors_controller: {type: vendor/Controller}
+base_controller:
+  ros__parameters:
+    left_wheel_names: [left_joint]
+    right_wheel_names: [right_joint]
+    wheel_separation: 0.4
+    wheel_radius: 0.1
+arm_controller:
+  ros__parameters: {joints: [arm], command_interfaces: [position], state_interfaces: [position]}
+lift_controller: {ros__parameters: {joints: [lift]}}
+hand_controller: {ros__parameters: {joint: hand}}
+"""
+
+
+STATES = '<state_interface name="position"/><state_interface name="velocity"/>'
+
+
+def mobile(shape: str) -> tuple[str, ...]:
+    """A base with two wheels that have a shape, and with four joints that hang on it."""
+    inertial = INERTIAL.replace('"1"', '"5"').replace("<mass", '<origin xyz="-0.05 0 0"/><mass')
+    wheels = control(left_joint="velocity", right_joint="velocity")
+    rest = control(arm="position", lift="velocity", hand="position").replace("hardware", "rest", 1)
+    return (
+        link("base", CASTER + inertial),
+        wheel("left", "0 0.2 0", shape),
+        wheel("right", "0 -0.2 0", shape),
+        *(link(f"of_{name}") for name in ("arm", "lift", "hand", "loose")),
+        *(joint(name, "base", f"of_{name}") for name in ("arm", "lift", "hand", "loose")),
+        (wheels + rest).replace('<state_interface name="position"/>', STATES),
+    )
+
+
+def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "controllers.yaml").write_text(MANY)
+    given = f"controllers_file:={tmp_path / 'controllers.yaml'}"
+    rolls = write(tmp_path / "rolls.urdf", *mobile(TYRE))
+    slides = write(tmp_path / "slides.urdf", *mobile(""))
+
+    assert main.run(["robot", "check", str(rolls), given, "-s", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    driven = report["driven"]
+    assert (driven["own"], driven["verdict"], driven["fault"]) == (True, "yes", None)
+    told = {motion["controller"]: motion["told"] for motion in driven["motions"]}
+    assert list(told) == ["base_controller", "arm_controller", "lift_controller", "hand_controller"]
+    assert told["base_controller"].startswith("ahead 0.5")
+    assert driven["inactive"]["vendors_controller"].endswith(
+        "(type 'vendor/Controller') not found."
+    )
+    # Nobody commands the loose joint, and its link has a frame all the same.
+    assert (report["frames"]["links"], report["frames"]["missing"]) == (7, [])
+    assert report["frames"]["apart_m"] < 1e-9
+
+    assert main.run(["robot", "check", str(slides), given, "-s"]) == 1
+    out = capsys.readouterr().out
+    assert "By its own controllers:\n  base_controller (diff_drive_controller/" in out
+    assert "so that they touch nothing: left, right" in out
 
 
 def test_a_chain_of_links_may_be_longer_than_pythons_stack(

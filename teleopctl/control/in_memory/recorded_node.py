@@ -60,20 +60,31 @@ class RecordedLog:
 class RecordedEndpoint:
     """A publisher, subscription or service that remembers.
 
+    Args:
+        name: As the controller gave it.
+        callback: Of a subscription or service.
+        last_only: Whether it remembers the last message alone, and that without a copy.
+
     Attributes:
         name: As the controller gave it, ``~/commands`` say.
         callback: Of a subscription or service.
         messages: What has been published.
     """
 
-    def __init__(self, name: str, callback: Callable[..., Any] | None = None) -> None:
+    def __init__(
+        self, name: str, callback: Callable[..., Any] | None = None, *, last_only: bool = False
+    ) -> None:
         self.name = name
         self.callback = callback
         self.messages: list[Any] = []
+        self._last_only = last_only
 
     def publish(self, msg: object) -> None:
         """Keep a message as it is now, whatever the sender does with it afterwards."""
-        self.messages.append(copy.deepcopy(msg))
+        if self._last_only:
+            self.messages = [msg]
+        else:
+            self.messages.append(copy.deepcopy(msg))
 
     def get_subscription_count(self) -> int:
         """One: the test listens."""
@@ -86,6 +97,7 @@ class RecordedNode:
     Args:
         name: The node's name.
         parameters: What a parameter file would set, by dotted name.
+        last_only: Whether of what is published only the last message is remembered.
 
     Attributes:
         log: Its logger.
@@ -93,9 +105,14 @@ class RecordedNode:
     """
 
     def __init__(
-        self, name: str, parameters: Mapping[str, AllowableParameterValue] | None = None
+        self,
+        name: str,
+        parameters: Mapping[str, AllowableParameterValue] | None = None,
+        *,
+        last_only: bool = False,
     ) -> None:
         self._name = name
+        self._last_only = last_only
         self._parameters = dict(parameters or {})
         self._given = dict(self._parameters)
         self._post_set: list[Callable[[list[Parameter]], None]] = []
@@ -200,4 +217,5 @@ class RecordedNode:
     def _endpoint(
         self, name: str, callback: Callable[..., object] | None = None
     ) -> RecordedEndpoint:
-        return self.endpoints.setdefault(name, RecordedEndpoint(name, callback))
+        endpoint = RecordedEndpoint(name, callback, last_only=self._last_only)
+        return self.endpoints.setdefault(name, endpoint)

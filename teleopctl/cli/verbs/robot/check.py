@@ -1,11 +1,11 @@
-"""``teleopctl robot``: what becomes of robots' files."""
+"""``teleopctl robot check``: what becomes of robots' files."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Argument, Group, Option, Verb
+from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, UsageError
 
 if TYPE_CHECKING:
@@ -13,22 +13,9 @@ if TYPE_CHECKING:
 
     from teleopctl.nodes.checking.report import RobotReport
 
-GROUP = Group(
-    "Check robots' files.",
-    {
-        "check": Verb(
-            f"{__name__}:check",
-            "Tell how robots' files are read, and whether they stand in simulation.",
-            examples=(
-                "teleopctl robot check my_robot.urdf.xacro",
-                "teleopctl robot check ur.urdf.xacro ur_type:=ur5e name:=ur --simulate",
-                "teleopctl robot check src --simulate",
-            ),
-        )
-    },
-)
-
 _SIMULATED_S = 5.0
+# Two computations of the same thing differ by much less.
+_SAME_M = 1e-6
 _TITLES = {
     "repaired": "Repaired",
     "guessed": "Guessed or left out",
@@ -41,21 +28,33 @@ def check(
     words: Annotated[
         list[str],
         Argument(
-            help="Files or folders; a xacro file's arguments as name:=value.",
+            help="Files or folders; a xacro file's arguments as name:=value, and controllers_file, "
+            "controllers, controllers_namespace and fixed_base as sim.yaml takes them.",
             metavar="FILE [name:=value]…",
             complete="files",
         ),
     ],
     simulate: Annotated[
-        bool, Option("-s", "--simulate", help="Let each robot stand for 5 simulated seconds.")
+        bool,
+        Option(
+            "-s",
+            "--simulate",
+            help="Let each robot stand for 5 simulated seconds, and move it by its controllers.",
+        ),
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Check robots' files: the tree, what was repaired, ignored or guessed, and whether it stands.
+    """Check robots' files: the tree, what was repaired, ignored or guessed, and what it does.
 
     The first lines are those of check_urdf. Of several files, and of the robots in folders, a table
-    is printed. The exit status is 1 when one of them fails.
+    is printed. In simulation a robot has the controllers that sim.yaml would give it; each is asked
+    for a motion, and physics is asked whether it came. The exit status is 1 when one robot fails.
     """
+    import tempfile
+
+    from teleopctl.cli.verbs.robot.document import document
+    from teleopctl.cli.verbs.robot.table import table
+    from teleopctl.launch import chosen_controllers
     from teleopctl.nodes.checking.report import check_robot
     from teleopctl.nodes.checking.walk import robots_in
 
@@ -66,22 +65,31 @@ def check(
     for place in places:
         if not place.exists():
             raise NotFoundError(f"There is no file or folder {place}")
-    seconds = _SIMULATED_S if simulate else 0.0
-    if len(places) == 1 and places[0].is_file():
-        report = check_robot(places[0], arguments, simulate_s=seconds)
-        if as_json:
-            console.out_json(_document(report))
-        else:
-            _print(report)
-        return int(bool(report.fault))
-    reports = []
-    for file in robots_in(places):
-        console.note(f"{file}")
-        reports.append(check_robot(file, arguments, simulate_s=seconds))
+    with tempfile.TemporaryDirectory() as folder:
+
+        def report_of(file: Path) -> "RobotReport":
+            return check_robot(
+                file,
+                arguments,
+                simulate_s=_SIMULATED_S if simulate else 0.0,
+                choose=lambda model, given: chosen_controllers(model, given, Path(folder)),
+            )
+
+        if len(places) == 1 and places[0].is_file():
+            report = report_of(places[0])
+            if as_json:
+                console.out_json(document(report))
+            else:
+                _print(report)
+            return int(bool(report.fault))
+        reports = []
+        for file in robots_in(places):
+            console.note(f"{file}")
+            reports.append(report_of(file))
     if as_json:
-        console.out_json([_document(report) for report in reports])
+        console.out_json([document(report) for report in reports])
     else:
-        console.out_lines(_table(reports))
+        console.out_lines(table(reports))
     return int(not reports or any(report.fault for report in reports))
 
 
@@ -147,7 +155,7 @@ def _summary(report: "RobotReport") -> "Iterator[str]":
     if report.refusal is not None:
         yield f"Not simulated: {report.refusal}"
     elif report.trial is None:
-        yield "It compiles; --simulate lets it stand for 5 s"
+        yield "It compiles; --simulate lets it stand for 5 s and moves it"
     else:
         yield from _outcome(report)
 
@@ -163,76 +171,23 @@ def _outcome(report: "RobotReport") -> "Iterator[str]":
         yield f"  not: {', '.join(trial.unmoved)}"
     if trial.travelled_m is not None:
         yield f"Its root link came {trial.travelled_m:.3f} m meanwhile"
+    yield from _motions(report)
+    if (frames := report.frames) is not None:
+        shown = frames.links - len(frames.missing)
+        yield f"{shown} of {frames.links} links have a frame on /tf in simulation"
+        if frames.missing:
+            yield f"  not: {', '.join(frames.missing)}"
+        if frames.apart_m > _SAME_M:
+            yield f"  physics has one elsewhere, by {frames.apart_m:.2g} m"
 
 
-def _table(reports: "list[RobotReport]") -> "Iterator[str]":
-    rows = [("FILE", "PARSES", "COMPILES", "RESULT", "WHY NOT")]
-    for report in reports:
-        trial = report.trial
-        rows.append(
-            (
-                str(report.file),
-                "no" if report.error else "yes",
-                "-" if report.error else "no" if report.refusal else "yes",
-                "-" if trial is None else trial.verdict,
-                report.fault,
-            )
-        )
-    widths = [max(len(row[column]) for row in rows) for column in range(4)]
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
-        yield "  ".join([*cells, row[4]]).rstrip()
-    failed = sum(1 for report in reports if report.fault)
-    yield f"{len(reports) - failed} of {len(reports)} robots are fine"
-
-
-def _document(report: "RobotReport") -> console.Json:
-    description = report.description
-    trial = report.trial
-    return {
-        "file": str(report.file),
-        "kind": report.kind,
-        "error": report.error,
-        "refusal": report.refusal,
-        "fault": report.fault or None,
-        "name": None if description is None else description.name,
-        "root": None if description is None else description.root,
-        "links": [] if description is None else list(description.links),
-        "joints": []
-        if description is None
-        else [
-            {"name": one.name, "type": one.type, "parent": one.parent, "child": one.child}
-            for one in description.joints.values()
-        ],
-        "mass_kg": report.mass_kg,
-        "packages": report.packages,
-        "meshes": report.meshes,
-        "systems": []
-        if description is None or report.error
-        else [
-            {
-                "name": system.name,
-                "plugin": system.hardware_plugin_name,
-                "joints": [
-                    {
-                        "name": joint.name,
-                        "command_interfaces": [one.name for one in joint.command_interfaces],
-                        "state_interfaces": [one.name for one in joint.state_interfaces],
-                    }
-                    for joint in system.joints
-                ],
-            }
-            for system in description.ros2_control
-        ],
-        "controllers": report.controllers,
-        **{attribute: getattr(report, attribute) for attribute in _TITLES},
-        "trial": None
-        if trial is None
-        else {
-            "verdict": trial.verdict,
-            "fault": trial.fault or None,
-            "moved": list(trial.moved),
-            "unmoved": list(trial.unmoved),
-            "travelled_m": trial.travelled_m,
-        },
-    }
+def _motions(report: "RobotReport") -> "Iterator[str]":
+    driven = report.driven
+    if driven is None:
+        return
+    whose = "its own controllers" if driven.own else "controllers that any robot gets"
+    yield f"By {whose}:" + (f" {driven.fault}" if driven.fault else "")
+    for motion in driven.motions:
+        yield f"  {motion.controller} ({motion.type}): {motion.told}"
+    for name, why in driven.inactive.items():
+        yield f"  {name} stays inactive: {why}"

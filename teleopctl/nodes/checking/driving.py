@@ -1,0 +1,178 @@
+"""Whether a robot moves by its own controllers: the real ones, on the simulator, in memory.
+
+Resource manager, controller manager and controllers are those of ``sim.yaml``, and so is the
+simulator's loop; messages go from one to the other without a graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control import (
+    ControllerSpec,
+    ControlStack,
+    State,
+    SwitchRequest,
+    manager_settings,
+    switch_controller,
+)
+from teleopctl.errors import TeleopctlError
+from teleopctl.node import read_parameter_file
+from teleopctl.nodes.checking.motions import Motion, Trier
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import JointState
+
+    from teleopctl.robot import ChosenControllers
+    from teleopctl.sim import SimulatedRobot
+
+# Where the simulator and its hardware meet, see `teleopctl.control.hardware.topic`.
+_STATES, _COMMANDS = "/robot_joint_states", "/robot_joint_commands"
+_MANAGER = "controller_manager"
+_DEFAULT_RATE_HZ = 100
+# States come, then controllers hold for a while, in s.
+_BEFORE_S = 0.1
+_SETTLING_S = 0.5
+
+
+@dataclass
+class Driven:
+    """What became of a robot with its controllers.
+
+    Attributes:
+        own: Whether they are the robot's.
+        motions: What each that moves something did.
+        inactive: Controllers that did not become active, and why.
+        joints: Joints of which a controller tells the state.
+        fault: Why not all of it was tried; empty where it was.
+    """
+
+    own: bool
+    motions: list[Motion] = field(default_factory=list)
+    inactive: dict[str, str] = field(default_factory=dict)
+    joints: set[str] = field(default_factory=set)
+    fault: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """``yes``, ``no``, how many of how many, or ``-`` where nothing is there to move it."""
+        if self.fault:
+            return "no"
+        if not self.motions:
+            return "no" if self.own and self.inactive else "-"
+        moved = sum(motion.moved for motion in self.motions)
+        return {0: "no", len(self.motions): "yes"}.get(moved, f"{moved} of {len(self.motions)}")
+
+    @property
+    def why_not(self) -> str:
+        """The first controller that failed, and how; empty where none did."""
+        if self.fault:
+            return self.fault
+        still = [motion for motion in self.motions if not motion.moved]
+        if still:
+            return f"controller '{still[0].controller}': {still[0].told}"
+        if not self.motions and self.own:
+            return "; ".join(f"controller '{name}': {why}" for name, why in self.inactive.items())
+        return ""
+
+
+def drive(robot: SimulatedRobot, given: ChosenControllers) -> Driven:
+    """Bring up a robot's controllers, and move it by each that takes commands.
+
+    Args:
+        robot: The robot, of whose model a new simulation is made.
+        given: Its controllers.
+    """
+    driven = Driven(given.own)
+    try:
+        _drive(robot, given, driven)
+    except TeleopctlError as error:
+        driven.fault = f"{error.message} ({error.hint})" if error.hint else error.message
+    return driven
+
+
+def _drive(robot: SimulatedRobot, given: ChosenControllers, driven: Driven) -> None:
+    from teleopctl.sim import Simulation, run_in_lockstep
+
+    file = read_parameter_file(given.file)
+    manager = f"{given.namespace}/{_MANAGER}"
+    parameters = file.for_node(manager)
+    rate = parameters.get("update_rate", _DEFAULT_RATE_HZ)
+    simulation = Simulation(robot.model, control_period_ns=round(1e9 / rate))
+    simulation.movers = robot.simulation.movers
+    stack = ControlStack(update_rate=rate, parameters=parameters, last_only=True)
+    stack.time_ns = 0
+    stack.load_urdf(robot.description.urdf)
+    hardware = [component.hardware for component in stack.resources.components.values()]
+    # One component's states time the cycles; the others are read and written with it.
+    next(one for one in hardware if one.drives_cycle).set_cycle(stack.cycle.run)
+    trier = Trier(stack, simulation, robot)
+    script = _script(stack, given, trier, driven)
+    ended = False
+
+    def answer(time_ns: int, state: JointState) -> JointState | None:
+        nonlocal ended
+        stack.time_ns = time_ns
+        stack.node.receive(_STATES, state)
+        ended = next(script, True) is True
+        command: JointState = stack.node.published(_COMMANDS)[-1]
+        return command
+
+    run_in_lockstep(simulation, answer, lambda _: not ended and not simulation.diverged)
+    if simulation.diverged:
+        driven.fault = f"physics diverged after {stack.time_ns * 1e-9:.2f} s with its controllers"
+    for node in stack.nodes.values():
+        for name, endpoint in node.endpoints.items():
+            if name.endswith("joint_states") and endpoint.messages:
+                driven.joints.update(getattr(endpoint.messages[-1], "name", ()))
+
+
+def _script(
+    stack: ControlStack, given: ChosenControllers, trier: Trier, driven: Driven
+) -> Iterator[None]:
+    """What is done in each control period, one after the other."""
+    yield from trier.wait(_BEFORE_S)
+    for name in given.names:
+        if why := _bring_up(stack, name, given):
+            driven.inactive[name] = why
+    yield from trier.wait(_SETTLING_S)
+    for spec in list(stack.manager.controllers.values()):
+        if spec.lifecycle_state is State.ACTIVE:
+            yield from trier.moved_by(spec, driven.motions)
+
+
+def _bring_up(stack: ControlStack, name: str, given: ChosenControllers) -> str:
+    """Load, configure and activate a controller as the spawner does; returns why that failed."""
+    before = len(stack.log.lines)
+    settings = manager_settings(name, f"{given.namespace}/{_MANAGER}", [str(given.file)])
+    if "type" in settings:
+        stack.node.declare_parameter(f"{name}.type", settings["type"])
+    stack.set_controller_parameters(name, _parameters(name, given))
+    manager = stack.manager
+    if not (manager.load_controller(name) and manager.configure_controller(name)):
+        return _reason(stack, manager.controllers.get(name), before)
+    accepted, message = switch_controller(manager, SwitchRequest((name,), ()))
+    return "" if accepted else message or _reason(stack, manager.controllers[name], before)
+
+
+# Any: parameters have one of nine types, and files decide which.
+def _parameters(name: str, given: ChosenControllers) -> Mapping[str, Any]:
+    """A controller's own parameters, and those that stand among the manager's."""
+    file = read_parameter_file(given.file)
+    prefix = f"{name}."
+    below = {
+        key.removeprefix(prefix): value
+        for key, value in file.for_node(f"{given.namespace}/{_MANAGER}").items()
+        if key.startswith(prefix)
+    }
+    return {**below, **file.for_node(f"{given.namespace}/{name}")}
+
+
+def _reason(stack: ControlStack, spec: ControllerSpec | None, before: int) -> str:
+    """The last thing that was said against a controller."""
+    said = [text for kind, text in stack.log.lines[before:] if kind == "error"]
+    if spec is not None:
+        said += stack.nodes[spec.name].log.texts("error")
+    return said[-1] if said else "refused"

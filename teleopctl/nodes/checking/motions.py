@@ -1,0 +1,321 @@
+"""What is asked of each kind of controller, and whether physics then did it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teleopctl.interfaces import get_message
+from teleopctl.nodes.checking.trial import AT_LIMIT
+
+if TYPE_CHECKING:
+    from teleopctl.control import CommandInterface, ControllerSpec, ControlStack
+    from teleopctl.mujoco_model import JointSpec
+    from teleopctl.sim import SimulatedRobot, Simulation
+
+# How far or how fast a joint is to go (rad or m, per s), and a base (m/s, rad/s).
+_STEP = 0.2
+_JOINT_SPEED = 0.5
+_SPEED = 0.3
+_TURN = 0.5
+_MOVING_S = 2.0
+# Which part of a wheel's fastest speed a base is asked for at most.
+_BELOW_LIMIT = 0.8
+# How much longer a trajectory or a gripper is waited for, in s.
+_ARRIVING_S = 1.0
+# A joint that takes efforts gets this part of its limit, or so much, in N m or N.
+_EFFORT_PART = 0.3
+_EFFORT = 20.0
+# Which part of what was asked is enough, and which motion is one at all, in rad or m.
+_ENOUGH = 0.5
+_SOME = 0.01
+# A base that turns by sliding turns by less than it is asked for, see docs/simulation.md.
+_ENOUGH_TURN = 0.15
+
+# Where a base takes velocities, by its kind and by whether they are stamped.
+_VELOCITIES = ("~/cmd_vel", "~/cmd_vel_unstamped", "~/reference", "~/reference_unstamped")
+# What controllers call the radius of their wheels.
+_RADII = (
+    *("wheel_radius", "wheels_radius", "rear_wheels_radius", "front_wheels_radius"),
+    *("traction_wheels_radius", "kinematics.wheels_radius"),
+)
+_IN_PLACE = ("DiffDriveController", "MecanumDriveController")
+
+# Any stands for messages: their classes are made at run time, from definitions.
+
+# Takes its time, and returns whether something moved, and that in words.
+_Act = Generator[None, None, tuple[bool, str]]
+
+
+class Motion(NamedTuple):
+    """What a controller did.
+
+    Attributes:
+        controller: Its name.
+        type: Its plug-in's name.
+        moved: Whether physics did what it was asked for.
+        told: In words.
+    """
+
+    controller: str
+    type: str
+    moved: bool
+    told: str
+
+
+class Trier:
+    """Sends commands to controllers and looks at the simulation afterwards.
+
+    Args:
+        stack: The controllers.
+        simulation: The robot that they move.
+        robot: What it was built from.
+    """
+
+    def __init__(self, stack: ControlStack, simulation: Simulation, robot: SimulatedRobot) -> None:
+        self._stack = stack
+        self._simulation = simulation
+        self._description = robot.description
+        self._base_link = None if robot.model.base is None else robot.model.base.body.link
+        joints = robot.model.joints
+        self._joints: Mapping[str, JointSpec] = {joint.name: joint for joint in joints}
+
+    def wait(self, seconds: float) -> Iterator[None]:
+        """Let control periods pass."""
+        for _ in range(round(seconds * self._stack.manager.update_rate)):
+            yield
+
+    def moved_by(self, spec: ControllerSpec, motions: list[Motion]) -> Iterator[None]:
+        """Command an active controller, and add what it did; nothing for those that only tell.
+
+        Args:
+            spec: The controller.
+            motions: What the controllers did.
+        """
+        kind = spec.type.rpartition("/")[2]
+        endpoints = self._stack.nodes[spec.name].endpoints
+        if "~/joint_trajectory" in endpoints:
+            act = self._trajectory(spec)
+        elif kind.endswith("GripperActionController"):
+            act = self._gripper(spec)
+        elif topic := next((name for name in _VELOCITIES if name in endpoints), ""):
+            act = self._base(spec, topic)
+        elif "~/commands" in endpoints:
+            act = self._commands(spec)
+        else:
+            return
+        moved, told = yield from act
+        motions.append(Motion(spec.name, spec.type, moved, told))
+
+    # -- joints ------------------------------------------------------------------------------------
+
+    def _position(self, joint: str) -> float:
+        names = self._simulation.joint_names
+        return float(self._simulation.positions[names.index(joint)]) if joint in names else math.nan
+
+    def _target(self, joint: str) -> float:
+        """A position a little away, towards the farther limit."""
+        here, limits = self._position(joint), self._joints[joint].limits
+        up, down = limits.upper - here, here - limits.lower
+        return here + min(_STEP, up / 2) if up >= down else here - min(_STEP, down / 2)
+
+    def _parameter(self, spec: ControllerSpec, name: str) -> Any:
+        node = self._stack.nodes[spec.name]
+        return node.get_parameter(name).value if node.has_parameter(name) else None
+
+    def _trajectory(self, spec: ControllerSpec) -> _Act:
+        joints = [name for name in self._parameter(spec, "joints") if name in self._joints]
+        before = [self._position(name) for name in joints]
+        goals = [self._target(name) for name in joints]
+        slowest = max(
+            (abs(goal - here) / self._joints[name].limits.velocity)
+            for name, goal, here in zip(joints, goals, before, strict=True)
+        )
+        seconds = max(1.0, 3.0 * slowest)
+        point = get_message("trajectory_msgs/msg/JointTrajectoryPoint")(positions=goals)
+        point.time_from_start.sec = math.ceil(seconds)
+        self._send(
+            spec,
+            "~/joint_trajectory",
+            get_message("trajectory_msgs/msg/JointTrajectory")(joint_names=joints, points=[point]),
+        )
+        yield from self.wait(math.ceil(seconds) + _ARRIVING_S)
+        return self._arrived(joints, before, goals)
+
+    def _arrived(
+        self, joints: Sequence[str], before: Sequence[float], goals: Sequence[float]
+    ) -> tuple[bool, str]:
+        after = [self._position(name) for name in joints]
+        still = [
+            name
+            for name, then, now, goal in zip(joints, before, after, goals, strict=True)
+            if not abs(now - goal) <= (1.0 - _ENOUGH) * abs(goal - then)
+        ]
+        if still:
+            told = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
+            return False, told + self._why_still(still)
+        worst = max((abs(now - goal) for now, goal in zip(after, goals, strict=True)), default=0.0)
+        return bool(joints), f"{len(joints)} joints get there, to {worst:.4f}"
+
+    def _why_still(self, joints: Sequence[str]) -> str:
+        """What is known of the reason for which joints do not do what they are told."""
+        names, efforts = self._simulation.joint_names, self._simulation.efforts
+        at_limit = []
+        for name in joints:
+            joint, spec = self._description.joints.get(name), self._joints.get(name)
+            if joint is None or spec is None:
+                return f"; there is no joint '{name}'"
+            limit = spec.limits.effort
+            if (friction := joint.dynamics.friction) >= limit:
+                return f"; '{name}' has a friction of {friction:g} and an effort of {limit:g}"
+            if abs(efforts[names.index(name)]) >= AT_LIMIT * limit:
+                at_limit.append(name)
+        return f"; at their limits of effort: {', '.join(at_limit)}" if at_limit else ""
+
+    def _gripper(self, spec: ControllerSpec) -> _Act:
+        joint = str(self._parameter(spec, "joint"))
+        if joint not in self._joints:
+            return False, f"there is no joint '{joint}'"
+        server = self._stack.action_servers[f"{spec.name}/gripper_cmd"]
+        here, goal = self._position(joint), self._target(joint)
+        request: Any = server.action_type.Goal()
+        command = request.command
+        if hasattr(command, "name"):
+            command.name, command.position = [joint], [goal]
+        else:
+            command.position, command.max_effort = goal, 0.0
+        server.send_goal(request)
+        yield from self.wait(_MOVING_S + _ARRIVING_S)
+        return self._arrived([joint], [here], [goal])
+
+    def _commands(self, spec: ControllerSpec) -> _Act:
+        interfaces = spec.controller.command_interfaces
+        joints = [interface.name.split("/")[-2] for interface in interfaces]
+        before = [self._position(name) for name in joints]
+        values = [self._value(*pair) for pair in zip(interfaces, joints, strict=True)]
+        message = get_message("std_msgs/msg/Float64MultiArray")(data=values)
+        self._send(spec, "~/commands", message)
+        yield from self.wait(_MOVING_S)
+        after = [self._position(name) for name in joints]
+        still = [
+            name
+            for name, interface, then, now, value in zip(
+                joints, interfaces, before, after, values, strict=True
+            )
+            if not abs(now - then) >= self._least(interface, name, value - then, then)
+        ]
+        stop = [
+            now if interface.interface_name == "position" else 0.0
+            for interface, now in zip(interfaces, after, strict=True)
+        ]
+        self._send(spec, "~/commands", get_message("std_msgs/msg/Float64MultiArray")(data=stop))
+        if still:
+            told = f"{len(still)} of {len(joints)} joints do not move: {', '.join(still)}"
+            return False, told + self._why_still(still)
+        farthest = max(abs(now - then) for now, then in zip(after, before, strict=True))
+        return True, f"{len(joints)} joints move, by up to {farthest:.3f}"
+
+    def _value(self, interface: CommandInterface, joint: str) -> float:
+        spec = self._joints.get(joint)
+        if spec is None:
+            return 0.0
+        if interface.interface_name == "position":
+            return self._target(joint)
+        most = spec.limits.effort if interface.interface_name == "effort" else spec.limits.velocity
+        if interface.interface_name == "effort":
+            return _EFFORT_PART * most if 0.0 < most < math.inf else _EFFORT
+        return min(_JOINT_SPEED, most / 2) if most > 0.0 else _JOINT_SPEED
+
+    def _least(self, interface: CommandInterface, joint: str, away: float, before: float) -> float:
+        """How far a joint has to come; NaN for one that is not there."""
+        if joint not in self._joints:
+            return math.nan
+        if interface.interface_name == "position":
+            return _ENOUGH * abs(away)
+        if interface.interface_name == "effort":
+            return _SOME
+        limits = self._joints[joint].limits
+        return _ENOUGH * min(self._value(interface, joint) * _MOVING_S, limits.upper - before)
+
+    # -- bases -------------------------------------------------------------------------------------
+
+    def _base(self, spec: ControllerSpec, topic: str) -> _Act:
+        slower = self._slower(spec)
+        speed, turn = slower * _SPEED, slower * _TURN
+        in_place = spec.type.rpartition("/")[2] in _IN_PLACE
+        start = self._place()
+        yield from self._go(spec, topic, speed, 0.0)
+        middle = self._place()
+        yield from self._go(spec, topic, 0.0 if in_place else speed, turn)
+        end = self._place()
+        yield from self._go(spec, topic, 0.0, 0.0)
+        if start is None or middle is None or end is None:
+            return False, "its root link is fixed"
+        along, across = middle.x - start.x, middle.y - start.y
+        ahead = along * math.cos(start.heading) + across * math.sin(start.heading)
+        turned = math.remainder(end.heading - middle.heading, math.tau)
+        asked, asked_turn = speed * _MOVING_S, turn * _MOVING_S
+        told = f"ahead {ahead:.2g} of {asked:.2g} m, turned {turned:.2g} of {asked_turn:.2g} rad"
+        if slower < 1.0:
+            told += "; its wheels turn no faster"
+        moved = ahead >= _ENOUGH * asked and abs(turned) >= _ENOUGH_TURN * asked_turn
+        if not moved and (bare := self._without_shape(spec)):
+            told += f"; without collision shapes, so that they touch nothing: {', '.join(bare)}"
+        if moved and turned < 0.0:
+            told += "; the other way round, as its joints are"
+        return moved, told
+
+    def _slower(self, spec: ControllerSpec) -> float:
+        """Which part of the usual velocity its wheels can do, by their limits."""
+        radii = [self._parameter(spec, name) for name in _RADII]
+        known = [radius for radius in radii if isinstance(radius, float) and radius > 0.0]
+        fastest = [self._joints[joint].limits.velocity for joint in self._wheels(spec)]
+        if not known or not fastest:
+            return 1.0
+        return min(1.0, _BELOW_LIMIT * min(fastest) * min(known) / _SPEED)
+
+    def _wheels(self, spec: ControllerSpec) -> list[str]:
+        """The joints that a controller turns."""
+        commanded = [
+            interface.name.split("/")[-2]
+            for interface in spec.controller.command_interfaces
+            if interface.interface_name == "velocity"
+        ]
+        return [joint for joint in commanded if joint in self._joints]
+
+    def _without_shape(self, spec: ControllerSpec) -> list[str]:
+        """Links of wheels that touch nothing."""
+        joints = self._description.joints
+        wheels = [joints[name].child for name in self._wheels(spec) if name in joints]
+        return [link for link in wheels if not self._description.links[link].collisions]
+
+    def _go(self, spec: ControllerSpec, topic: str, x: float, turn: float) -> Iterator[None]:
+        twist: Any = get_message("geometry_msgs/msg/Twist")()
+        twist.linear.x, twist.angular.z = x, turn
+        message: Any = twist
+        if self._parameter(spec, "use_stamped_vel") is not False:
+            message = get_message("geometry_msgs/msg/TwistStamped")(twist=twist)
+        for _ in self.wait(_MOVING_S):
+            # Without a stamp it counts from now on, and anew each time: old ones are braked upon.
+            self._send(spec, topic, message)
+            yield
+
+    def _place(self) -> _Place | None:
+        """Where the base is; None for one that is fixed."""
+        if self._base_link is None:
+            return None
+        pose = self._simulation.link_pose(self._base_link)
+        x, y, _ = map(float, pose.position)
+        return _Place(x, y, math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+
+    def _send(self, spec: ControllerSpec, topic: str, message: Any) -> None:
+        self._stack.nodes[spec.name].receive(topic, message)
+
+
+class _Place(NamedTuple):
+    """Where a base is in the world: x and y in m, its heading in rad."""
+
+    x: float
+    y: float
+    heading: float
