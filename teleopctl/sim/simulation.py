@@ -24,6 +24,7 @@ from teleopctl.sim.mjcf.ball_joints import BallJoints
 from teleopctl.sim.mjcf.file_actuators import FileActuators
 from teleopctl.sim.parting import Parting
 from teleopctl.sim.state.physics import physics_state, put_physics_state, scale_model, wake
+from teleopctl.sim.state.sliding import Physics, turns_by_sliding
 
 Array = npt.NDArray[np.float64]
 
@@ -95,6 +96,7 @@ class Simulation:
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         scale_model(self._m, *self._scales)
         self._d: Any = mujoco.MjData(self._m)
+        self._physics = Physics(self._m, slides=turns_by_sliding(model))
         self._observed: Any = None
         self._troubles = self._d.warning.number
         named = [self._m.joint(joint.ball or joint.name) for joint in model.joints]
@@ -156,10 +158,10 @@ class Simulation:
             block = 1 if self._pushes else min(count, self.steps_to_tick)
             if self._pushes:
                 self._pushes.begin_step(self._m, self._d)
-                mujoco.mj_step(self._m, self._d)
+                self._physics.step(self._d, 1)
                 self._pushes.end_step(self._d)
             else:
-                mujoco.mj_step(self._m, self._d, block)
+                self._physics.step(self._d, block)
             count -= block
             self._steps += block
 
@@ -179,7 +181,7 @@ class Simulation:
             count = min(count, to_tick)
         elif self._parting.waits:
             count = min(count, self._parting_steps - self._steps % self._parting_steps)
-        mujoco.mj_step(self._m, self._d, count)
+        self._physics.step(self._d, count)
         self._steps += count
         if count > to_tick and self.diverged:
             # MuJoCo began its own time anew in the step that failed.
@@ -325,7 +327,7 @@ class Simulation:
         self._m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
         # MuJoCo's own time begins anew at each reset of the state.
         self._observed.time = self.time_ns * 1e-9
-        wake(self._m, self._observed)  # what sleeps would touch nothing
+        self._physics.forward(self._observed)  # what sleeps would touch nothing
         self._m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         return self._m, self._observed
 

@@ -2,13 +2,16 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from teleopctl.interfaces import set_stamp
 from teleopctl.mujoco_model.model import build_model
+from teleopctl.robot import read_model
 from teleopctl.robot.urdf import Pose
+from teleopctl.sim import simulate
 from teleopctl.sim.simulation import Simulation
 from tests.sim.robots import box, control, joint, link, model, robot
 from tests.sim.test_driving import Driven, TwistStamped, solid
@@ -93,6 +96,33 @@ def test_a_joint_that_follows_another_has_its_ratio_and_offset_while_it_moves():
         first, second = (sim.positions[sim.joint_names.index(name)] for name in ("first", "second"))
         worst = max(worst, abs(second - (0.1 - 0.5 * first)))
     assert worst < 1e-3
+
+
+def test_a_gear_multiplies_the_torque_of_its_motor_and_divides_its_speed(tmp_path: Path):
+    ratio, inertia, rotor = 20.0, 0.1, 0.4  # kg m^2; the rotor's as the joint feels it
+    wheels = "".join(
+        f'<body pos="0 {y} 0"><joint name="{name}" axis="0 0 1" armature="{rotor}"/>'
+        f'<inertial pos="0 0 0" mass="1" diaginertia="{inertia} {inertia} {inertia}"/></body>'
+        for y, name in enumerate(("pushed", "turned"))
+    )
+    file = tmp_path / "geared.xml"
+    file.write_text(
+        f"""<mujoco><option gravity="0 0 0" timestep="0.001"/><worldbody>{wheels}</worldbody>
+        <actuator><motor joint="pushed" gear="{ratio}"/>
+        <velocity joint="turned" gear="{ratio}" kv="2"/></actuator></mujoco>"""
+    )
+    sim = simulate(read_model(file).text, control_period_ns=TICK_NS).simulation
+    for _ in range(50):
+        sim.apply(["pushed", "turned"], velocity=[math.nan, 3.0], effort=[5.0, math.nan])
+        sim.step(sim.steps_per_period)
+    sim.read()
+    _, data = sim.observe()
+    pushed, turned = (sim.joint_names.index(name) for name in ("pushed", "turned"))
+    # Both commands are the joint's; what the motor gives and how fast it turns follow.
+    assert sim.velocities[pushed] == pytest.approx(5.0 * 0.5 / (inertia + rotor), rel=1e-6)
+    assert data.actuator_force[0] == pytest.approx(5.0 / ratio)
+    assert sim.velocities[turned] == pytest.approx(3.0, rel=1e-3)
+    assert data.actuator_velocity[1] == pytest.approx(3.0 * ratio, rel=1e-3)
 
 
 RADIUS, WHEELBASE, TRACK = 0.1, 0.6, 0.4

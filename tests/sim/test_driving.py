@@ -6,6 +6,7 @@ The controllers are the real ones in lockstep with the real physics, in one thre
 import math
 import re
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -38,12 +39,12 @@ def solid(name: str, shape: str, mass: float, inertia: float, rpy: str = "0 0 0"
       <collision><origin rpy="{rpy}"/><geometry>{shape}</geometry></collision></link>"""
 
 
-def wheel(name: str, y: float) -> str:
+def wheel(name: str, y: float, x: float = 0.0) -> str:
     cylinder = f'<cylinder radius="{RADIUS}" length="0.02"/>'
     return (
         solid(name + "_wheel", cylinder, 0.3, 4e-4, f"{math.pi / 2} 0 0")
         + f'<joint name="{name}" type="continuous"><parent link="base"/>'
-        f'<child link="{name}_wheel"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/>'
+        f'<child link="{name}_wheel"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/>'
         '<limit effort="5" velocity="50"/></joint>'
     )
 
@@ -141,9 +142,14 @@ PLUGIN = f"""<gazebo><plugin name="base" filename="libgazebo_ros_diff_drive.so">
 
 
 class Cart(Driven):
-    def __init__(self, urdf: str = CART, topic: str = "~/cmd_vel") -> None:
+    def __init__(
+        self,
+        urdf: str = CART,
+        topic: str = "~/cmd_vel",
+        parameters: dict[str, AllowableParameterValue] = BASE,
+    ) -> None:
         super().__init__(urdf)
-        kind, parameters = "diff_drive_controller/DiffDriveController", BASE
+        kind = "diff_drive_controller/DiffDriveController"
         for controller in motion_plugins(self.robot.description).controllers:
             kind, parameters = controller.type, dict(controller.parameters)
         self.topic = topic
@@ -151,10 +157,10 @@ class Cart(Driven):
         self.stack.activate("base")
         self.run(0.3)
 
-    def drive(self, x: float, angular: float, seconds: float) -> None:
+    def drive(self, x: float, angular: float, seconds: float, *, stop: bool = True) -> None:
         """Drive for so long, and stop."""
         message = TwistStamped()
-        for speed, turn, duration in ((x, angular, seconds), (0.0, 0.0, 0.7)):
+        for speed, turn, duration in ((x, angular, seconds), (0.0, 0.0, 0.7))[: 1 + stop]:
             message.twist.linear.x, message.twist.angular.z = speed, turn
             for _ in range(round(duration * 10)):
                 set_stamp(message.header.stamp, self.stack.time_ns)
@@ -196,6 +202,48 @@ def test_a_square_is_driven_within_one_percent(cart: Cart) -> None:
         assert math.dist(corner, wanted) < 0.01 * 4.0  # one percent of the way round
     assert math.dist(cart.odometry[:2], cart.pose[:2]) < 0.01 * 4.0
     assert abs(cart.pose[2]) < 0.01 * 2.0 * math.pi
+
+
+BASE_M, TRACK_M = 0.5, 0.4
+
+
+def sliding_base() -> Cart:
+    """A base on four wheels that do not steer: where it turns, each slides."""
+    corners = {f"{end}_{side}": (x * BASE_M / 2, y * TRACK_M / 2)
+               for end, x in (("front", 1), ("rear", -1))
+               for side, y in (("left", 1), ("right", -1))}  # fmt: skip
+    wheels = "".join(wheel(name, y, x) for name, (x, y) in corners.items())
+    body = solid("base", '<box size="0.4 0.2 0.04"/>', 10.0, 0.3)
+    lists: dict[str, list[str]] = {
+        f"{side}_wheel_names": [name for name in corners if side in name]
+        for side in ("left", "right")
+    }
+    # The moment of four equal forces of friction is nothing where the base turns by this much less
+    # than wheels that roll would have it.
+    slower = 1.0 + (BASE_M / TRACK_M) ** 2
+    track = {"wheel_separation": TRACK_M, "wheel_separation_multiplier": slower}
+    text = f'<robot name="base">{body}{wheels}{control(*corners, command="velocity")}</robot>'
+    return Cart(text, parameters={**BASE, **lists, **track})
+
+
+def test_a_base_that_turns_by_sliding_its_wheels_drives_a_square_within_one_percent() -> None:
+    cart = sliding_base()
+    weight = 9.81 * (10.0 + 4 * 0.3)
+    for _ in range(4):
+        cart.drive(0.5, 0.0, 2.0)
+        cart.drive(0.0, math.pi / 4.0, 1.0, stop=False)
+        m, data = cart.simulation.observe()
+        # The wheels slide sideways by 0.2 m/s, and lie on the ground as steadily as at rest.
+        assert abs(data.cvel[1][:3]).max() > 0.7
+        force, carried = np.zeros(6), 0.0
+        for number in range(data.ncon):
+            mujoco.mj_contactForce(m, data, number, force)
+            carried += force[0]
+        assert carried == pytest.approx(weight, rel=1e-3)
+        cart.drive(0.0, math.pi / 4.0, 1.0)
+    x, y, heading = cart.pose
+    assert math.hypot(x, y) < 0.01 * 4.0  # one percent of the way round
+    assert abs(heading) < 0.01 * 2.0 * math.pi
 
 
 def test_a_base_with_gazebos_plugin_drives_as_with_the_controller() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
@@ -69,7 +70,16 @@ def wake(model: Any, data: Any) -> None:
 
     MuJoCo works out only once where things stand, as long as it lets others sleep.
     """
+    with nothing_asleep(model):
+        mujoco.mj_forward(model, data)
+
+
+@contextmanager
+def nothing_asleep(model: Any) -> Iterator[None]:
+    """Let nothing sleep meanwhile."""
     asleep = model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    mujoco.mj_forward(model, data)
-    model.opt.enableflags |= asleep
+    try:
+        yield
+    finally:
+        model.opt.enableflags |= asleep
