@@ -19,10 +19,13 @@ from teleopctl.node import (
     Parameter,
     ResponseFuture,
 )
+from teleopctl.wire import EntityKind
 
 STRICT = 2
 # The graph wakes who waits for a service; the manager's log is looked at this often, in seconds.
 _LOOK_EVERY_S = 0.1
+# The graph wakes who waits for another manager; Windows delivers signals to who wakes by itself.
+_WAKE_EVERY_S = 1.0
 
 # Any stands for messages: their classes are made at run time, from definitions.
 
@@ -72,8 +75,7 @@ class ControllerManagerClient:
                 description, without which it has no services.
             ExternalShutdownException: The process was told to end meanwhile.
         """
-        client = self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
-        service = f"{self.name}/list_controllers"
+        client, service = self._list_client, f"{self.name}/list_controllers"
         deadline = time.monotonic() + timeout if timeout else None
         logger = self._node.get_logger()
         while True:
@@ -107,6 +109,27 @@ class ControllerManagerClient:
                 )
             if left <= 0 or not self._node.context.ok():
                 return False
+
+    @property
+    def _list_client(self) -> Client[Any, Any]:
+        return self._client("list_controllers", "controller_manager_msgs/srv/ListControllers")
+
+    def sessions(self) -> frozenset[str]:
+        """The sessions of managers of that name; one that begins anew has another one."""
+        client = self._list_client
+        found = self._node.matched(EntityKind.SS, client.service_name, client.type_name)
+        return frozenset(token.zid for token in found)
+
+    def wait_for_another(self, sessions: frozenset[str]) -> None:
+        """Wait until a manager answers in another session than these.
+
+        Raises:
+            ExternalShutdownException: The process was told to end meanwhile.
+        """
+        context = self._node.context
+        while not context.wait_for_change(lambda: bool(self.sessions() - sessions), _WAKE_EVERY_S):
+            if not context.ok():
+                raise ExternalShutdownException
 
     @cached_property
     def _log(self) -> ManagerLog:

@@ -3,7 +3,7 @@
 import json
 import math
 import queue
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import psutil
@@ -432,15 +432,41 @@ def xyz(message) -> tuple[float, float, float]:
     return acceleration.x, acceleration.y, acceleration.z
 
 
-def test_what_is_killed_beside_the_simulator_comes_back_where_that_is_asked(ros: RosGraph) -> None:
-    ros.launch("sim.yaml", "camera:=false", "world:=", "start_controllers:=false", "respawn:=true")
+def test_what_is_killed_in_motion_comes_back_to_work_where_that_is_asked(ros: RosGraph) -> None:
+    """The manager, the publisher of frames and the spawner, while the arm is on its way."""
+    ros.launch("sim.yaml", "camera:=false", "world:=", "respawn:=true")
+    trajectory = get_message("trajectory_msgs/msg/JointTrajectory")
+    point = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
+    publisher = ros.node.create_publisher(trajectory, "/arm_controller/joint_trajectory", 10)
+
+    def go(joint_1: float, seconds: int, there: Callable[[float, float], bool]) -> None:
+        """Send the arm somewhere, again while it stands still, until it is there."""
+        goal = point(positions=[joint_1, 0.0, 0.0])
+        goal.time_from_start.sec = seconds
+        message = trajectory(joint_names=["joint_1", "joint_2", "joint_3"], points=[goal])
+
+        def look(state: Any) -> bool:
+            index = state.name.index("joint_1")
+            position, velocity = state.position[index], state.velocity[index]
+            if abs(velocity) < 1e-3:
+                publisher.publish(message)
+            return there(position, velocity)
+
+        ros.wait_for_message(
+            get_message("sensor_msgs/msg/JointState"), "/mujoco_sim/joint_states", look
+        )
 
     def pids() -> dict[str, int]:
         processes = json.loads(ros.run("ps --json").stdout)
-        return {process["node"]: process["pid"] for process in processes if process["node"]}
+        return {process["name"].rpartition("-")[0]: process["pid"] for process in processes}
 
+    def controllers() -> list[str]:
+        listed = ros.run("control list_controllers --json").stdout
+        return [one["state"] for one in json.loads(listed or "[]")]
+
+    go(1.5, 60, lambda position, velocity: position > 0.01 and velocity > 0.01)
     before = pids()
-    victims = {"/robot_state_publisher", "/controller_manager"}
+    victims = ("ros2_control_node", "robot_state_publisher", "spawner")
     for name in victims:
         psutil.Process(before[name]).kill()
 
@@ -449,6 +475,7 @@ def test_what_is_killed_beside_the_simulator_comes_back_where_that_is_asked(ros:
         return all(now.get(name, before[name]) != before[name] for name in victims)
 
     eventually(they_are_back)
-    ros.wait_for_nodes(*victims)
-    assert pids()["/mujoco_sim"] == before["/mujoco_sim"]
-    ros.wait_for_message(get_message("rosgraph_msgs/msg/Clock"), "/clock")
+    eventually(lambda: controllers() == ["active"] * 3)
+    go(-0.2, 1, lambda position, _: abs(position + 0.2) < 0.01)
+    ros.wait_for_nodes("/robot_state_publisher")
+    assert pids()["mujoco_sim"] == before["mujoco_sim"]

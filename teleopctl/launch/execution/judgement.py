@@ -52,6 +52,8 @@ def what_is_up(
     """
     said = {process.name: progress.read(Path(process.log_file)) for process in statuses}
     up = _in_graph(statuses, new_nodes)
+    # What mostly ends by itself may be asked to stay.
+    up.update((process.name, None) for process in statuses if _stays(process, said[process.name]))
     waiting: dict[str, str] = {}
     for name in list(up):
         words = said[name]
@@ -61,6 +63,11 @@ def what_is_up(
             waiting[name] = words.detail
         del up[name]
     return Up(up, waiting)
+
+
+def _stays(process: ProcessStatus, said: progress.Progress | None) -> bool:
+    ready = said is not None and said.state == progress.READY
+    return process.ends_by_itself and process.state == "running" and ready
 
 
 # What a process says while it is not up, or not yet.

@@ -81,7 +81,14 @@ def _make_parser() -> argparse.ArgumentParser:
         "-n", "--namespace", default="", metavar="NS", help="the controller manager's namespace"
     )
     _controller_options(parser)
-    parser.add_argument(
+    staying = parser.add_mutually_exclusive_group()
+    staying.add_argument(
+        "--stay",
+        action="store_true",
+        help="stay, and bring the controllers up in each controller manager that takes the place "
+        "of one that has ended",
+    )
+    staying.add_argument(
         "-u",
         "--unload-on-kill",
         action="store_true",

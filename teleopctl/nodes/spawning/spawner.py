@@ -14,7 +14,11 @@ from types import FrameType
 from typing import NoReturn
 
 from teleopctl import progress
-from teleopctl.control import ControllerManagerClient, manager_settings
+from teleopctl.control import (
+    ControllerManagerClient,
+    ControllerManagerUnavailableError,
+    manager_settings,
+)
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
 from teleopctl.nodes.spawning.command_line import Request, read_command_line
@@ -86,6 +90,26 @@ class Spawner:
                 _GREEN, f"Configured and activated all the parsed controllers list : {group}!"
             )
         )
+
+    def stay(self, requests: Sequence[Request]) -> NoReturn:
+        """Bring all controllers up, also in each manager that takes the place of one that ended.
+
+        Raises:
+            ExternalShutdownException: The process was told to end.
+            ControllerManagerUnavailableError: None answers within the time that is given for it.
+        """
+        while True:
+            progress.tell(progress.STARTING)
+            self._client.wait(self._options.controller_manager_timeout, patient=True)
+            served = self._client.sessions()
+            try:
+                self.spawn(requests)
+                progress.tell(progress.READY)
+            except SpawnError:
+                pass  # it is logged why, and told to a launch that waits
+            except ControllerManagerUnavailableError as error:
+                self._logger.error(error.message)  # it ended meanwhile
+            self._client.wait_for_another(served)
 
     def _prepare(self, request: Request) -> bool:
         """Bring one controller up; whether it is still to be activated, with its group."""
@@ -236,14 +260,19 @@ def main(args: list[str] | None = None) -> int:
     node = Node(f"spawner_{requests[0].name}", start_parameter_services=False)
     spawner = Spawner(node, options)
     try:
+        if options.stay:
+            spawner.stay(requests)
         spawner.spawn(requests)
         if options.unload_on_kill:
             received = _catch_signals()
+            progress.tell(progress.READY)
             node.get_logger().info("Waiting until interrupt to unload controllers")
             _wait_for_signal(received)
             node.get_logger().info("KeyboardInterrupt successfully captured!")
             spawner.unload(requests)
-    except (SpawnError, ExternalShutdownException):
+    except ExternalShutdownException:
+        return 0 if options.stay else 1
+    except SpawnError:
         return 1
     except TeleopctlError as error:
         node.get_logger().fatal(error.message)
