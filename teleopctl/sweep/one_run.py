@@ -21,8 +21,12 @@ if TYPE_CHECKING:
     from teleopctl.launch import ProcessStatus, Running
 
 BAG = "bag"
+RUNTIME = "runtime"
 RESULT_FILE = "result.json"
 _REQUEST_FILE = "run.json"
+
+# As many as ROS 2 has beside the usual one.
+_DOMAINS = 231
 
 SIMULATOR = "mujoco_sim"
 _SET_PAUSE = "mujoco_ros2_control_msgs/srv/SetPause"
@@ -187,7 +191,7 @@ def _launch(request: RunRequest, folder: Path) -> None:
     )
     deadline = time.monotonic() + (request.timeout_s or float("inf"))
     try:
-        _await_ends(request.after, programs)
+        _await_ends(request.after, programs, deadline)
         if simulators:
             _begin(simulators, record)
         elif request.duration_s is not None:
@@ -202,7 +206,7 @@ def _program(process: str) -> str:
     return process.rpartition("-")[0]
 
 
-def _await_ends(names: list[str], programs: set[str]) -> None:
+def _await_ends(names: list[str], programs: set[str], deadline: float) -> None:
     """Wait until these programs have ended, and ended well."""
     from teleopctl.launch import died, running
 
@@ -211,6 +215,8 @@ def _await_ends(names: list[str], programs: set[str]) -> None:
             known = ", ".join(sorted(programs))
             raise LaunchError(f"Nothing of it is called '{name}'", hint=f"There are {known}.")
         while any(_program(entry.record.name) == name for entry in running() if entry.launch):
+            if time.monotonic() > deadline:
+                raise TimeoutError
             time.sleep(_LOOK_EVERY_S)
         if dead := [entry for entry in died() if _program(entry.record.name) == name]:
             raise LaunchError(_how_it_died(dead[0]))
@@ -293,8 +299,8 @@ def environment(folder: Path, slot: int, port: int) -> Mapping[str, str]:
     return os.environ | {
         "TELEOPCTL_ROUTER": f"tcp/127.0.0.1:{port}",
         "TELEOPCTL_VIEWER": "false",
-        "TELEOPCTL_RUNTIME_DIR": str(folder / "runtime"),
+        "TELEOPCTL_RUNTIME_DIR": str(folder / RUNTIME),
         "ROS_LOG_DIR": str(folder / "log"),
         # Even if somebody else's router has that port meanwhile.
-        "ROS_DOMAIN_ID": str(1 + slot),
+        "ROS_DOMAIN_ID": str(1 + slot % _DOMAINS),
     }

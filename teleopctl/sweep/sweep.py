@@ -12,12 +12,16 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from teleopctl import background
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
 from teleopctl.sweep.one_run import (
+    BAG,
     RESULT_FILE,
+    RUNTIME,
     RunRequest,
     RunResult,
     environment,
@@ -40,6 +44,8 @@ class Sweep:
     def __init__(self, folder: Path, requests: Sequence[RunRequest]) -> None:
         self.folder = folder
         self.requests = list(requests)
+        # What this process has seen, also where there was no room to write it down.
+        self._seen: dict[int, RunResult] = {}
 
     @classmethod
     def create(
@@ -91,7 +97,10 @@ class Sweep:
 
     def results(self) -> list[RunResult]:
         """What came of those runs that have come to their end, in their order."""
-        found = [load_result(self.folder_of(request)) for request in self.requests]
+        found = [
+            load_result(self.folder_of(request)) or self._seen.get(request.number)
+            for request in self.requests
+        ]
         return [result for result in found if result is not None]
 
     def run(
@@ -126,6 +135,7 @@ class Sweep:
                 if result is None:
                     on_begin()
                     continue
+                self._seen[result.number] = result
                 on_result(result)
                 count -= 1
         except BaseException:
@@ -168,22 +178,28 @@ class _Crew:
             except queue.Empty:
                 return
             self.told.put(None)
-            folder = self._sweep.folder_of(request)
+            folder, started = self._sweep.folder_of(request), time.monotonic()
             try:
-                ending = f"its process ended with {self._do(folder, slot, port)}"
+                status = self._do(folder, slot, port)
+                how = f"killed by signal {-status}" if status < 0 else f"exit status {status}"
+                ending = f"its process ended without a result ({how})"
             except OSError as error:
                 ending = str(error)
-            result = load_result(folder) or _without_result(request, folder, ending)
-            if not self._stopped:
+            result = load_result(folder)
+            if result is None and not self._stopped:
+                result = _without_result(request, folder, ending, time.monotonic() - started)
+                with contextlib.suppress(OSError):
+                    result.save()
+            if result is not None and not self._stopped:
                 self.told.put(result)
 
-    def _do(self, folder: Path, slot: int, port: int) -> int | None:
+    def _do(self, folder: Path, slot: int, port: int) -> int:
         """Do a run; returns how its process ended."""
         _clear(folder)
         with (folder / LOG_FILE).open("wb") as log:
             with self._lock:
                 if self._stopped:
-                    return None
+                    return 0
                 process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "teleopctl.sweep", str(folder)],
                     env=dict(environment(folder, slot, port)),
@@ -197,17 +213,20 @@ class _Crew:
             status = process.wait()
             with self._lock:
                 self._at_work.discard(process)
-        shutil.rmtree(folder / "runtime", ignore_errors=True)
+        # A process that was killed could not end what it had started.
+        for record in background.records(folder / RUNTIME):
+            background.stop(record)
+        shutil.rmtree(folder / RUNTIME, ignore_errors=True)
         return status
 
 
-def _without_result(request: RunRequest, folder: Path, ending: str) -> RunResult:
+def _without_result(request: RunRequest, folder: Path, ending: str, wall_s: float) -> RunResult:
     return RunResult(
         number=request.number,
         parameters=request.parameters,
         result="failed",
         error=f"{ending}, see {folder / LOG_FILE}",
-        wall_s=0.0,
+        wall_s=wall_s,
         simulated_s=None,
         measures=dict.fromkeys(request.measures),
         folder=str(folder),
@@ -216,7 +235,7 @@ def _without_result(request: RunRequest, folder: Path, ending: str) -> RunResult
 
 def _clear(folder: Path) -> None:
     """Remove what is left of a run that was stopped or has failed."""
-    for name in ("bag", "log", "runtime"):
+    for name in (BAG, "log", RUNTIME):
         shutil.rmtree(folder / name, ignore_errors=True)
     for name in (RESULT_FILE, LOG_FILE):
         (folder / name).unlink(missing_ok=True)

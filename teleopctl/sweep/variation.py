@@ -57,7 +57,8 @@ def parse_grid(text: str) -> Grid:
         raise UsageError(f"'{text}': linspace takes the first and the last value and how many")
     steps = int(count) - 1
     return Grid(
-        name, tuple(_text(first + (last - first) * step / steps) for step in range(steps + 1))
+        name,
+        tuple(_text(first + (last - first) * step / steps, 12) for step in range(steps + 1)),
     )
 
 
@@ -165,12 +166,16 @@ def _numbers(text: str, values: str, count: int) -> list[float]:
     return numbers
 
 
-def _text(number: float) -> str:
-    """A number as it is passed on and shown: six digits tell one value from another.
+def _text(number: float, digits: int = 6) -> str:
+    """A number as it is passed on and shown: in six digits, where that is not too few for it.
+
+    Six tell one random value from another, but not 1000000 from 1000000.5.
 
     With a point, or as an exponent, so that YAML reads no integer.
     """
     text = f"{number:.6g}"
+    if not math.isclose(float(text), number, rel_tol=10.0**-digits):
+        text = f"{number:.{digits}g}"
     if "e" in text:
         mantissa, _, exponent = text.partition("e")
         return f"{mantissa if '.' in mantissa else mantissa + '.0'}e{exponent}"

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
+import psutil
+
 from teleopctl.bag import open_bag
-from teleopctl.testing import LONGEST_WAIT_S, RosGraph
+from teleopctl.testing import LONGEST_WAIT_S, RosGraph, eventually
 from tests.sim.robots import control, joint, link
 
 # A pendulum that falls: nothing drives its hinge.
@@ -43,6 +46,24 @@ def states(bag: Path) -> list[bytes]:
         return [bytes(message.data) for message in opened.messages(["/mujoco_sim/joint_states"])]
 
 
+def worker_and_program(folder: Path) -> tuple[psutil.Process, psutil.Process]:
+    """Wait until a run is at work; its process, and the program that its launch has started."""
+    found: list[psutil.Process] = []
+
+    def look() -> bool:
+        found.clear()
+        for process in psutil.process_iter(["cmdline", "environ"]):
+            words, environment = process.info["cmdline"] or [], process.info["environ"] or {}
+            if words[-2:] == ["teleopctl.sweep", str(folder)]:
+                found.insert(0, process)
+            elif environment.get("TELEOPCTL_RUNTIME_DIR", "").startswith(str(folder)):
+                found.extend([process] if "wait.py" in words else [])
+        return len(found) == 2
+
+    eventually(look)
+    return found[0], found[1]
+
+
 def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
     ros_without_router: RosGraph, tmp_path: Path
 ) -> None:
@@ -68,7 +89,7 @@ def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
     assert len(states(first / "bag")) > 20
 
 
-def test_what_is_done_is_kept_at_ctrl_c_and_the_rest_is_done_later(
+def test_what_is_done_is_kept_at_ctrl_c_or_a_kill_and_the_rest_is_done_later(
     ros_without_router: RosGraph, tmp_path: Path
 ) -> None:
     (tmp_path / "wait.launch.yaml").write_text(WAITING)
@@ -82,6 +103,14 @@ def test_what_is_done_is_kept_at_ctrl_c_and_the_rest_is_done_later(
     sweep.interrupt()
     assert sweep.wait() == 130
     assert "1 left: teleopctl sim sweep --resume" in sweep.stderr
+
+    sweep = ros_without_router.spawn("sim sweep --resume runs", cwd=tmp_path)
+    run, waiting = worker_and_program(tmp_path / "runs" / "002")
+    run.kill()
+    assert sweep.wait() == 1
+    assert re.search(r"^2 .* failed ", sweep.stdout, re.MULTILINE)
+    assert "Run 2: its process ended without a result (killed by signal 9)" in sweep.stderr
+    assert not waiting.is_running(), "what it had started is ended"
 
     again.touch()
     done = ros_without_router.run(

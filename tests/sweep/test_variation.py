@@ -18,6 +18,7 @@ from teleopctl.sweep import combinations, parse_grid, parse_sample
         ("model:=arm.urdf", ("arm.urdf",)),
         ("x:=linspace(0,1,5)", ("0.0", "0.25", "0.5", "0.75", "1.0")),
         ("x:=linspace(-1,1e7,2)", ("-1.0", "1.0e+07")),
+        ("x:=linspace(1e6,1000001,3)", ("1.0e+06", "1000000.5", "1000001.0")),
     ],
 )
 def test_a_grid_has_each_of_its_values(text: str, values: tuple[str, ...]) -> None:

@@ -112,7 +112,7 @@ def sweep(
         folder = Path(output or time.strftime("sweep_%Y_%m_%d-%H_%M_%S")).absolute()
         work = Sweep.create(folder, requests, asked)
     try:
-        _run(work, jobs or len(os.sched_getaffinity(0)))
+        _run(work, jobs or _cores())
     finally:
         results = work.results()
         _show(work, results, as_json=as_json)
@@ -148,8 +148,8 @@ def _requests(
     if samples and runs is None:
         raise UsageError("How many samples?", hint="--runs 100")
     for option, number in (("--runs", runs), ("--duration", duration), ("--timeout", timeout)):
-        if number is not None and not number > 0:
-            raise UsageError(f"{option} is {number:g}, expected more than 0")
+        if number is not None and not 0 < number < float("inf"):
+            raise UsageError(f"{option} is {number:g}, expected a number above 0")
     names = [parse_measure(text).name for text in measures]
     requests = [
         RunRequest(
@@ -178,6 +178,13 @@ def _requests(
         "after": list(after),
         "measures": list(names),
     }
+
+
+def _cores() -> int:
+    """How many processor cores this process may use; all, where the system does not tell."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _run(work: "Sweep", jobs: int) -> None:
